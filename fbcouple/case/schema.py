@@ -1,0 +1,117 @@
+"""Every option of a case file, once: type, default, range, unit and a sentence.
+
+A section that a scene does not need is left out of the file: no `[gas]`, and OpenFOAM never starts; no
+`[particles]`, and LIGGGHTS never starts; no `filter_passes`, no filter.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+Positive = {"gt": 0.0, "allow_inf_nan": False}
+NonNegative = {"ge": 0.0, "allow_inf_nan": False}
+Vector = tuple[float, float, float]
+Cells = tuple[int, int, int]
+
+
+def option(text: str, unit: str = "1", default: Any = ..., **limits: Any) -> Any:
+    """Declare one option: its sentence, SI unit, default (none: the case must give it) and limits."""
+    return Field(default, description=text, json_schema_extra={"unit": unit}, **limits)
+
+
+class Section(BaseModel):
+    """A table of the case file; unknown keys and wrong types are mistakes, nothing is converted in silence."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+
+class Domain(Section):
+    size: Vector = option("Inner width, depth and height of the bed; z is up, the floor is z = 0.", "m")
+    cells: Cells = option("Cells of the gas mesh along x, y and z; also the grid of the averages.")
+
+
+class Gas(Section):
+    density: float = option("Gas density.", "kg m-3", **Positive)
+    viscosity: float = option("Dynamic viscosity.", "Pa s", **Positive)
+    inlet_velocity: float = option(
+        "Superficial velocity over the WHOLE floor, a closed nozzle included.", "m s-1", **NonNegative
+    )
+    closed_nozzle: tuple[int, int] | None = option(
+        "Faces along x and y in the middle of the floor that let no gas through; absent: the whole floor is open.",
+        default=None,
+    )
+    walls: Literal["no-slip", "slip"] = option("Gas at the side walls and the closed nozzle.", default="no-slip")
+    turbulence: Literal["none", "smagorinsky"] = option("Sub-grid model of the gas.", default="none")
+    max_courant: float = option("Courant limit of the fluid step (paper: 0.2).", default=0.2, **Positive)
+    max_fourier: float = option("Fourier (diffusion) limit of the fluid step (paper: 0.15).", default=0.15, **Positive)
+    correctors: int = option("PISO pressure corrections a step.", default=2, ge=1, le=20)
+    pressure_tolerance: float = option(
+        "Normalised residual at which each pressure solve stops.", default=1e-6, gt=0.0, lt=0.1
+    )
+
+
+class Particles(Section):
+    diameter: float = option("Diameter.", "m", **Positive)
+    density: float = option("Material density.", "kg m-3", **Positive)
+    mass: float | None = option("Mass of the bed; the count is rounded. Give this or `count`.", "kg", None, **Positive)
+    count: int | None = option("Number of particles. Give this or `mass`.", default=None, ge=1)
+    positions: str | None = option(
+        "File of start positions (CSV: x, y, z in m) beside the case; absent: the lattice of [start].", default=None
+    )
+    rotation: bool = option("Integrate rotation (the paper does not).", default=False)
+
+
+class Contact(Section):
+    stiffness: float = option("Normal spring k_n (not printed in the paper, 300-1500 fits it).", "N m-1", 1000.0, **Positive)
+    restitution: float = option("Normal restitution between particles, e_n.", gt=0.0, le=1.0)
+    wall_restitution: float = option("Normal restitution against walls, e_w.", gt=0.0, le=1.0)
+    friction: float = option("Coulomb friction between particles, mu_p.", ge=0.0, le=10.0)
+    wall_friction: float = option("Coulomb friction against walls, mu_w.", ge=0.0, le=10.0)
+    steps_per_contact: int = option("DEM steps in one contact time T_C (paper: 6).", default=6, ge=3, le=1000)
+
+
+class Start(Section):
+    spacing: float = option("Distance of the simple cubic start lattice in diameters.", default=1.03, gt=1.0, le=10.0)
+    jitter: float = option(
+        "Random shift of each particle, as a part of the free gap of the lattice.", default=0.5, ge=0.0, lt=1.0
+    )
+    seed: int = option("Seed of the random shift.", default=1, ge=0)
+
+
+class Exchange(Section):
+    drag: str = option("Drag law, a name of the registry in fbcouple/exchange/drag.py.", default="huilin-gidaspow")
+    scheme: Literal["exponential", "semi-implicit", "explicit"] = option(
+        "Drag over a fluid step: averaged exactly, backward Euler, or the value at the start (paper).",
+        default="exponential",
+    )
+    filter_passes: int = option("Passes of the (1/4, 1/2, 1/4) filter (paper: 1).", default=0, ge=0, le=20)
+    pressure_gradient: bool = option("Pressure-gradient force on the particles.", default=True)
+
+
+class Averages(Section):
+    start: float = option("Time at which averaging starts.", "s", **NonNegative)
+    every: float = option("Time between samples.", "s", 2e-3, **Positive)
+    blocks: int = option("Blocks of the window, for the standard errors.", default=10, ge=2, le=1000)
+
+
+class Output(Section):
+    record_every: float = option("Time between rows of the history.", "s", 1e-2, **Positive)
+    save_every: float = option("Wall time between rewrites of results.nc.", "s", 60.0, **Positive)
+
+
+class Case(Section):
+    """A whole case file."""
+
+    title: str = option("One line that says what this case is.", min_length=1, max_length=200)
+    end_time: float = option("Simulated time at which the run is complete.", "s", **Positive)
+    gravity: float = option("Gravity, along -z.", "m s-2", 9.81, **NonNegative)
+    domain: Domain
+    gas: Gas | None = None
+    particles: Particles | None = None
+    contact: Contact | None = None
+    start: Start | None = None
+    exchange: Exchange | None = None
+    averages: Averages | None = None
+    output: Output = Field(default_factory=Output)
