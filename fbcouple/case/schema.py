@@ -6,14 +6,24 @@ A section that a scene does not need is left out of the file: no `[gas]`, and Op
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
-Positive = {"gt": 0.0, "allow_inf_nan": False}
-NonNegative = {"ge": 0.0, "allow_inf_nan": False}
-Vector = tuple[float, float, float]
-Cells = tuple[int, int, int]
+Positive: dict[str, Any] = {"gt": 0.0, "allow_inf_nan": False}
+NonNegative: dict[str, Any] = {"ge": 0.0, "allow_inf_nan": False}
+
+
+def as_tuple(value: Any) -> Any:
+    """Take a TOML array where the schema holds a tuple; anything else is left for the schema to judge."""
+    return tuple(value) if isinstance(value, list) else value
+
+
+Length = Annotated[float, Field(gt=0.0, le=1e4, allow_inf_nan=False)]
+CellCount = Annotated[int, Field(ge=1, le=1_000_000)]
+Sizes = Annotated[tuple[Length, Length, Length], BeforeValidator(as_tuple)]
+Cells = Annotated[tuple[CellCount, CellCount, CellCount], BeforeValidator(as_tuple)]
+Faces = Annotated[tuple[CellCount, CellCount], BeforeValidator(as_tuple)]
 
 
 def option(text: str, unit: str = "1", default: Any = ..., **limits: Any) -> Any:
@@ -28,7 +38,7 @@ class Section(BaseModel):
 
 
 class Domain(Section):
-    size: Vector = option("Inner width, depth and height of the bed; z is up, the floor is z = 0.", "m")
+    size: Sizes = option("Inner width, depth and height of the bed; z is up, the floor is z = 0.", "m")
     cells: Cells = option("Cells of the gas mesh along x, y and z; also the grid of the averages.")
 
 
@@ -38,7 +48,7 @@ class Gas(Section):
     inlet_velocity: float = option(
         "Superficial velocity over the WHOLE floor, a closed nozzle included.", "m s-1", **NonNegative
     )
-    closed_nozzle: tuple[int, int] | None = option(
+    closed_nozzle: Faces | None = option(
         "Faces along x and y in the middle of the floor that let no gas through; absent: the whole floor is open.",
         default=None,
     )
@@ -56,7 +66,7 @@ class Particles(Section):
     diameter: float = option("Diameter.", "m", **Positive)
     density: float = option("Material density.", "kg m-3", **Positive)
     mass: float | None = option("Mass of the bed; the count is rounded. Give this or `count`.", "kg", None, **Positive)
-    count: int | None = option("Number of particles. Give this or `mass`.", default=None, ge=1)
+    count: int | None = option("Number of particles. Give this or `mass`.", default=None, ge=1, le=2_000_000_000)
     positions: str | None = option(
         "File of start positions (CSV: x, y, z in m) beside the case; absent: the lattice of [start].", default=None
     )
@@ -64,7 +74,9 @@ class Particles(Section):
 
 
 class Contact(Section):
-    stiffness: float = option("Normal spring k_n (not printed in the paper, 300-1500 fits it).", "N m-1", 1000.0, **Positive)
+    stiffness: float = option(
+        "Normal spring k_n (not printed in the paper, 300-1500 fits it).", "N m-1", 1000.0, **Positive
+    )
     restitution: float = option("Normal restitution between particles, e_n.", gt=0.0, le=1.0)
     wall_restitution: float = option("Normal restitution against walls, e_w.", gt=0.0, le=1.0)
     friction: float = option("Coulomb friction between particles, mu_p.", ge=0.0, le=10.0)
@@ -77,7 +89,7 @@ class Start(Section):
     jitter: float = option(
         "Random shift of each particle, as a part of the free gap of the lattice.", default=0.5, ge=0.0, lt=1.0
     )
-    seed: int = option("Seed of the random shift.", default=1, ge=0)
+    seed: int = option("Seed of the random shift.", default=1, ge=0, le=2**63 - 1)
 
 
 class Exchange(Section):

@@ -1,0 +1,1 @@
+"""Time means, formed in place while the run goes on."""

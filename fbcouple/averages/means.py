@@ -1,0 +1,156 @@
+"""Time means of solids and gas in each cell, with block-averaged standard errors.
+
+A sample of a cell is a row of densities (per cell volume, so that means add up); quantities such as velocities are
+ratios of their means. Particles count in the cell that holds their centre, as the paper averages (section 4).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from fbcouple.exchange.plan import Patch, Plan
+
+SOLIDS_COLUMNS = 6
+"""sum V_p, sum V_p v (3), sum V_p v.v, sum V_p |v - cell mean|^2, each over the cell volume."""
+GAS_COLUMNS = 8
+"""eps, u (3), eps u (3), p."""
+
+Derive = Callable[[np.ndarray, float], np.ndarray]
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A result formed from mean rows: `derive(rows, density)` gives (cells, components)."""
+
+    components: int
+    phase: str
+    derive: Derive
+
+
+def _velocity(rows: np.ndarray) -> np.ndarray:
+    with np.errstate(invalid="ignore"):
+        return rows[:, 1:4] / rows[:, :1]
+
+
+def _agitation(rows: np.ndarray, _density: float) -> np.ndarray:
+    velocity = _velocity(rows)
+    with np.errstate(invalid="ignore"):
+        return rows[:, 4:5] / rows[:, :1] - np.sum(velocity**2, axis=1, keepdims=True)
+
+
+def _granular_temperature(rows: np.ndarray, _density: float) -> np.ndarray:
+    with np.errstate(invalid="ignore"):
+        return rows[:, 5:6] / rows[:, :1] / 3.0
+
+
+QUANTITIES: dict[str, Quantity] = {
+    "solids_fraction": Quantity(1, "solids", lambda rows, _: rows[:, :1]),
+    "solids_flux": Quantity(3, "solids", lambda rows, density: density * rows[:, 1:4]),
+    "solids_velocity": Quantity(3, "solids", lambda rows, _: _velocity(rows)),
+    "agitation": Quantity(1, "solids", _agitation),
+    "granular_temperature": Quantity(1, "solids", _granular_temperature),
+    "voidage": Quantity(1, "gas", lambda rows, _: rows[:, :1]),
+    "gas_velocity": Quantity(3, "gas", lambda rows, _: rows[:, 1:4]),
+    "gas_flux": Quantity(3, "gas", lambda rows, _: rows[:, 4:7]),
+    "pressure": Quantity(1, "gas", lambda rows, _: rows[:, 7:8]),
+}
+
+
+class Means:
+    """Running sums of one phase's rows over the averaging window, and of its quantities over blocks of the window."""
+
+    def __init__(self, phase: str, cells: int, density: float, window: tuple[float, float], blocks: int) -> None:
+        """`density` [kg m-3] of the phase; the `window` [s] is cut into `blocks` equal blocks."""
+        columns = SOLIDS_COLUMNS if phase == "solids" else GAS_COLUMNS
+        self._quantities = {name: q for name, q in QUANTITIES.items() if q.phase == phase}
+        self._density = density
+        self._start, self._end = window
+        self._blocks = blocks
+        self._total, self._block = np.zeros((cells, columns)), np.zeros((cells, columns))
+        self._samples = self._block_samples = self._block_number = 0
+        self._sums = {name: np.zeros((3, cells, q.components)) for name, q in self._quantities.items()}
+
+    @property
+    def samples(self) -> int:
+        """Samples taken so far."""
+        return self._samples
+
+    def add(self, rows: np.ndarray, time: float) -> None:
+        """Take a sample: `rows` (cells, columns) at `time` [s]."""
+        block = int((time - self._start) / (self._end - self._start) * self._blocks)
+        if block != self._block_number:
+            self._close_block()
+            self._block_number = block
+        self._total += rows
+        self._block += rows
+        self._samples += 1
+        self._block_samples += 1
+
+    def _close_block(self) -> None:
+        if self._block_samples:
+            for name, quantity in self._quantities.items():
+                value = quantity.derive(self._block / self._block_samples, self._density)
+                known = np.isfinite(value)
+                value = np.where(known, value, 0.0)
+                self._sums[name] += np.stack([known, value, value**2])
+        self._block[:] = 0.0
+        self._block_samples = 0
+
+    def collect(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """Name -> mean and standard error, (cells, components) each; the error is nan before two blocks are full."""
+        return {name: (self._mean(quantity), self._error(name)) for name, quantity in self._quantities.items()}
+
+    def _mean(self, quantity: Quantity) -> np.ndarray:
+        return quantity.derive(self._total / max(self._samples, 1), self._density)
+
+    def _error(self, name: str) -> np.ndarray:
+        count, total, squares = self._sums[name]
+        with np.errstate(invalid="ignore", divide="ignore"):
+            variance = np.maximum(squares / count - (total / count) ** 2, 0.0)
+            return np.where(count > 1, np.sqrt(variance / (count - 1)), np.nan)
+
+
+class SolidsSampler:
+    """Puts this rank's particles into cells and sums the cells over the ranks."""
+
+    def __init__(self, plan: Plan) -> None:
+        self._plan = plan
+        self._cell_volume = plan.patch.grid.cell_volume
+        self._field = plan.patch.make_field(SOLIDS_COLUMNS - 1)
+        self._rows = np.empty((plan.owned_count, SOLIDS_COLUMNS - 1))
+
+    def sample(self, positions: np.ndarray, velocities: np.ndarray, radii: np.ndarray) -> np.ndarray:
+        """Rows (cells, SOLIDS_COLUMNS) of this rank's cells (collective)."""
+        patch: Patch = self._plan.patch
+        self._field.fill(0.0)
+        _bin(positions, velocities, radii, patch.grid.spacing, np.array(patch.low), np.array(patch.grid.cells), self._field)
+        self._plan.deposit(self._field, self._rows)
+        volume, momentum, energy = self._rows[:, :1], self._rows[:, 1:4], self._rows[:, 4:5]
+        with np.errstate(invalid="ignore", divide="ignore"):
+            bulk = np.where(volume > 0, np.sum(momentum**2, axis=1, keepdims=True) / volume, 0.0)
+        return np.hstack([self._rows, energy - bulk]) / self._cell_volume
+
+
+def sample_gas(voidage: np.ndarray, velocity: np.ndarray, pressure: np.ndarray) -> np.ndarray:
+    """Rows (cells, GAS_COLUMNS) from voidage (cells,), velocity (cells, 3) [m/s] and pressure (cells,) [Pa]."""
+    return np.column_stack([voidage, velocity, voidage[:, None] * velocity, pressure])
+
+
+@njit(cache=True)
+def _bin(positions, velocities, radii, spacing, low, cells, field):
+    for p in range(len(positions)):
+        # A centre on a wall belongs to the cell inside.
+        i = min(max(np.int64(positions[p, 0] / spacing[0]), 0), cells[0] - 1) - low[0]
+        j = min(max(np.int64(positions[p, 1] / spacing[1]), 0), cells[1] - 1) - low[1]
+        k = min(max(np.int64(positions[p, 2] / spacing[2]), 0), cells[2] - 1) - low[2]
+        volume = 4.0 / 3.0 * np.pi * radii[p] ** 3
+        square = 0.0
+        field[i, j, k, 0] += volume
+        for axis in range(3):
+            field[i, j, k, 1 + axis] += volume * velocities[p, axis]
+            square += velocities[p, axis] ** 2
+        field[i, j, k, 4] += volume * square

@@ -1,0 +1,34 @@
+"""Per-step check over all ranks: what the gas gave up arrived at the particles, and no particle is lost."""
+
+from __future__ import annotations
+
+import numpy as np
+from mpi4py import MPI
+
+
+class Balance:
+    """Compares the impulse that the gas lost in one step with what the particles carried through the next."""
+
+    def __init__(self, comm: MPI.Comm) -> None:
+        self._comm = comm
+        self._given, self._drag = np.zeros(3), 0.0
+        self.momentum_error = 0.0
+        """Imbalance of the last step over its drag impulse (the sum of the magnitudes)."""
+        self.particles = 0
+
+    def give(self, loss: np.ndarray, drag: float, dt: float) -> None:
+        """The gas of this rank lost the force `loss` (3,) [N] over `dt` [s]; its drag magnitudes add up to `drag`."""
+        self._given, self._drag = loss * dt, drag * dt
+
+    def receive(self, forces: np.ndarray, dt: float) -> None:
+        """The particles of this rank were under the gas force `forces` (n, 3) [N] for `dt` [s] (collective)."""
+        received = forces.sum(axis=0) * dt
+        totals = np.array([*(self._given - received), self._drag, len(forces)])
+        self._comm.Allreduce(MPI.IN_PLACE, totals)
+        self.particles = round(totals[4])
+        imbalance = float(np.abs(totals[:3]).max())
+        self.momentum_error = imbalance / totals[3] if totals[3] > 0 else imbalance
+
+    def count(self, particles: int) -> None:
+        """Count the particles of all ranks, for a scene without gas (collective)."""
+        self.particles = self._comm.allreduce(particles)

@@ -1,0 +1,279 @@
+"""What the schema cannot see: whether the parts of a case fit together, and fit on this machine.
+
+Each check names the keys that it needs, so that the others still run when one of them is wrong.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Collection, Iterator
+from pathlib import Path
+
+import numpy as np
+
+from fbcouple.case.derived import dem_step, particle_count, particle_volume
+from fbcouple.case.lattice import lattice_height, lay_out
+from fbcouple.case.positions import read_positions
+from fbcouple.case.problems import Problem, show, suggest
+from fbcouple.case.schema import Case
+from fbcouple.errors import CaseError
+
+RANDOM_PACKING = 0.64
+"""Solids fraction of a random close packing of equal spheres: no start can hold more."""
+MOST = 2_000_000_000
+"""Cells, or particles, that 32-bit labels can number."""
+BYTES_PER_PARTICLE = 1000
+BYTES_PER_CELL = 2000
+WALL_OVERLAP = 0.1
+"""Part of a diameter by which a start position may press into a wall (resting contacts do, a little)."""
+
+BED = ("particles.diameter", "particles.density", "particles.mass", "particles.count", "domain.size")
+
+Check = Callable[[Case, Path], Iterator[Problem]]
+CHECKS: list[tuple[Check, tuple[str, ...]]] = []
+
+
+def check(*needs: str) -> Callable[[Check], Check]:
+    """Register a check that needs the keys or sections `needs` to be right."""
+
+    def register(function: Check) -> Check:
+        CHECKS.append((function, needs))
+        return function
+
+    return register
+
+
+def find_problems(case: Case, folder: Path = Path()) -> list[str]:
+    """Return every mistake between the fields of a case that passed the schema, one text each.
+
+    folder: where the case file lies, for `particles.positions`.
+    """
+    return [str(problem) for problem in list_problems(case, folder, ())]
+
+
+def list_problems(case: Case, folder: Path, spoiled: Collection[str]) -> list[Problem]:
+    """Run the checks whose keys are not among `spoiled` (option keys or section names)."""
+    problems: list[Problem] = []
+    incalculable: list[Problem] = []  # one value spoils several checks: told once
+    for function, needs in CHECKS:
+        if any(need in spoiled or need.split(".")[0] in spoiled for need in needs):
+            continue
+        try:
+            problems += function(case, folder)
+        except (OverflowError, ZeroDivisionError):
+            text = "the values are too large or too small to calculate with; give every one in SI units."
+            incalculable.append(Problem(needs[0].split(".")[0], text))
+    return problems + incalculable[:1]
+
+
+def machine_memory() -> int:
+    """Return the memory of this machine [bytes]."""
+    return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+
+
+def needed_memory(case: Case) -> int:
+    """Estimate the memory [bytes] of a run: 1 kB a particle, 2 kB a cell."""
+    particles = particle_count(case.particles) if case.particles else 0
+    return BYTES_PER_PARTICLE * particles + BYTES_PER_CELL * math.prod(case.domain.cells)
+
+
+@check("title")
+def check_title(case: Case, folder: Path) -> Iterator[Problem]:
+    """The title is one line: it goes into the head of decks and figures."""
+    if not case.title.isprintable():
+        yield Problem("title", f"{show(case.title)} is given, one line without control characters is allowed; mend it.")
+
+
+@check("gas", "particles", "exchange")
+def check_scene(case: Case, folder: Path) -> Iterator[Problem]:
+    """Gas, particles or both; [exchange] if and only if both."""
+    if case.gas is None and case.particles is None:
+        yield Problem("gas", "neither [gas] nor [particles] is given; add one of them or both.")
+    elif case.exchange is None and case.gas and case.particles:
+        yield Problem("exchange", "gas and particles need [exchange]; add the section (it may be empty).")
+    elif case.exchange is not None and not (case.gas and case.particles):
+        missing = "particles" if case.gas else "gas"
+        yield Problem("exchange", f"there is nothing to couple; remove [exchange] or add [{missing}].")
+
+
+@check("particles", "contact", "start", "particles.positions")
+def check_particle_sections(case: Case, folder: Path) -> Iterator[Problem]:
+    """[contact] and [start] if and only if there are particles, [start] only without a positions file."""
+    if case.particles is None:
+        for name in ("contact", "start"):
+            if getattr(case, name) is not None:
+                yield Problem(name, f"there are no particles; remove [{name}] or add [particles].")
+        return
+    if case.contact is None:
+        yield Problem("contact", "particles need [contact]; add the section with restitution and friction.")
+    if case.start is None and case.particles.positions is None:
+        text = "particles need a start; add [start] (it may be empty) or give particles.positions."
+        yield Problem("start", text)
+    if case.start is not None and case.particles.positions is not None:
+        yield Problem("start", "particles.positions says where the particles start; remove [start] or the positions.")
+
+
+@check("particles", "particles.mass", "particles.count")
+def check_mass_or_count(case: Case, folder: Path) -> Iterator[Problem]:
+    """The bed is given by its mass or by its count."""
+    if case.particles is not None and (case.particles.mass is None) == (case.particles.count is None):
+        given = "neither mass nor count is given" if case.particles.mass is None else "mass and count are both given"
+        yield Problem("particles.mass", f"{given}; give one of them (mass in kg, or count).")
+
+
+def has_bed(case: Case) -> bool:
+    """Tell whether there are particles, their number is given, and one of them fits into the box."""
+    particles = case.particles
+    if particles is None or (particles.mass is None) == (particles.count is None):
+        return False
+    return particles.diameter < min(case.domain.size) * (1 + 1e-9)
+
+
+@check("particles.diameter", "domain.size")
+def check_diameter(case: Case, folder: Path) -> Iterator[Problem]:
+    """The box is at least one diameter wide in every direction."""
+    if case.particles is None:
+        return
+    size, axis = min(zip(case.domain.size, "xyz", strict=True))
+    if case.particles.diameter > size * (1 + 1e-9):
+        text = f"{case.particles.diameter:g} m is given, but the box is {size:g} m along {axis} (domain.size)"
+        mend = "give a smaller particle (in m: 1 mm is 1e-3) or a larger box."
+        yield Problem("particles.diameter", f"{text}, at most that is allowed; {mend}")
+
+
+@check(*BED)
+def check_packing(case: Case, folder: Path) -> Iterator[Problem]:
+    """At least one particle, and not more than a random packing of the box holds."""
+    if not has_bed(case):
+        return
+    assert case.particles is not None
+    key = "particles.mass" if case.particles.count is None else "particles.count"
+    count = particle_count(case.particles)
+    most = RANDOM_PACKING * math.prod(case.domain.size) / particle_volume(case.particles)
+    if count < 1:
+        yield Problem(key, "the mass is less than that of half a particle; give the mass of the bed in kg.")
+    elif count > most:
+        heaviest = most * particle_volume(case.particles) * case.particles.density
+        text = f"{count:.6g} particles do not fit into the box: {RANDOM_PACKING} of its volume holds {most:.6g}"
+        yield Problem(key, f"{text} ({heaviest:.4g} kg); give less, in kg or particles, or enlarge domain.size.")
+
+
+@check(*BED, "start.spacing", "particles.positions")
+def check_lattice(case: Case, folder: Path) -> Iterator[Problem]:
+    """The start lattice is not higher than the box."""
+    if not has_bed(case) or case.start is None or next(check_packing(case, folder), None):
+        return
+    height = lattice_height(case)
+    layout = lay_out(case)
+    if height > case.domain.size[2] * (1 + 1e-9):
+        text = f"{case.start.spacing:g} is given; the lattice of {layout.columns} x {layout.rows} sites"
+        end = f"is {height:.4g} m high and the box {case.domain.size[2]:g} m"
+        yield Problem("start.spacing", f"{text} {end}; lower the spacing (above 1) or the bed, or raise domain.size.")
+    elif layout.columns * layout.rows > 2**62:
+        yield Problem("domain.size", "the floor holds more lattice sites than can be counted; give sizes in m.")
+
+
+@check("contact.stiffness", "contact.restitution", "contact.steps_per_contact", "end_time", *BED[:2])
+def check_contact(case: Case, folder: Path) -> Iterator[Problem]:
+    """The DEM step is a number that time can advance by."""
+    if case.contact is not None and case.particles is not None:
+        step = dem_step(case.contact, case.particles)
+        if not (math.isfinite(step) and case.end_time + step > case.end_time):
+            text = f"{case.contact.stiffness:g} N/m gives a DEM step of {step:g} s, which time cannot advance by"
+            yield Problem("contact.stiffness", f"{text}; give the stiffness in N/m and the particle in SI units.")
+
+
+@check("gas.closed_nozzle", "domain.cells")
+def check_nozzle(case: Case, folder: Path) -> Iterator[Problem]:
+    """The closed nozzle lies in the middle of the floor and leaves some of it open."""
+    if case.gas is None or case.gas.closed_nozzle is None:
+        return
+    floor, given = case.domain.cells[:2], case.gas.closed_nozzle
+    allowed = [
+        ", ".join(map(str, range(2 - n % 2, n + 1, 2))) if n < 12 else f"{2 - n % 2}, {4 - n % 2}, ... {n}"
+        for n in floor
+    ]
+    mend = f"give {allowed[0]} along x and {allowed[1]} along y, not the whole floor in both."
+    floor_text = f"{show(given)} is given on a floor of {floor[0]} x {floor[1]} faces"
+    if any(n > most for n, most in zip(given, floor, strict=True)) or given == floor:
+        yield Problem("gas.closed_nozzle", f"{floor_text} and leaves no face open or sticks out; {mend}")
+    elif any((most - n) % 2 for n, most in zip(given, floor, strict=True)):
+        yield Problem("gas.closed_nozzle", f"{floor_text} and cannot lie in its middle; {mend}")
+
+
+@check("averages.start", "averages.every", "averages.blocks", "end_time")
+def check_averages(case: Case, folder: Path) -> Iterator[Problem]:
+    """The averaging window lies within the run, and each of its blocks has a sample."""
+    if case.averages is None:
+        return
+    window = case.end_time - case.averages.start
+    if window <= 0.0:
+        text = f"{case.averages.start:g} s is given and the run ends at {case.end_time:g} s"
+        yield Problem("averages.start", f"{text}; start before end_time.")
+    elif case.averages.every > window / case.averages.blocks * (1 + 1e-9):
+        text = f"{case.averages.every:g} s is given, at most {window / case.averages.blocks:g} s is allowed"
+        blocks = f"({case.averages.blocks} blocks from averages.start to end_time, a sample in each)"
+        yield Problem("averages.every", f"{text} {blocks}; sample more often or take fewer blocks.")
+
+
+@check("exchange.drag")
+def check_drag(case: Case, folder: Path) -> Iterator[Problem]:
+    """The drag law is in the registry."""
+    if case.exchange is None:
+        return
+    from fbcouple.exchange.drag import DRAG_LAWS  # noqa: PLC0415  (loads numba)
+
+    if case.exchange.drag not in DRAG_LAWS:
+        close = suggest(case.exchange.drag, DRAG_LAWS)
+        hint = f"; did you mean `{close}`" if close else ""
+        text = f"{show(case.exchange.drag)} is given, allowed are: {', '.join(DRAG_LAWS)}"
+        yield Problem("exchange.drag", f"{text}{hint}; give the name of one of these drag laws.")
+
+
+@check("particles.positions", *BED)
+def check_positions(case: Case, folder: Path) -> Iterator[Problem]:
+    """The positions file lies beside the case and holds every particle, inside the box."""
+    key = "particles.positions"
+    if case.particles is None or case.particles.positions is None:
+        return
+    name = case.particles.positions
+    if Path(name).name != name or "\\" in name or "\0" in name or not name.endswith(".csv"):
+        text = f"{show(name)} is given, the bare name of a .csv file is allowed"
+        yield Problem(key, f"{text}; put the file beside the case file and give its name only.")
+        return
+    try:
+        positions = read_positions(folder / name)
+    except CaseError as error:
+        yield from (Problem(key, problem) for problem in error.problems)
+        return
+    if has_bed(case) and len(positions) != particle_count(case.particles):
+        text = f"{name} holds {len(positions)} particles and the case {particle_count(case.particles)}"
+        yield Problem(key, f"{text}; give particles.count = {len(positions)} (in place of mass) or mend the file.")
+    margin = (0.5 - WALL_OVERLAP) * case.particles.diameter
+    outside = np.flatnonzero(((positions < margin) | (positions > np.array(case.domain.size) - margin)).any(axis=1))
+    if outside.size:
+        where = ", ".join(f"{x:g}" for x in positions[outside[0]])
+        text = (
+            f"{name}: {outside.size} particles are not inside the box, first is particle {outside[0] + 1} at ({where})"
+        )
+        yield Problem(key, f"{text} m; centres may come as near as {margin:g} m to a wall, coordinates are in m.")
+
+
+@check("domain.cells", *BED)
+def check_size(case: Case, folder: Path) -> Iterator[Problem]:
+    """Cells can be numbered, and the run fits into the memory of this machine."""
+    cells = math.prod(case.domain.cells)
+    if cells > MOST:
+        yield Problem("domain.cells", f"{cells:.3g} cells are given, at most {MOST:.1g} are allowed; give fewer.")
+    if case.particles is not None and (not has_bed(case) or next(check_packing(case, folder), None)):
+        return
+    count = particle_count(case.particles) if case.particles else 0
+    if count > MOST:
+        text = f"{count:.3g} particles of this diameter make up the mass, at most {MOST:.1g} are allowed"
+        yield Problem("particles.mass", f"{text}; give less mass or a larger diameter.")
+    needed, held = needed_memory(case), machine_memory()
+    if needed > held and max(cells, count) <= MOST:
+        key = "domain.cells" if cells * BYTES_PER_CELL > needed / 2 else "particles"
+        text = f"{cells:.3g} cells and {count:.3g} particles need about {needed / 1e9:.3g} GB"
+        yield Problem(key, f"{text}, this machine has {held / 1e9:.3g} GB; give fewer or take a larger machine.")

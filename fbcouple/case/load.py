@@ -1,0 +1,98 @@
+"""From a name or a path to a checked `Case`, and from a `Case` back to a file that says everything."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from fbcouple.case.checks import list_problems
+from fbcouple.case.options import list_sections
+from fbcouple.case.problems import Problem, show, word_errors
+from fbcouple.case.schema import Case, as_tuple
+from fbcouple.case.source import apply_settings, find_case, read_toml
+from fbcouple.errors import CaseError
+
+
+def load_case(name: str, sets: Sequence[str] = ()) -> Case:
+    """Read, set, validate and check a case.
+
+    name: a shipped name (`patil/c2`), a case file, or a folder that holds a case.toml.
+    sets: `key.path=value` texts that go on top of the file.
+
+    Raises: CaseError with every mistake found, one text each: place, key, given, allowed, how to mend it.
+    """
+    path = find_case(name)
+    place = _word_place(name, path)
+    raw = read_toml(path, place)
+    set_keys, problems = apply_settings(raw, sets)
+    unread = len(problems)
+    case, spoiled = _validate(raw, problems)
+    problems += list_problems(case, path.parent, spoiled)
+    if problems:
+        is_set = [i < unread or _is_set(problem.key, set_keys) for i, problem in enumerate(problems)]
+        raise CaseError([f"{'--set' if s else place}: {problem}" for s, problem in zip(is_set, problems, strict=True)])
+    return case
+
+
+def _word_place(name: str, path: Path) -> str:
+    place = name if name.endswith(path.name) else f"{name.rstrip('/')}/{path.name}"
+    return place if place.isprintable() else show(place)
+
+
+def _is_set(key: str, set_keys: set[str]) -> bool:
+    return any(given == key or given.startswith(f"{key}.") or key.startswith(f"{given}.") for given in set_keys)
+
+
+def _validate(raw: dict[str, Any], problems: list[Problem]) -> tuple[Case, set[str]]:
+    """Validate; on mistakes add them to `problems` and return the part of the case that is right."""
+    try:
+        return Case.model_validate(raw), set()
+    except ValidationError as error:
+        found, spoiled = word_errors(error, raw)
+        problems += found
+        return _keep_valid(raw, spoiled), spoiled
+
+
+def _keep_valid(raw: dict[str, Any], spoiled: set[str]) -> Case:
+    """Build a case without its spoiled keys, for checks that need none of them; it is never handed out."""
+    kept: dict[str, Any] = {}
+    for section, model in list_sections().items():
+        table = raw.get(section) if section else raw
+        if section in spoiled or not isinstance(table, dict):
+            continue
+        keys = [key for key in model.model_fields if key in table and not (not section and key in list_sections())]
+        good = {key: as_tuple(table[key]) for key in keys if f"{section}.{key}".lstrip(".") not in spoiled}
+        kept.update({section: model.model_construct(**good)} if section else good)
+    return Case.model_construct(**kept)
+
+
+def write_case(case: Case, path: Path) -> None:
+    """Write the effective case, every default filled in, as TOML; `load_case` of the file gives the same case."""
+    sections = [name for name in list_sections() if name]
+    content = case.model_dump()
+    lines = _write_keys({key: value for key, value in content.items() if key not in sections})
+    for section in sections:
+        if content[section] is not None:
+            lines += ["", f"[{section}]", *_write_keys(content[section])]
+    unfinished = path.with_name(path.name + ".part")
+    unfinished.write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
+    os.replace(unfinished, path)
+
+
+def _write_keys(table: dict[str, Any]) -> list[str]:
+    return [f"{key} = {_write_value(value)}" for key, value in table.items() if value is not None]
+
+
+def _write_value(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(_write_value(entry) for entry in value)}]"
+    return repr(value)

@@ -1,0 +1,48 @@
+"""Where the particles start: a CSV file beside the case, or the lattice of [start]."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+from fbcouple.case.lattice import lattice_positions
+from fbcouple.case.schema import Case
+from fbcouple.errors import CaseError
+
+AXES = ("x", "y", "z")
+
+
+def start_positions(case: Case, folder: Path) -> np.ndarray:
+    """Return the start positions of a case whose file lies in `folder`: centres [m], shape (particles, 3)."""
+    assert case.particles is not None
+    if case.particles.positions is None:
+        return lattice_positions(case)
+    return read_positions(folder / case.particles.positions)
+
+
+def read_positions(path: Path) -> np.ndarray:
+    """Read the columns x, y and z [m] of a CSV file with a header line; other columns are allowed.
+
+    Returns: positions [m], shape (particles, 3).
+    Raises: CaseError (one text, without the key) if the file is missing or holds anything but finite numbers.
+    """
+    try:
+        with path.open(encoding="utf-8") as file, warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # "no data": told below
+            header = [name.strip() for name in file.readline().split(",")]
+            if not set(AXES) <= set(header):
+                raise CaseError([f"{path.name} has no columns x, y and z; start it with the line `x,y,z`."])
+            columns = [header.index(axis) for axis in AXES]
+            positions = np.loadtxt(file, delimiter=",", usecols=columns, ndmin=2, comments=None)
+    except OSError as error:
+        raise CaseError([f"{path.name} cannot be read: {error.strerror}; put it beside the case file."]) from None
+    except ValueError as error:
+        raise CaseError([f"{path.name}: {str(error)[:150]}; give a number in each column of each row."]) from None
+    if positions.shape[0] == 0:
+        raise CaseError([f"{path.name} holds no particles; add a row for each below the header."])
+    broken = np.flatnonzero(~np.isfinite(positions).all(axis=1))
+    if broken.size:
+        raise CaseError([f"{path.name}: particle {broken[0] + 1} is not finite; give coordinates in m."])
+    return positions

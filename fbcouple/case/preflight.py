@@ -1,0 +1,210 @@
+"""Numbers that tell before a run whether a case can work: steps against response times, cells, bed and gas."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from fbcouple.case.checks import machine_memory, needed_memory
+from fbcouple.case.derived import (
+    cell_size,
+    dem_step,
+    normal_damping,
+    open_velocity,
+    pair_contact_time,
+    particle_count,
+    particle_mass,
+    particle_volume,
+)
+from fbcouple.case.schema import Case, Contact, Particles
+from fbcouple.errors import CaseError
+
+Verdict = Literal["fit", "warn", "unfit"]
+
+PACKED = 0.42
+"""Voidage of a packed bed, where the gas responds fastest."""
+EXPANDED = 0.40
+"""Voidage of the interstitial velocity and of minimum fluidization."""
+SETTLED = 0.60
+"""Solids fraction of the bed at rest."""
+STABLE_EXPLICIT = 2.0
+"""Step over response time above which an explicit source grows."""
+
+
+@dataclass(frozen=True)
+class Number:
+    """One pre-flight number; `limit` says what is wanted, `verdict` is None where nothing is."""
+
+    name: str
+    value: float
+    unit: str
+    limit: str | None
+    verdict: Verdict | None
+    meaning: str
+
+
+def estimate(case: Case) -> list[Number]:
+    """Return the pre-flight numbers of a case that passed its checks; a scene gets only those that apply to it.
+
+    Raises: CaseError if a value is so large or small that they cannot be calculated.
+    """
+    parts: list[Callable[[Case], Iterator[Number]]] = [_size_up]
+    if case.particles and case.contact:
+        parts.append(_time_grains)
+    if case.particles and case.gravity > 0.0:
+        parts.append(_weigh_bed)
+    if case.gas:
+        parts.append(_time_gas)
+    if case.gas and case.particles and case.exchange:
+        parts += [_time_exchange, _measure_cells, _fluidize]
+    try:
+        with np.errstate(over="raise", divide="raise", invalid="raise"):
+            return [number for part in parts for number in part(case)]
+    except ArithmeticError:
+        text = "the values are too large or too small to calculate with; give every one in SI units."
+        raise CaseError([f"case: {text}"]) from None
+
+
+def gas_step(case: Case) -> float:
+    """Fluid step [s] that the Courant limit at U_f/0.40 and the Fourier limit allow, whichever is shorter."""
+    assert case.gas is not None
+    cell = cell_size(case)
+    fourier = case.gas.max_fourier * case.gas.density / case.gas.viscosity / float((1.0 / cell**2).sum())
+    speed = case.gas.inlet_velocity / (EXPANDED if case.particles else 1.0)
+    return min(fourier, case.gas.max_courant * float(cell[2]) / speed) if speed > 0.0 else fourier
+
+
+def minimum_fluidization(case: Case, voidage: float = EXPANDED) -> float:
+    """Superficial velocity [m/s] at which the case's drag carries the weight of a bed of `voidage`.
+
+    n beta u/eps = (1 - eps)(rho_p - rho) g with u = U/eps and (1 - eps)/V_p particles per volume (model A).
+    """
+    return voidage * _balance(case, voidage)
+
+
+def terminal_velocity(case: Case) -> float:
+    """Speed [m/s] at which the case's drag carries the weight of a lone particle."""
+    return _balance(case, 1.0)
+
+
+def _balance(case: Case, voidage: float) -> float:
+    """Slip [m/s] at which beta(u) u = eps V_p (rho_p - rho) g, by bisection."""
+    assert case.gas is not None and case.particles is not None
+    weight = voidage * particle_volume(case.particles) * (case.particles.density - case.gas.density) * case.gravity
+    low, high = 0.0, 1e-9
+    while _drag(case, voidage, high) * high < weight:
+        high *= 2.0
+    for _ in range(100):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if _drag(case, voidage, middle) * middle < weight else (low, middle)
+    return high
+
+
+def _drag(case: Case, voidage: float, slip: float) -> float:
+    """Drag coefficient beta [kg/s] of one particle."""
+    from fbcouple.exchange.drag import DRAG_LAWS  # noqa: PLC0415  (loads numba)
+
+    assert case.gas is not None and case.particles is not None and case.exchange is not None
+    law = DRAG_LAWS[case.exchange.drag]
+    return float(law(voidage, slip, case.particles.diameter, case.gas.density, case.gas.viscosity))
+
+
+def _largest_overlap(contact: Contact, particles: Particles, speed: float) -> float:
+    """Overlap [m] of a head-on contact at relative speed `speed` [m/s] (linear spring-dashpot, eqs 43-45)."""
+    mass = particle_mass(particles) / 2.0
+    damping = normal_damping(contact.stiffness, mass, contact.restitution)
+    swing = math.sqrt(contact.stiffness / mass - damping**2)
+    return speed / math.sqrt(contact.stiffness / mass) * math.exp(-damping / swing * math.atan2(swing, damping))
+
+
+def _judge(fits: bool, otherwise: Verdict = "warn") -> Verdict:
+    return "fit" if fits else otherwise
+
+
+def _size_up(case: Case) -> Iterator[Number]:
+    if case.particles:
+        yield Number("particles", particle_count(case.particles), "1", None, None, "Particles in the bed.")
+    if case.gas:
+        yield Number("cells", math.prod(case.domain.cells), "1", None, None, "Cells of the gas mesh.")
+    held, needed = machine_memory() / 1e9, needed_memory(case) / 1e9
+    meaning = "1 kB a particle and 2 kB a cell, over all ranks."
+    yield Number("memory", needed, "GB", f"below {held:.3g} (this machine)", _judge(needed < held, "unfit"), meaning)
+
+
+def _time_grains(case: Case) -> Iterator[Number]:
+    assert case.particles is not None and case.contact is not None
+    contact, particles = case.contact, case.particles
+    meaning = "Duration of a contact between two particles, T_C."
+    yield Number("contact time", pair_contact_time(contact, particles), "s", None, None, meaning)
+    yield Number("DEM step", dem_step(contact, particles), "s", None, None, "Constant step of the particles.")
+    steps = contact.steps_per_contact
+    meaning = "Six keep restitution 0.97 within 0.959-0.990, twenty within 0.970-0.973."
+    yield Number("DEM steps per contact", steps, "1", "at least 6", _judge(steps >= 6), meaning)
+    if case.gas and case.gas.inlet_velocity > 0.0:
+        overlap = _largest_overlap(contact, particles, case.gas.inlet_velocity) / particles.diameter
+        meaning = "Overlap over diameter of a head-on contact at the inlet velocity; a stiffer spring lowers it."
+        verdict = _judge(overlap <= 0.05, "warn" if overlap <= 0.2 else "unfit")
+        yield Number("overlap", overlap, "d", "at most 0.05", verdict, meaning)
+
+
+def _weigh_bed(case: Case) -> Iterator[Number]:
+    assert case.particles is not None
+    floor = case.domain.size[0] * case.domain.size[1]
+    solids = particle_count(case.particles) * particle_volume(case.particles)
+    height, box = solids / (SETTLED * floor), case.domain.size[2]
+    verdict = _judge(height < box, "unfit")
+    yield Number("settled height", height, "m", f"below {box:g}", verdict, "Bed at rest, solids fraction 0.60.")
+    if case.gas:
+        drop = solids * (case.particles.density - case.gas.density) * case.gravity / floor
+        yield Number("pressure drop", drop, "Pa", None, None, "Weight less buoyancy over floor: the fluidized bed.")
+
+
+def _time_gas(case: Case) -> Iterator[Number]:
+    meaning = "What the Courant limit at U_f/0.40 and the Fourier limit allow; a lively bed takes shorter steps."
+    yield Number("fluid step", gas_step(case), "s", None, None, meaning)
+    meaning = "Superficial velocity through the open faces of the floor."
+    yield Number("open inlet velocity", open_velocity(case), "m s-1", None, None, meaning)
+
+
+def _time_exchange(case: Case) -> Iterator[Number]:
+    assert case.gas is not None and case.particles is not None and case.exchange is not None
+    step, particles = gas_step(case), case.particles
+    beta = _drag(case, PACKED, case.gas.inlet_velocity / PACKED)
+    per_volume = (1.0 - PACKED) / particle_volume(particles) * beta
+    times = {"tau_g": PACKED * case.gas.density / per_volume, "tau_p": particle_mass(particles) / beta}
+    for name, time in times.items():
+        limit = f"below {STABLE_EXPLICIT:g} (explicit drag)" if case.exchange.scheme == "explicit" else None
+        verdict = _judge(step / time < STABLE_EXPLICIT, "unfit") if limit else None
+        whose = "gas" if name == "tau_g" else "particles"
+        meaning = f"Fluid step over the response time of the {whose} in a packed bed, {time:.3g} s."
+        yield Number(f"fluid step/{name}", step / time, "1", limit, verdict, meaning)
+    if case.contact:
+        meaning = "DEM steps in a fluid step."
+        yield Number("DEM steps per fluid step", step / dem_step(case.contact, particles), "1", None, None, meaning)
+
+
+def _measure_cells(case: Case) -> Iterator[Number]:
+    assert case.particles is not None and case.exchange is not None
+    wanted = 1.0 if case.exchange.filter_passes else 3.0
+    limit = f"at least {wanted:g} ({'with' if case.exchange.filter_passes else 'without'} filter)"
+    full = (math.pi / 6.0) ** (1.0 / 3.0)
+    for axis, size in zip("xyz", cell_size(case) / case.particles.diameter, strict=True):
+        verdict = _judge(size >= wanted, "warn" if size > full else "unfit")
+        meaning = f"Cell size over diameter along {axis}; a cube of {full:.2f} is filled by one particle."
+        yield Number(f"cell size {axis}", float(size), "d", limit, verdict, meaning)
+
+
+def _fluidize(case: Case) -> Iterator[Number]:
+    assert case.gas is not None and case.particles is not None
+    if case.gravity == 0.0 or case.particles.density <= case.gas.density:
+        return
+    inlet = case.gas.inlet_velocity
+    onset, terminal = minimum_fluidization(case), terminal_velocity(case)
+    meaning = "U_mf of the case's drag law at voidage 0.40; below it the bed stays packed."
+    yield Number("minimum fluidization", onset, "m s-1", f"below U_f = {inlet:g}", _judge(onset < inlet), meaning)
+    meaning = "Fall speed of a lone particle; with more gas than that the particles leave with it."
+    yield Number("terminal velocity", terminal, "m s-1", f"above U_f = {inlet:g}", _judge(terminal > inlet), meaning)

@@ -1,0 +1,136 @@
+"""What is wrong with a case, in words: where, what was given, what is allowed, how to mend it."""
+
+from __future__ import annotations
+
+import difflib
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import ValidationError
+
+from fbcouple.case.options import list_options, list_sections
+
+_LONGEST = 60
+_DEEPEST = 3
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One mistake: the dotted key that it belongs to and the rest of the text."""
+
+    key: str
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.key}: {self.text}"
+
+
+def show(value: Any, depth: int = 0) -> str:
+    """Write a value as a case file would, on one line and never longer than a line takes."""
+    if isinstance(value, bool):
+        text = str(value).lower()
+    elif isinstance(value, int):
+        text = str(value) if value.bit_length() < 8 * _LONGEST else f"a whole number of {value.bit_length()} bits"
+    elif isinstance(value, str):
+        text = json.dumps(value[: 2 * _LONGEST], ensure_ascii=not value.isprintable())
+    elif isinstance(value, list | tuple):
+        inner = "..." if depth >= _DEEPEST else ", ".join(show(entry, depth + 1) for entry in value[:8])
+        text = f"[{inner}{', ...' if len(value) > 8 else ''}]"
+    elif isinstance(value, dict):
+        text = "a table"
+    else:
+        text = str(value)
+    shortened = text if len(text) <= _LONGEST else text[:_LONGEST] + "..."
+    return f"{shortened} ({len(value)} characters)" if isinstance(value, str) and len(value) > _LONGEST else shortened
+
+
+def show_key(parts: Iterable[str]) -> str:
+    """Join the parts of a key with dots, quoting and shortening what is not a plain word."""
+    return ".".join(part if part.isidentifier() and len(part) <= _LONGEST else show(part) for part in parts)
+
+
+def suggest(given: str, known: Iterable[str]) -> str | None:
+    """Return the known word that `given` is most probably a misspelling of, or None."""
+    words, short = list(known), given[:_LONGEST].lower()
+    close = difflib.get_close_matches(short, words, n=1) or [word for word in words if len(short) > 2 and short in word]
+    return close[0] if close else None
+
+
+def word_errors(error: ValidationError, raw: dict[str, Any]) -> tuple[list[Problem], set[str]]:
+    """Put what the schema found into words.
+
+    A key that is missing because it is misspelt is told once, as misspelt.
+
+    Returns: the problems, one a key, and the keys (of options or sections) whose value is not to be used.
+    """
+    found: dict[str, Problem] = {}
+    meant: set[str] = set()
+    missing: dict[str, Problem] = {}
+    for detail in error.errors(include_url=False, include_context=False, include_input=False):
+        parts = [str(part) for part in detail["loc"] if not isinstance(part, int)]
+        key = ".".join(parts)
+        is_entry = len(parts) < len(detail["loc"])
+        if detail["type"] == "extra_forbidden":
+            wanted = _find_meant(parts)
+            meant.update([".".join([*parts[:-1], wanted])] if wanted else [])
+            found[key] = _word_unknown(parts, wanted)
+        elif detail["type"] == "missing" and not is_entry:
+            missing[key] = _word_missing(key)
+        else:
+            found[key] = _word_wrong(key, _look_up(raw, parts))
+    told = {key: problem for key, problem in missing.items() if key not in meant}
+    return [*found.values(), *told.values()], {*found, *missing, *meant}
+
+
+def _look_up(raw: dict[str, Any], parts: list[str]) -> Any:
+    value: Any = raw
+    for part in parts:
+        value = value[part]
+    return value
+
+
+def _find_meant(parts: list[str]) -> str | None:
+    return suggest(parts[-1], list_sections()[parts[0] if len(parts) > 1 else ""].model_fields)
+
+
+def _word_unknown(parts: list[str], wanted: str | None) -> Problem:
+    section = parts[0] if len(parts) > 1 else ""
+    known = ", ".join(list_sections()[section].model_fields)
+    owner = f"[{section}]" if section else "a case file"
+    elsewhere = [key for key in list_options() if key.split(".")[-1] == parts[-1]]
+    guess = wanted or (elsewhere[0] if elsewhere else None)
+    hint = f"; did you mean `{guess}`" if guess else "; remove it"
+    return Problem(show_key(parts), f"{owner} has no such key, allowed are: {known}{hint}.")
+
+
+def _word_missing(key: str) -> Problem:
+    if key in list_options():
+        option = list_options()[key]
+        section, _, name = key.rpartition(".")
+        where = f"under [{section}]" if section else "at the top of the file"
+        unit = f" in {option.unit}" if option.unit != "1" else ""
+        return Problem(key, f"is missing; add `{name} = ...` {where}: {option.allowed}{unit}. {option.sentence}")
+    needed = [name for name, field in list_sections()[key].model_fields.items() if field.is_required()]
+    return Problem(key, f"the section is missing; add [{key}] with {', '.join(needed)}.")
+
+
+def _word_wrong(key: str, value: Any) -> Problem:
+    if key not in list_options():
+        return Problem(key, f"{show(value)} is given, a section is allowed; write [{key}] and its keys below it.")
+    option = list_options()[key]
+    unit = f" (in {option.unit})" if option.unit != "1" else ""
+    if isinstance(value, str) and "number" in option.allowed:
+        mend = "give a bare number, without quotes or unit"
+    elif isinstance(value, str) and (close := suggest(value, option.allowed.replace('"', "").split(" or "))):
+        mend = f'did you mean "{close}"'
+    elif not option.required:
+        mend = f"mend the value, or leave the key out (default: {_word_default(option.default)})"
+    else:
+        mend = "mend the value"
+    return Problem(key, f"{show(value)} is given, {option.allowed}{unit} is allowed; {mend}. {option.sentence}")
+
+
+def _word_default(default: Any) -> str:
+    return "none" if default is None else show(default)

@@ -1,0 +1,135 @@
+"""Where a case comes from: shipped cases, case files, and what `--set` puts on top."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from fbcouple import places
+from fbcouple.case.problems import Problem, show, suggest
+from fbcouple.errors import CaseError
+
+FILE_NAME = "case.toml"
+LARGEST_FILE = 50_000_000
+
+
+def list_shipped() -> dict[str, Path]:
+    """Return the case files that come with fbcouple, by name (`patil/c2`)."""
+    found = sorted(places.CASES.glob(f"**/{FILE_NAME}"))
+    return {path.parent.relative_to(places.CASES).as_posix(): path for path in found}
+
+
+def find_case(name: str) -> Path:
+    """Find the case file that `name` means: a shipped name, a case file, or a folder that holds a case.toml.
+
+    Raises: CaseError with the shipped names, and the closest of them, if there is no such case.
+    """
+    shipped = list_shipped()
+    if name in shipped:
+        return shipped[name]
+    try:
+        path = Path(name)
+        candidate = path / FILE_NAME if path.is_dir() else path
+        if candidate.is_file():
+            return candidate
+        exists, is_folder = candidate.exists(), path.is_dir()
+    except (OSError, ValueError) as error:
+        raise CaseError([f"{show(name)}: cannot be a file name ({_reason(error)}); {_word_shipped(name)}"]) from None
+    if is_folder:
+        raise CaseError([f"{show(name)}: the folder holds no {FILE_NAME}; {_word_shipped(name)}"])
+    if exists:
+        raise CaseError([f"{show(name)}: is not a plain file; give a case file or the folder that holds one."])
+    raise CaseError([f"{show(name)}: neither a shipped case nor a file or folder; {_word_shipped(name)}"])
+
+
+def _word_shipped(name: str) -> str:
+    shipped = list(list_shipped())
+    close = suggest(name, shipped)
+    hint = f"; did you mean `{close}`" if close else ""
+    return f"shipped cases are: {', '.join(shipped)}{hint}."
+
+
+def _reason(error: Exception) -> str:
+    return (error.strerror if isinstance(error, OSError) else None) or str(error)[:200]
+
+
+def read_toml(path: Path, place: str) -> dict[str, Any]:
+    """Read a TOML file into nested dicts.
+
+    Raises: CaseError naming `place`, with line and column where the text is not TOML.
+    """
+    try:
+        if path.stat().st_size > LARGEST_FILE:
+            raise CaseError([f"{place}: larger than {LARGEST_FILE / 1e6:.0f} MB; a case file has a few kB."])
+        return tomllib.loads(path.read_bytes().decode("utf-8"))
+    except OSError as error:
+        problem = f"cannot be read: {error.strerror}; check the path and its permissions."
+    except tomllib.TOMLDecodeError as error:
+        problem = f"is not TOML: {show(str(error), 0).strip(chr(34))}; mend that line{_hint_overwrite(error)}."
+    except UnicodeDecodeError as error:
+        problem = f"is not UTF-8 text (byte {error.start}); save the file as UTF-8."
+    except RecursionError:
+        problem = "lists or tables are nested too deeply; a case file needs two levels."
+    except ValueError as error:
+        problem = f"holds a value that cannot be read ({str(error)[:100]}); mend it."
+    raise CaseError([f"{place}: {problem}"])
+
+
+def _hint_overwrite(error: Exception) -> str:
+    twice = any(word in str(error) for word in ("overwrite", "twice", "declared", "mutate"))
+    return " (a key or section is given twice)" if twice else ""
+
+
+def apply_settings(raw: dict[str, Any], sets: Sequence[str]) -> tuple[set[str], list[Problem]]:
+    """Put each `key.path=value` of `sets` into `raw`; whether the key exists is for the schema to say.
+
+    Returns: the dotted keys that were set, and the problems of settings that could not be read.
+    """
+    keys: set[str] = set()
+    problems = []
+    for setting in sets:
+        key, equals, text = setting.partition("=")
+        parts = [part.strip() for part in key.split(".")]
+        if not equals or not all(parts) or len(parts) > 2:
+            problems.append(
+                Problem(show(setting), "is not a setting; write key=value or section.key=value, as gas.density=1.2.")
+            )
+        elif not _is_text(setting):
+            problems.append(Problem(show(setting), "is not UTF-8 text; use characters that your terminal can encode."))
+        elif not text.strip():
+            problems.append(Problem(".".join(parts), "no value is given; write a value after the equals sign."))
+        elif not _place(raw, parts, _read_value(text)):
+            problems.append(Problem(".".join(parts), f"{parts[0]} is not a section in the case file; mend it there."))
+        else:
+            keys.add(".".join(parts))
+    return keys, problems
+
+
+def _is_text(text: str) -> bool:
+    try:
+        text.encode("utf-8")
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
+def _place(raw: dict[str, Any], parts: list[str], value: Any) -> bool:
+    table = raw
+    for part in parts[:-1]:
+        inner = table.setdefault(part, {})
+        if not isinstance(inner, dict):
+            return False
+        table = inner
+    table[parts[-1]] = value
+    return True
+
+
+def _read_value(text: str) -> Any:
+    """Read a TOML value; words that are not TOML are text, which the schema refuses where it wants a number."""
+    try:
+        read = tomllib.loads(f"value = {text}")
+    except (ValueError, RecursionError):
+        return text
+    return read["value"] if set(read) == {"value"} else text

@@ -1,0 +1,235 @@
+"""The command line: the only place that prints and chooses exit codes.
+
+Exit codes: 0 done; 1 the case or the input is wrong; 2 usage; 3 a solver or the machine failed; 4 the simulation
+diverged or broke a conservation check; 75 stopped early with a checkpoint. Heavy modules load inside commands.
+"""
+
+# ruff: noqa: PLC0415  (a command loads only what it needs)
+
+from __future__ import annotations
+
+import math
+import shutil
+import time
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from fbcouple import __version__
+from fbcouple.errors import CaseError, FbcoupleError, SolverError
+
+if TYPE_CHECKING:
+    from fbcouple.case.schema import Case
+
+NARROWEST_PIPE = 150
+INTERRUPTED = 130
+PROGRESS_EVERY = 5.0
+"""Wall time [s] between lines of progress."""
+COLOURS = {"fit": "green", "warn": "yellow", "unfit": "bold red"}
+
+
+class Commands(click.Group):
+    """The commands, with errors of fbcouple turned into one line a problem on stderr and their exit code."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        try:
+            return super().invoke(ctx)
+        except FbcoupleError as error:
+            for problem in error.problems if isinstance(error, CaseError) else [str(error)]:
+                click.echo(problem, err=True)
+            ctx.exit(error.exit_code)
+        except KeyboardInterrupt:
+            click.echo("interrupted", err=True)
+            ctx.exit(INTERRUPTED)
+
+
+def require_finite(ctx: click.Context, parameter: click.Parameter, value: float | None) -> float | None:
+    """Refuse nan and infinity, which click takes for numbers."""
+    if value is not None and not math.isfinite(value):
+        raise click.BadParameter("give a finite number of seconds")
+    return value
+
+
+def print_table(columns: Iterable[str], rows: Iterable[Iterable[str | Text]]) -> None:
+    """Print a table; piped output is wide enough for a row a line in most cases."""
+    console = Console(soft_wrap=False)
+    if not console.is_terminal:
+        console = Console(width=NARROWEST_PIPE)
+    table = Table(box=None, pad_edge=False)
+    for column in columns:
+        table.add_column(column, overflow="fold")
+    for row in rows:
+        table.add_row(*(cell if isinstance(cell, Text) else Text(cell) for cell in row))
+    console.print(table)
+
+
+def take_settings(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add `--set key.path=value`, which may be given several times."""
+    text = "Put a value on top of the case file, as particles.mass=0.125; may be given several times."
+    return click.option("--set", "sets", multiple=True, metavar="KEY=VALUE", help=text)(command)
+
+
+@click.group(cls=Commands)
+@click.version_option(__version__)
+def cli() -> None:
+    """CFD-DEM of fluidized beds: OpenFOAM and LIGGGHTS from one case file to figures."""
+
+
+@cli.command()
+def cases() -> None:
+    """List the shipped cases."""
+    from fbcouple.case.load import load_case
+    from fbcouple.case.source import list_shipped
+
+    print_table(["case", "title"], [(name, load_case(name).title) for name in list_shipped()])
+
+
+@cli.command()
+@click.argument("case")
+@take_settings
+def check(case: str, sets: tuple[str, ...]) -> None:
+    """Tell every mistake of CASE at once, and the pre-flight numbers; starts no solver."""
+    from fbcouple.case.load import load_case
+    from fbcouple.case.preflight import estimate
+
+    numbers = estimate(load_case(case, sets))
+    rows = [
+        (
+            number.name,
+            f"{number.value:.4g}" if isinstance(number.value, float) else str(number.value),
+            "" if number.unit == "1" else number.unit,
+            number.limit or "",
+            Text(number.verdict or "", style=COLOURS.get(number.verdict or "", "")),
+            number.meaning,
+        )
+        for number in numbers
+    ]
+    print_table(["number", "value", "unit", "wanted", "verdict", "meaning"], rows)
+
+
+@cli.command()
+@click.argument("case")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Run folder; by default runs/<name of the case>.")
+@take_settings
+@click.option("--explain", "explained", is_flag=True, help="List what is in the decks, what is left out, and why.")
+def setup(case: str, output: Path | None, sets: tuple[str, ...], explained: bool) -> None:
+    """Write the run folder of CASE: effective case, decks, start positions."""
+    from fbcouple.case.load import load_case
+    from fbcouple.case.source import find_case
+    from fbcouple.decks.needs import explain
+
+    loaded, source = load_case(case, sets), find_case(case)
+    run = output or Path("runs") / name_run(case, source)
+    lay_out_run(loaded, source.parent, run)
+    if explained:
+        rows = [(part.name, "in" if part.is_in else "out", part.why) for part in explain(loaded)]
+        print_table(["part", "", "why"], rows)
+    click.echo(f"{run}: set up; start it with `fbcouple run {run}`")
+
+
+def name_run(case: str, source: Path) -> str:
+    """Name a run after its case: patil/c2 gives patil-c2; a file gives its stem, or its folder if it is a case.toml."""
+    from fbcouple.case.source import FILE_NAME, list_shipped
+
+    if case in list_shipped():
+        return case.replace("/", "-")
+    source = source.resolve()
+    return source.parent.name if source.name == FILE_NAME else source.stem
+
+
+def lay_out_run(case: Case, folder: Path, run: Path) -> None:
+    """Set up `run` and keep the positions file (which lies in `folder`) beside the effective case."""
+    from fbcouple.case.positions import start_positions
+    from fbcouple.decks.render import set_up
+
+    try:
+        set_up(case, run, lambda wanted: start_positions(wanted, folder))
+        if case.particles and case.particles.positions:
+            shutil.copyfile(folder / case.particles.positions, run / case.particles.positions)
+    except OSError as error:
+        raise CaseError([f"{run}: cannot be written ({error.strerror}); give another folder with -o."]) from error
+
+
+@cli.command()
+@click.argument("run", type=click.Path(path_type=Path))
+@click.option("-n", "--ranks", type=click.IntRange(min=1), default=1, show_default=True, help="MPI ranks.")
+@click.option(
+    "--until",
+    type=click.FloatRange(min=0.0, min_open=True),
+    callback=require_finite,
+    help="Stop at this simulated time [s].",
+)
+@click.option("--fresh", is_flag=True, help="Start again and remove the results of an earlier run.")
+def run(run: Path, ranks: int, until: float | None, fresh: bool) -> None:
+    """Run the simulation that lies in the folder RUN."""
+    require_run(run)
+    from fbcouple.launch import launch
+
+    launch(run, ranks, until, fresh, tell_progress())
+    click.echo(f"{run}: done; draw its figures with `fbcouple post {run}`")
+
+
+def tell_progress() -> Callable[[dict[str, Any]], None]:
+    """Return a watch of the history rows that prints one every few seconds of wall time."""
+    told = -math.inf
+
+    def watch(row: dict[str, Any]) -> None:
+        nonlocal told
+        if time.monotonic() - told >= PROGRESS_EVERY:
+            told = time.monotonic()
+            click.echo(f"t = {row['time']:.4f} s after {row['steps']} steps")
+
+    return watch
+
+
+def require_run(run: Path) -> None:
+    """Raise CaseError unless `run` is a folder that `setup` wrote."""
+    if not (run / "case.toml").is_file():
+        raise CaseError([f"{run}: is not a run folder (no case.toml); write one with `fbcouple setup CASE -o {run}`."])
+
+
+@cli.command()
+@click.argument("run", type=click.Path(path_type=Path))
+def post(run: Path) -> None:
+    """Draw the figures of RUN from its results.nc."""
+    from postproc import draw
+
+    for picture in draw(run):
+        click.echo(str(picture))
+
+
+@cli.command()
+@click.option("--fix", "mends", is_flag=True, help="Mend what can be mended without the package manager first.")
+def doctor(mends: bool) -> None:
+    """Tell what is installed, what fits together and how to mend the rest; exit code 0 only if a run can work."""
+    from fbcouple import doctor as examination
+
+    if mends:
+        examination.fix()
+    rows = examination.examine()
+    verdicts = [Text("ok", style="green") if row.ok else Text("NOT OK", style="bold red") for row in rows]
+    columns = ["what", "found", "wanted", "", "mend"]
+    print_table(
+        columns,
+        [
+            (row.name, row.found, row.wanted, verdict, "" if row.ok else row.mend)
+            for row, verdict in zip(rows, verdicts, strict=True)
+        ],
+    )
+    broken = [row.name for row in rows if not row.ok]
+    if broken:
+        raise SolverError(f"a run cannot work yet: {', '.join(broken)}")
+
+
+def main() -> None:
+    """Entry point of the `fbcouple` command."""
+    cli(prog_name="fbcouple")
+
+
+if __name__ == "__main__":
+    main()

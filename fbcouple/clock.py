@@ -1,0 +1,72 @@
+"""Time: a constant DEM step, fluid steps that are whole numbers of it, and what is due when."""
+
+from __future__ import annotations
+
+import math
+
+_GROWTH = 1.2
+_ALMOST = 1.0 - 1e-9
+_TINY = 1e-300
+
+
+class Clock:
+    """Chooses each coupling step from the Courant and Fourier limits and the DEM step.
+
+    With particles a step is `substeps` DEM steps. A limit that asks for less than one DEM step gets one: the step
+    then exceeds the limit, which `max_courant` in the results shows.
+    """
+
+    def __init__(self, end: float, dem_step: float | None, first_step: float) -> None:
+        self.time = 0.0
+        self.steps = 0
+        self.substeps = 0
+        self.dt = 0.0
+        self._end = end
+        self._dem_step = dem_step
+        self._substeps_done = 0
+        self._choose(first_step)
+
+    @property
+    def running(self) -> bool:
+        """Is there time left?"""
+        return self.time < self._end * _ALMOST
+
+    def tick(self) -> None:
+        """The step `dt` was taken."""
+        self.steps += 1
+        if self._dem_step is None:
+            self.time += self.dt
+        else:
+            self._substeps_done += self.substeps
+            self.time = self._substeps_done * self._dem_step
+
+    def choose(self, courant: float, fourier: float, max_courant: float, max_fourier: float) -> None:
+        """Choose the next step from the numbers of the last one and their limits; it grows by a fifth at most."""
+        room = min(max_courant / max(courant, _TINY), max_fourier / max(fourier, _TINY))
+        self._choose(self.dt * room)
+
+    def _choose(self, limit: float) -> None:
+        left = self._end - self.time
+        if self._dem_step is None:
+            self.dt = min(limit, _GROWTH * self.dt if self.steps else limit, left if left > 0 else limit)
+            return
+        # One more sub-step is always a growth allowed, or a few sub-steps could never grow by a fifth.
+        growth = max(int(_GROWTH * self.substeps), self.substeps + 1)
+        most = max(1, math.ceil(left / self._dem_step - 1e-6))
+        self.substeps = max(1, min(int(limit / self._dem_step), growth, most))
+        self.dt = self.substeps * self._dem_step
+
+
+class Cadence:
+    """Says when something is due: at the first step at or after each multiple of `every` [s], from `start` on."""
+
+    def __init__(self, every: float, start: float = 0.0) -> None:
+        self._every = every
+        self._next = start
+
+    def due(self, time: float) -> bool:
+        """Is it due at `time`? Asking moves on to the next multiple."""
+        if time < self._next * _ALMOST:
+            return False
+        self._next = (math.floor(time / self._every * (2.0 - _ALMOST)) + 1) * self._every
+        return True

@@ -1,0 +1,112 @@
+"""What a scene needs, and why the rest is left out: the one place that decides what appears in the decks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from fbcouple.case.schema import Case
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of a scene: is it in, and why."""
+
+    name: str
+    is_in: bool
+    why: str
+
+
+Decision = Callable[[Case], tuple[bool, str]]
+_DECISIONS: dict[str, Decision] = {}
+
+
+def _part(decide: Decision) -> Decision:
+    _DECISIONS[decide.__name__.strip("_")] = decide
+    return decide
+
+
+@_part
+def _gas(case: Case) -> tuple[bool, str]:
+    return case.gas is not None, "[gas] in the case" if case.gas else "no [gas]: OpenFOAM never starts"
+
+
+@_part
+def _particles(case: Case) -> tuple[bool, str]:
+    return case.particles is not None, "[particles] in the case" if case.particles else "no [particles]: LIGGGHTS never starts"
+
+
+@_part
+def _coupling(case: Case) -> tuple[bool, str]:
+    both = case.gas is not None and case.particles is not None
+    return both, "gas and particles" if both else "one phase only: nothing is exchanged"
+
+
+@_part
+def _closed_nozzle(case: Case) -> tuple[bool, str]:
+    closed = case.gas is not None and case.gas.closed_nozzle is not None
+    return closed, "gas.closed_nozzle is given" if closed else "the whole floor is open"
+
+
+@_part
+def _turbulence(case: Case) -> tuple[bool, str]:
+    model = case.gas.turbulence if case.gas else "none"
+    return model != "none", f"gas.turbulence = {model}"
+
+
+@_part
+def _pair_friction(case: Case) -> tuple[bool, str]:
+    friction = case.contact.friction if case.contact else 0.0
+    return friction > 0, f"contact.friction = {friction}"
+
+
+@_part
+def _wall_friction(case: Case) -> tuple[bool, str]:
+    friction = case.contact.wall_friction if case.contact else 0.0
+    return friction > 0, f"contact.wall_friction = {friction}"
+
+
+@_part
+def _damping(case: Case) -> tuple[bool, str]:
+    if case.contact is None:
+        return False, "no contacts"
+    damped = min(case.contact.restitution, case.contact.wall_restitution) < 1.0
+    return damped, "a restitution below 1" if damped else "both restitutions are 1: LIGGGHTS gets zero damping"
+
+
+@_part
+def _rotation(case: Case) -> tuple[bool, str]:
+    rotates = case.particles is not None and case.particles.rotation
+    return rotates, "particles.rotation" if rotates else "positions and velocities only (fix nve)"
+
+
+@_part
+def _gravity(case: Case) -> tuple[bool, str]:
+    return case.gravity > 0, f"gravity = {case.gravity}"
+
+
+@_part
+def _filter(case: Case) -> tuple[bool, str]:
+    passes = case.exchange.filter_passes if case.exchange else 0
+    return passes > 0, f"exchange.filter_passes = {passes}"
+
+
+@_part
+def _pressure_gradient_force(case: Case) -> tuple[bool, str]:
+    wanted = case.exchange is not None and case.exchange.pressure_gradient
+    return wanted, "exchange.pressure_gradient" if wanted else "not asked for"
+
+
+@_part
+def _averages(case: Case) -> tuple[bool, str]:
+    return case.averages is not None, "[averages] in the case" if case.averages else "no [averages]"
+
+
+def explain(case: Case) -> list[Part]:
+    """Every part a scene can have, whether this one has it, and why."""
+    return [Part(name, *decide(case)) for name, decide in _DECISIONS.items()]
+
+
+def find_needs(case: Case) -> dict[str, bool]:
+    """Part name -> is it in, for the templates and the time loop."""
+    return {part.name: part.is_in for part in explain(case)}

@@ -1,0 +1,131 @@
+"""Render the decks of a case and lay out its run folder, all of it or nothing."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jinja2 import FileSystemLoader, StrictUndefined
+from jinja2.sandbox import ImmutableSandboxedEnvironment
+
+from fbcouple import __version__
+from fbcouple.case import derived
+from fbcouple.case.lattice import lattice_positions
+from fbcouple.case.load import write_case
+from fbcouple.case.schema import Case
+from fbcouple.decks.context import build_context
+from fbcouple.decks.needs import explain, find_needs
+from fbcouple.errors import CaseError
+from fbcouple.places import TEMPLATES
+
+# deck file in the run folder -> (template, part of the scene that needs it)
+DECKS: dict[str, tuple[str, str]] = {
+    "fluid/system/controlDict": ("openfoam/system/controlDict", "gas"),
+    "fluid/system/fvSchemes": ("openfoam/system/fvSchemes", "gas"),
+    "fluid/system/fvSolution": ("openfoam/system/fvSolution", "gas"),
+    "fluid/system/blockMeshDict": ("openfoam/system/blockMeshDict", "gas"),
+    "fluid/system/topoSetDict": ("openfoam/system/topoSetDict", "closed_nozzle"),
+    "fluid/system/createPatchDict": ("openfoam/system/createPatchDict", "closed_nozzle"),
+    "fluid/constant/transportProperties": ("openfoam/constant/transportProperties", "gas"),
+    "fluid/constant/turbulenceProperties": ("openfoam/constant/turbulenceProperties", "gas"),
+    "fluid/0/U": ("openfoam/0/U", "gas"),
+    "fluid/0/p": ("openfoam/0/p", "gas"),
+    "fluid/0/voidage": ("openfoam/0/voidage", "gas"),
+    "fluid/0/nut": ("openfoam/0/nut", "turbulence"),
+    "grains/in.grains": ("liggghts/in.grains", "particles"),
+}
+_PARTICLE_TYPE = 1
+
+
+def format_number(value: float) -> str:
+    """Shortest text that reads back as the same number; only numbers can come out of it."""
+    return repr(float(value))
+
+
+def make_environment() -> ImmutableSandboxedEnvironment:
+    """Templates see their context only, and an undefined name is an error."""
+    environment = ImmutableSandboxedEnvironment(
+        loader=FileSystemLoader(TEMPLATES),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    environment.filters["num"] = format_number
+    return environment
+
+
+def render_decks(case: Case) -> dict[str, str]:
+    """Deck file -> text, only the files that the scene needs."""
+    needs = find_needs(case)
+    context: dict[str, Any] = build_context(case, needs)
+    environment = make_environment()
+    return {
+        deck: environment.get_template(template).render(context)
+        for deck, (template, part) in DECKS.items()
+        if needs[part]
+    }
+
+
+def format_particles(case: Case, positions: np.ndarray) -> Iterator[str]:
+    """Lines of a LIGGGHTS data file: box, counts, and a particle a line."""
+    assert case.particles is not None
+    yield f"particles of: {case.title}\n\n{len(positions)} atoms\n2 atom types\n"
+    for axis, length in zip("xyz", case.domain.size, strict=True):
+        yield f"0.0 {format_number(length)} {axis}lo {axis}hi\n"
+    yield "\nAtoms\n\n"
+    size = f"{_PARTICLE_TYPE} {format_number(case.particles.diameter)} {format_number(case.particles.density)}"
+    for number, (x, y, z) in enumerate(positions.tolist(), start=1):
+        yield f"{number} {size} {x!r} {y!r} {z!r}\n"
+
+
+def set_up(case: Case, run: Path, read_positions: Callable[[Case], np.ndarray] = lattice_positions) -> None:
+    """Write the run folder `run` of `case`: effective case, manifest, decks.
+
+    Everything is written beside it first and moved in at the end. Raises CaseError if `run` holds results or
+    anything that an earlier set-up did not write.
+    """
+    refuse_foreign(run)
+    decks = render_decks(case)
+    fresh = run.with_name(run.name + ".setting-up")
+    shutil.rmtree(fresh, ignore_errors=True)
+    for name, text in decks.items():
+        place = fresh / name
+        place.parent.mkdir(parents=True, exist_ok=True)
+        place.write_text(text)
+    if case.particles:
+        with (fresh / "grains/particles.data").open("w") as file:
+            file.writelines(format_particles(case, read_positions(case)))
+    write_case(case, fresh / "case.toml")
+    (fresh / "manifest.json").write_text(json.dumps(_describe(case, decks), indent=2) + "\n")
+    (fresh / "logs").mkdir()
+    if run.exists():
+        shutil.rmtree(run)
+    fresh.rename(run)
+
+
+def refuse_foreign(run: Path) -> None:
+    """Raise CaseError unless `run` is free or holds an earlier set-up without results."""
+    if not run.exists():
+        return
+    if (run / "results.nc").exists():
+        raise CaseError([f"{run}: holds results (results.nc); give another folder with -o, or remove it first"])
+    if not run.is_dir() or (any(run.iterdir()) and not (run / "manifest.json").exists()):
+        raise CaseError([f"{run}: is not a run folder of fbcouple; give another folder with -o"])
+
+
+def _describe(case: Case, decks: dict[str, str]) -> dict[str, Any]:
+    parts = explain(case)
+    return {
+        "fbcouple": __version__,
+        "title": case.title,
+        "particles": derived.particle_count(case.particles) if case.particles else 0,
+        "decks": {name: hashlib.sha256(text.encode()).hexdigest() for name, text in decks.items()},
+        "in": {part.name: part.why for part in parts if part.is_in},
+        "left_out": {part.name: part.why for part in parts if not part.is_in},
+    }

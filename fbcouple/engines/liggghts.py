@@ -1,0 +1,133 @@
+"""The particles of this rank: stock LIGGGHTS by its C library, seen through NumPy views."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+from pathlib import Path
+
+import numpy as np
+from mpi4py import MPI
+
+from fbcouple.engines.native import Signature, load_library
+from fbcouple.errors import SolverError
+
+_FUNCTIONS: dict[str, Signature] = {
+    "lammps_open": (
+        None,
+        [ctypes.c_int, ctypes.POINTER(ctypes.c_char_p), ctypes.c_void_p, ctypes.POINTER(ctypes.c_void_p)],
+    ),
+    "lammps_close": (None, [ctypes.c_void_p]),
+    "lammps_file": (None, [ctypes.c_void_p, ctypes.c_char_p]),
+    "lammps_command": (ctypes.c_char_p, [ctypes.c_void_p, ctypes.c_char_p]),
+    "lammps_extract_global": (ctypes.c_void_p, [ctypes.c_void_p, ctypes.c_char_p]),
+    "lammps_extract_atom": (ctypes.c_void_p, [ctypes.c_void_p, ctypes.c_char_p]),
+    "lammps_extract_fix": (
+        ctypes.c_void_p,
+        [ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_int, ctypes.c_int, ctypes.c_int],
+    ),
+}
+LIBRARY = "libliggghts.so.3"
+
+
+class Grains:
+    """LIGGGHTS in this process, one instance a process.
+
+    Every array is a view into LIGGGHTS' own memory with a row per particle of this rank. A view is valid until the
+    next `advance`: ask again after it.
+    """
+
+    def __init__(self, deck: Path, log: Path, comm: MPI.Comm) -> None:
+        """Read the deck `deck`; relative names in it start from the folder of the deck."""
+        self._library = load_library(LIBRARY, _FUNCTIONS, "sudo apt-get install liggghts")
+        screen = log.with_suffix(".screen")
+        words = [b"liggghts", b"-log", os.fsencode(log), b"-screen", os.fsencode(screen)]
+        arguments = (ctypes.c_char_p * (len(words) + 1))(*words, None)
+        handle = ctypes.c_void_p.from_address(MPI._addressof(comm))
+        self._lammps = ctypes.c_void_p()
+        self._library.lammps_open(len(words), arguments, handle, ctypes.byref(self._lammps))
+        self._library.lammps_file(self._lammps, os.fsencode(deck))
+        self._count = self._global("nlocal", ctypes.c_int)
+        self.bounds = self._read_bounds()
+
+    @property
+    def count(self) -> int:
+        """Particles of this rank."""
+        return self._count.value
+
+    @property
+    def positions(self) -> np.ndarray:
+        """Centres [m], shape (count, 3)."""
+        return self._atoms("x", ctypes.c_double, 3)
+
+    @property
+    def velocities(self) -> np.ndarray:
+        """Velocities [m/s], shape (count, 3)."""
+        return self._atoms("v", ctypes.c_double, 3)
+
+    @property
+    def forces(self) -> np.ndarray:
+        """Total force of the last sub-step [N], shape (count, 3): what the next sub-step starts with."""
+        return self._atoms("f", ctypes.c_double, 3)
+
+    @property
+    def radii(self) -> np.ndarray:
+        """Radii [m], shape (count,)."""
+        return self._atoms("radius", ctypes.c_double)
+
+    @property
+    def masses(self) -> np.ndarray:
+        """Masses [kg], shape (count,)."""
+        return self._atoms("rmass", ctypes.c_double)
+
+    @property
+    def gas_force(self) -> np.ndarray:
+        """Force of the gas [N], shape (count, 3), writable: held over the sub-steps, it travels with its particle."""
+        pointer = self._library.lammps_extract_fix(self._lammps, b"dragforce", 1, 2, 0, 0)
+        return self._view(pointer, ctypes.c_double, self.count, 3)
+
+    def ghost_positions(self) -> np.ndarray:
+        """Centres [m] of this rank's particles and of its neighbours' near its border, shape (>= count, 3)."""
+        rows = self.count + self._global("nghost", ctypes.c_int).value
+        return self._view(self._library.lammps_extract_atom(self._lammps, b"x"), ctypes.c_double, rows, 3)
+
+    def ghost_radii(self) -> np.ndarray:
+        """Radii [m] that go with `ghost_positions`."""
+        rows = self.count + self._global("nghost", ctypes.c_int).value
+        return self._view(self._library.lammps_extract_atom(self._lammps, b"radius"), ctypes.c_double, rows)
+
+    def advance(self, steps: int, first: bool = False) -> None:
+        """Take `steps` DEM steps (collective); `first` also sets up, afterwards the run continues as it stands."""
+        self.command(f"run {steps}" if first else f"run {steps} pre no post no")
+
+    def command(self, line: str) -> None:
+        """Give one LIGGGHTS command; an error in it ends the process, the words are in its log."""
+        self._library.lammps_command(self._lammps, line.encode())
+
+    def close(self) -> None:
+        """End LIGGGHTS (collective)."""
+        self._library.lammps_close(self._lammps)
+
+    def _read_bounds(self) -> np.ndarray:
+        names = [f"sub{axis}{end}" for end in ("lo", "hi") for axis in "xyz"]
+        return np.array([self._global(name, ctypes.c_double).value for name in names]).reshape(2, 3)
+
+    def _global(self, name: str, kind: type) -> ctypes._SimpleCData:
+        pointer = self._library.lammps_extract_global(self._lammps, name.encode())
+        if not pointer:
+            raise SolverError(f"LIGGGHTS has no global value {name}; fbcouple wants LIGGGHTS-PUBLIC 3.8")
+        return kind.from_address(pointer)
+
+    def _atoms(self, name: str, kind: type, columns: int = 1) -> np.ndarray:
+        return self._view(self._library.lammps_extract_atom(self._lammps, name.encode()), kind, self.count, columns)
+
+    @staticmethod
+    def _view(pointer: int | None, kind: type, rows: int, columns: int = 1) -> np.ndarray:
+        shape = (rows,) if columns == 1 else (rows, columns)
+        if rows == 0:
+            return np.empty(shape)
+        if not pointer:
+            raise SolverError("LIGGGHTS has no such property of its particles")
+        # A table of rows in LIGGGHTS is one block; its first row pointer is the start of the block.
+        start = pointer if columns == 1 else ctypes.c_void_p.from_address(pointer).value
+        return np.ctypeslib.as_array(ctypes.cast(ctypes.c_void_p(start), ctypes.POINTER(kind)), shape=shape)

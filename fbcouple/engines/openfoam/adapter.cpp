@@ -1,0 +1,334 @@
+// The volume-averaged gas (model A) on OpenFOAM's own finite-volume operators, behind a C interface.
+//
+//   d(eps)/dt + div(eps u) = 0
+//   d(eps u)/dt + div(eps u u) = -eps grad(p) + div(eps tau) + (S - K u)/rho
+//
+// Hamidouche et al. 2019, eqs 3-4 with the particle source of eq. 29: -(F_D + F_P) leaves eps grad P, once. p is the
+// dynamic pressure over rho, K [kg m-3 s-1] the implicit and S [N m-3] the explicit part of the drag. Gravity is
+// absorbed in p; the buoyancy of the particles is given to them with their pressure-gradient force.
+//
+// Every function returns 0, or 1 with the reason in gas_error(). Arrays are the caller's; nothing keeps a pointer,
+// because OpenFOAM's field storage moves at every assignment.
+
+#include <cstdint>
+#include <fstream>
+#include <iostream>
+#include <stdexcept>
+#include <string>
+
+#include "fvCFD.H"
+#include "PhaseIncompressibleTurbulenceModel.H"
+#include "fixedFluxPressureFvPatchScalarField.H"
+#include "singlePhaseTransportModel.H"
+
+namespace
+{
+
+using namespace Foam;
+
+typedef PhaseIncompressibleTurbulenceModel<singlePhaseTransportModel> turbulenceModelType;
+
+IOobject described(const word& name, const fvMesh& mesh, IOobject::readOption read)
+{
+    return IOobject(name, mesh.time().timeName(), mesh, read, IOobject::AUTO_WRITE);
+}
+
+class Gas
+{
+    argList args_;
+    Time time_;
+    fvMesh mesh_;
+    volVectorField U_;
+    volScalarField p_;
+    volScalarField eps_;
+    surfaceScalarField phi_;
+    surfaceScalarField epsPhi_;
+    volVectorField gradP_;
+    volScalarField dragK_;
+    volVectorField dragS_;
+    singlePhaseTransportModel transport_;
+    autoPtr<turbulenceModelType> turbulence_;
+    const dimensionedScalar rho_;
+    const int correctors_;
+    label pRefCell_;
+    scalar pRefValue_;
+    int iterations_;
+
+    void fill(volScalarField& field, const double* values);
+    void fill(volVectorField& field, const double* values);
+    void setPressureGradientAtWalls();
+    void correctPressure(const fvVectorMatrix& UEqn, const volScalarField& rAU);
+
+public:
+
+    Gas(int argc, char** argv, double rho, int correctors);
+    void start(const double* voidage);
+    void step(double dt, const double* voidage, const double* dragK, const double* dragS);
+    void cells(double* centres, double* volumes) const;
+    void fields(double* velocity, double* pressureGradient, double* pressure) const;
+    void measure(double* values) const;
+    void write();
+    label nCells() const { return mesh_.nCells(); }
+};
+
+Gas::Gas(int argc, char** argv, double rho, int correctors)
+:
+    args_(argc, argv),
+    time_(Time::controlDictName, args_),
+    mesh_(IOobject(fvMesh::defaultRegion, time_.timeName(), time_, IOobject::MUST_READ)),
+    U_(described("U", mesh_, IOobject::MUST_READ), mesh_),
+    p_(described("p", mesh_, IOobject::MUST_READ), mesh_),
+    eps_(described("voidage", mesh_, IOobject::MUST_READ), mesh_),
+    phi_(described("phi", mesh_, IOobject::READ_IF_PRESENT), fvc::flux(U_)),
+    epsPhi_(described("voidagePhi", mesh_, IOobject::READ_IF_PRESENT), fvc::interpolate(eps_)*phi_),
+    gradP_("gradP", fvc::grad(p_)),
+    dragK_
+    (
+        IOobject("dragK", time_.timeName(), mesh_), mesh_,
+        dimensionedScalar(dimDensity/dimTime, Zero), zeroGradientFvPatchScalarField::typeName
+    ),
+    dragS_
+    (
+        IOobject("dragS", time_.timeName(), mesh_), mesh_,
+        dimensionedVector(dimDensity*dimAcceleration, Zero), zeroGradientFvPatchVectorField::typeName
+    ),
+    transport_(U_, phi_),
+    turbulence_(turbulenceModelType::New(eps_, U_, epsPhi_, phi_, transport_)),
+    rho_("rho", dimDensity, rho),
+    correctors_(correctors),
+    pRefCell_(0),
+    pRefValue_(0),
+    iterations_(0)
+{
+    setRefCell(p_, mesh_.solutionDict().subOrEmptyDict("PISO"), pRefCell_, pRefValue_);
+    mesh_.setFluxRequired(p_.name());
+    U_.oldTime();
+    eps_.oldTime();
+    phi_.oldTime();
+    turbulence_->validate();
+}
+
+void Gas::fill(volScalarField& field, const double* values)
+{
+    scalarField& inside = field.primitiveFieldRef();
+    forAll(inside, i) inside[i] = values[i];
+    field.correctBoundaryConditions();
+}
+
+void Gas::fill(volVectorField& field, const double* values)
+{
+    vectorField& inside = field.primitiveFieldRef();
+    forAll(inside, i) inside[i] = vector(values[3*i], values[3*i + 1], values[3*i + 2]);
+    field.correctBoundaryConditions();
+}
+
+// The voidage of the first step: no particle has moved yet, so d(eps)/dt starts from zero.
+void Gas::start(const double* voidage)
+{
+    fill(eps_, voidage);
+    eps_.oldTime() == eps_;
+    U_.correctBoundaryConditions();
+    phi_ = fvc::flux(U_);
+    phi_.oldTime() == phi_;
+    epsPhi_ = fvc::interpolate(eps_)*phi_;
+}
+
+// Momentum normal to a boundary of given velocity, drag against pressure: eps dp/dn = (S.n - K u.n)/rho. A zero
+// gradient here would halve the pressure gradient in the cells next to the inlet of a packed bed.
+void Gas::setPressureGradientAtWalls()
+{
+    forAll(p_.boundaryField(), patchi)
+    {
+        fvPatchScalarField& pp = p_.boundaryFieldRef()[patchi];
+        if (!isA<fixedFluxPressureFvPatchScalarField>(pp)) continue;
+        const vectorField n(mesh_.boundary()[patchi].nf());
+        const vectorField drag(dragS_.boundaryField()[patchi] - dragK_.boundaryField()[patchi]*U_.boundaryField()[patchi]);
+        refCast<fixedFluxPressureFvPatchScalarField>(pp).updateSnGrad((n & drag)/(rho_.value()*eps_.boundaryField()[patchi]));
+    }
+}
+
+void Gas::correctPressure(const fvVectorMatrix& UEqn, const volScalarField& rAU)
+{
+    const surfaceScalarField epsf(fvc::interpolate(eps_));
+    const volScalarField rAUeps("rAUeps", rAU*eps_);
+    const surfaceScalarField rAUepsf("rAUepsf", fvc::interpolate(rAUeps));
+    for (int corr = 0; corr < correctors_; ++corr)
+    {
+        volVectorField HbyA(constrainHbyA(rAU*UEqn.H(), U_, p_));
+        surfaceScalarField phiHbyA("phiHbyA", fvc::flux(HbyA) + rAUepsf*fvc::ddtCorr(U_, phi_));
+        if (p_.needReference())
+        {
+            surfaceScalarField epsPhiHbyA(epsf*phiHbyA);
+            adjustPhi(epsPhiHbyA, U_, p_);
+            phiHbyA = epsPhiHbyA/epsf;
+        }
+        setPressureGradientAtWalls();
+        fvScalarMatrix pEqn(fvm::laplacian(epsf*rAUepsf, p_) == fvc::ddt(eps_) + fvc::div(epsf*phiHbyA));
+        pEqn.setReference(pRefCell_, pRefValue_);
+        const bool last = corr == correctors_ - 1;
+        iterations_ += pEqn.solve(mesh_.solver(p_.select(last))).nIterations();
+        epsPhi_ = epsf*phiHbyA - pEqn.flux();
+        gradP_ = fvc::grad(p_);
+        U_ = HbyA - rAUeps*gradP_;
+        U_.correctBoundaryConditions();
+    }
+    phi_ = epsPhi_/epsf;
+}
+
+// Advance time first, touch the old levels, then write the new voidage: written earlier it would be taken for the old.
+void Gas::step(double dt, const double* voidage, const double* dragK, const double* dragS)
+{
+    time_.setDeltaT(dt);
+    ++time_;
+    U_.oldTime();
+    phi_.oldTime();
+    eps_.oldTime();
+    fill(eps_, voidage);
+    fill(dragK_, dragK);
+    fill(dragS_, dragS);
+    U_.correctBoundaryConditions();
+    epsPhi_ = fvc::interpolate(eps_)*phi_;
+    iterations_ = 0;
+
+    fvVectorMatrix UEqn
+    (
+        fvm::ddt(eps_, U_) + fvm::div(epsPhi_, U_)
+      - fvm::Sp(fvc::ddt(eps_) + fvc::div(epsPhi_), U_)
+      + turbulence_->divDevRhoReff(U_)
+      + fvm::Sp(dragK_/rho_, U_)
+     ==
+        dragS_/rho_
+    );
+    const volScalarField rAU("rAU", 1.0/UEqn.A());
+    correctPressure(UEqn, rAU);
+    turbulence_->correct();
+}
+
+void Gas::cells(double* centres, double* volumes) const
+{
+    forAll(mesh_.V(), i)
+    {
+        for (direction d = 0; d < 3; ++d) centres[3*i + d] = mesh_.C()[i][d];
+        volumes[i] = mesh_.V()[i];
+    }
+}
+
+// Velocity [m/s], pressure gradient [Pa/m] as the momentum equation used it, pressure [Pa].
+void Gas::fields(double* velocity, double* pressureGradient, double* pressure) const
+{
+    forAll(U_, i)
+    {
+        for (direction d = 0; d < 3; ++d)
+        {
+            velocity[3*i + d] = U_[i][d];
+            pressureGradient[3*i + d] = rho_.value()*gradP_[i][d];
+        }
+        pressure[i] = rho_.value()*p_[i];
+    }
+}
+
+// Courant and Fourier number of the last step, gas volume that continuity lost in it over the volume that came in,
+// pressure at the inlet [Pa], pressure iterations. The same on every rank.
+void Gas::measure(double* values) const
+{
+    const scalar dt = time_.deltaTValue();
+    const scalarField sumPhi(fvc::surfaceSum(mag(phi_))().primitiveField());
+    values[0] = 0.5*gMax(sumPhi/mesh_.V().field())*dt;
+    const volScalarField nuEff(turbulence_->nuEff());
+    const scalarField spread(fvc::surfaceSum(mesh_.magSf()*mesh_.deltaCoeffs())().primitiveField());
+    values[1] = gMax(nuEff.primitiveField()*spread/mesh_.V().field())*dt;
+    scalar in = 0, out = 0, pIn = 0, area = 0;
+    forAll(mesh_.boundary(), patchi)
+    {
+        if (mesh_.boundary()[patchi].coupled()) continue;
+        const scalarField& flux = epsPhi_.boundaryField()[patchi];
+        in -= sum(min(flux, scalar(0)));
+        out += sum(flux);
+        if (mesh_.boundary()[patchi].name() != "inlet") continue;
+        pIn += sum(p_.boundaryField()[patchi]*mesh_.boundary()[patchi].magSf());
+        area += sum(mesh_.boundary()[patchi].magSf());
+    }
+    const scalar stored = gSum((eps_.primitiveField() - eps_.oldTime().primitiveField())*mesh_.V().field())/dt;
+    reduce(in, sumOp<scalar>());
+    reduce(out, sumOp<scalar>());
+    reduce(pIn, sumOp<scalar>());
+    reduce(area, sumOp<scalar>());
+    values[2] = in > 0 ? mag(stored + out)/in : mag(stored + out);
+    values[3] = area > 0 ? rho_.value()*pIn/area : 0;
+    values[4] = iterations_;
+}
+
+void Gas::write()
+{
+    time_.writeNow();
+}
+
+// Never destroyed: OpenFOAM's own end of a parallel run would finalise the MPI that mpi4py started.
+Gas* gas = nullptr;
+std::ofstream* logFile = nullptr;
+std::string reason;
+
+template<class Action>
+int guarded(Action action)
+{
+    try
+    {
+        action();
+        return 0;
+    }
+    catch (const Foam::error& err)
+    {
+        reason = err.message();
+    }
+    catch (const std::exception& err)
+    {
+        reason = err.what();
+    }
+    return 1;
+}
+
+}
+
+extern "C"
+{
+
+const char* gas_error() { return reason.c_str(); }
+
+// Version, bytes of a label, bytes of a scalar: to be compared with what the caller expects.
+void gas_build(int64_t* values)
+{
+    values[0] = OPENFOAM;
+    values[1] = sizeof(Foam::label);
+    values[2] = sizeof(Foam::scalar);
+}
+
+int gas_open(int argc, char** argv, const char* logName, double rho, int correctors)
+{
+    return guarded([&]
+    {
+        if (gas) throw std::runtime_error("one gas a process");
+        logFile = new std::ofstream(logName);
+        std::cout.rdbuf(logFile->rdbuf());
+        std::cerr.rdbuf(logFile->rdbuf());
+        Foam::FatalError.throwExceptions();
+        Foam::FatalIOError.throwExceptions();
+        gas = new Gas(argc, argv, rho, correctors);
+        Foam::solverPerformance::debug = 0;
+    });
+}
+
+int64_t gas_cell_count() { return gas->nCells(); }
+int gas_cells(double* centres, double* volumes) { return guarded([&] { gas->cells(centres, volumes); }); }
+int gas_start(const double* voidage) { return guarded([&] { gas->start(voidage); }); }
+int gas_step(double dt, const double* voidage, const double* dragK, const double* dragS)
+{
+    return guarded([&] { gas->step(dt, voidage, dragK, dragS); });
+}
+int gas_fields(double* velocity, double* pressureGradient, double* pressure)
+{
+    return guarded([&] { gas->fields(velocity, pressureGradient, pressure); });
+}
+int gas_measure(double* values) { return guarded([&] { gas->measure(values); }); }
+int gas_write() { return guarded([&] { gas->write(); }); }
+
+}

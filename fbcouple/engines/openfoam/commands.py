@@ -1,0 +1,48 @@
+"""Outside programs that a build needs: a failure becomes an error with the program's own last words."""
+
+import shlex
+import subprocess
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from fbcouple.errors import SolverError
+
+_LAST_LINES = 30
+
+
+def run_command(
+    command: Sequence[str], *, mend: str, folder: Path | None = None, environment: Mapping[str, str] | None = None
+) -> str:
+    """Run one outside program and return what it printed.
+
+    Parameters
+    ----------
+    command : the program and its arguments
+    mend : what the user can do if the program is missing or fails, ends the error's text
+    folder : where it runs, the present folder if not given
+    environment : its whole environment, this process's if not given
+
+    Raises
+    ------
+    SolverError : the program is missing or failed; the text holds the command and its last lines
+    """
+    try:
+        done = subprocess.run(
+            command,
+            cwd=folder,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            errors="replace",
+            check=False,
+        )
+    except FileNotFoundError as error:
+        raise SolverError(f"program '{command[0]}' is not on PATH; {mend}") from error
+    if done.returncode != 0:
+        words = "\n".join(done.stdout.splitlines()[-_LAST_LINES:])
+        raise SolverError(
+            f"command failed with exit code {done.returncode} (0 is allowed): {shlex.join(command)}\n{words}\n{mend}"
+        )
+    return done.stdout

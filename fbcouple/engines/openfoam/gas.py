@@ -1,0 +1,110 @@
+"""The gas of this rank: OpenFOAM's solution of the volume-averaged equations, step by step."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from fbcouple.engines.native import Signature, load_library
+from fbcouple.engines.openfoam.build import adapter_path
+from fbcouple.errors import SolverError
+
+_double = ctypes.POINTER(ctypes.c_double)
+_FUNCTIONS: dict[str, Signature] = {
+    "gas_error": (ctypes.c_char_p, []),
+    "gas_build": (None, [ctypes.POINTER(ctypes.c_int64)]),
+    "gas_open": (
+        ctypes.c_int,
+        [ctypes.c_int, ctypes.POINTER(ctypes.c_char_p), ctypes.c_char_p, ctypes.c_double, ctypes.c_int],
+    ),
+    "gas_cell_count": (ctypes.c_int64, []),
+    "gas_cells": (ctypes.c_int, [_double, _double]),
+    "gas_start": (ctypes.c_int, [_double]),
+    "gas_step": (ctypes.c_int, [ctypes.c_double, _double, _double, _double]),
+    "gas_fields": (ctypes.c_int, [_double, _double, _double]),
+    "gas_measure": (ctypes.c_int, [_double]),
+    "gas_write": (ctypes.c_int, []),
+}
+_SYSTEM_PROJECT = "/usr/share/openfoam"
+
+
+@dataclass(frozen=True)
+class GasState:
+    """What the last gas step was like, the same on every rank."""
+
+    courant: float
+    fourier: float
+    mass_error: float
+    """Gas volume rate that continuity lost over the one that came in."""
+    inlet_pressure: float
+    """Mean dynamic pressure over the open floor [Pa]."""
+    iterations: int
+
+
+class Gas:
+    """OpenFOAM in this process, one instance a process; arrays hold this rank's cells.
+
+    `velocity` (n, 3) [m/s], `pressure_gradient` (n, 3) [Pa/m] and `pressure` (n,) [Pa] are refreshed in place by
+    `step`; `centres` (n, 3) [m] and `volumes` (n,) [m3] are fixed.
+    """
+
+    def __init__(self, case: Path, log: Path, density: float, correctors: int, parallel: bool) -> None:
+        os.environ.setdefault("WM_PROJECT_DIR", _SYSTEM_PROJECT)
+        # OpenFOAM would trap floating-point exceptions in all of Python; a gas that is not finite is caught by checks.
+        os.environ["FOAM_SIGFPE"] = "false"
+        mend = "fbcouple doctor --fix"
+        self._library = load_library(adapter_path(), _FUNCTIONS, mend)
+        words = [b"fbcouple", b"-case", os.fsencode(case)] + ([b"-parallel"] if parallel else [])
+        arguments = (ctypes.c_char_p * (len(words) + 1))(*words, None)
+        self._check(self._library.gas_open(len(words), arguments, os.fsencode(log), density, correctors))
+        n = self._library.gas_cell_count()
+        self.centres, self.volumes = np.empty((n, 3)), np.empty(n)
+        self._check(self._library.gas_cells(_pointer(self.centres), _pointer(self.volumes)))
+        self.velocity, self.pressure_gradient, self.pressure = np.empty((n, 3)), np.empty((n, 3)), np.empty(n)
+        self._read_fields()
+
+    @cached_property
+    def clean_input(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Voidage, K and S of a gas without particles."""
+        n = len(self.volumes)
+        return np.ones(n), np.zeros(n), np.zeros((n, 3))
+
+    def start(self, voidage: np.ndarray) -> None:
+        """Give the voidage (n,) at time zero, so that d(eps)/dt of the first step is the particles' own."""
+        self._check(self._library.gas_start(_pointer(voidage)))
+        self._read_fields()
+
+    def step(self, dt: float, voidage: np.ndarray, drag_coefficient: np.ndarray, drag_source: np.ndarray) -> None:
+        """Advance by `dt` [s] with the new voidage (n,), K (n,) [kg m-3 s-1] and S (n, 3) [N m-3] of S - K u."""
+        pointers = _pointer(voidage), _pointer(drag_coefficient), _pointer(drag_source)
+        self._check(self._library.gas_step(dt, *pointers))
+        self._read_fields()
+
+    def measure(self) -> GasState:
+        """Courant and Fourier number, mass error, inlet pressure and iterations of the last step (collective)."""
+        values = np.empty(5)
+        self._check(self._library.gas_measure(_pointer(values)))
+        return GasState(*map(float, values[:4]), iterations=int(values[4]))
+
+    def write(self) -> None:
+        """Write the fields as an OpenFOAM time directory (collective)."""
+        self._check(self._library.gas_write())
+
+    def _read_fields(self) -> None:
+        fields = self.velocity, self.pressure_gradient, self.pressure
+        self._check(self._library.gas_fields(*map(_pointer, fields)))
+
+    def _check(self, status: int) -> None:
+        if status:
+            raise SolverError(f"OpenFOAM: {self._library.gas_error().decode(errors='replace')}")
+
+
+def _pointer(array: np.ndarray) -> ctypes._Pointer:
+    if array.dtype != np.float64 or not array.flags.c_contiguous:
+        raise TypeError(f"the adapter takes contiguous float64 arrays, not {array.dtype}")
+    return array.ctypes.data_as(_double)

@@ -1,0 +1,1 @@
+"""Between gas cells and particles: who needs which cells, weights, filter, drag laws, momentum."""

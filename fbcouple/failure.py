@@ -1,0 +1,49 @@
+"""Why a run failed: written down by the rank that knows, or read from the solvers' logs by the parent."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+_NOTE = "logs/failure.json"
+_TAIL = 15
+
+
+def write_failure(run: Path, text: str, exit_code: int) -> None:
+    """Write down why this rank ends the run; the first rank to do so is heard."""
+    try:
+        with (run / _NOTE).open("x") as file:
+            json.dump({"text": text, "exit_code": exit_code}, file)
+    except FileExistsError:
+        pass
+
+
+def forget_failure(run: Path) -> None:
+    """Remove the note of an earlier failure."""
+    (run / _NOTE).unlink(missing_ok=True)
+
+
+def read_failure(run: Path, launcher_words: str) -> tuple[str, int]:
+    """Text and exit code of a failed run: the rank's own note, a solver's last error, or the launcher's last words."""
+    note = run / _NOTE
+    if note.exists():
+        try:
+            known = json.loads(note.read_text())
+            return known["text"], known["exit_code"]
+        except json.JSONDecodeError:
+            pass
+    for name, solver in (("grains.log", "LIGGGHTS"), ("grains.screen", "LIGGGHTS"), ("fluid.log", "OpenFOAM")):
+        words = _find_last_error(run / "logs" / name)
+        if words:
+            return f"{solver}: {words} (in logs/{name})", 3
+    tail = "\n".join(launcher_words.strip().splitlines()[-_TAIL:])
+    return f"the run ended without a word of its own; the MPI launcher said:\n{tail}", 3
+
+
+def _find_last_error(log: Path) -> str | None:
+    if not log.exists():
+        return None
+    lines = log.read_text(errors="replace").splitlines()
+    hits = [n for n, line in enumerate(lines) if re.match(r"ERROR|--> FOAM FATAL", line)]
+    return " ".join(line.strip() for line in lines[hits[-1] : hits[-1] + 3]) if hits else None

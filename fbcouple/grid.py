@@ -1,0 +1,44 @@
+"""The box grid that gas cells, particles and averages share: a cell has an index triple (i, j, k)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A box from the origin to `size` [m], cut into `cells` equal cells along x, y and z."""
+
+    cells: tuple[int, int, int]
+    size: tuple[float, float, float]
+
+    @property
+    def spacing(self) -> np.ndarray:
+        """Edge lengths of a cell [m], shape (3,)."""
+        return np.array(self.size) / np.array(self.cells)
+
+    @property
+    def cell_volume(self) -> float:
+        """Volume of a cell [m3]."""
+        return float(np.prod(self.spacing))
+
+    @property
+    def count(self) -> int:
+        """Number of cells."""
+        return int(np.prod(self.cells))
+
+    def indices(self, points: np.ndarray) -> np.ndarray:
+        """Index triples, int64 (n, 3), of the cells that hold `points` [m], shape (n, 3).
+
+        Raises ValueError if a point lies outside the box.
+        """
+        found = np.floor(points / self.spacing).astype(np.int64)
+        if found.size and (found.min() < 0 or np.any(found.max(axis=0) >= self.cells)):
+            raise ValueError(f"a point lies outside the box of {self.size} m")
+        return found
+
+    def centres(self, axis: int) -> np.ndarray:
+        """Coordinates [m] of the cell centres along `axis`."""
+        return (np.arange(self.cells[axis]) + 0.5) * self.spacing[axis]

@@ -1,0 +1,170 @@
+"""The parent process: makes the mesh, starts the MPI job, watches it, and says why it died if it did."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+from fbcouple.case.load import load_case
+from fbcouple.case.schema import Case
+from fbcouple.decks.needs import find_needs
+from fbcouple.decks.render import make_environment
+from fbcouple.errors import CaseError, DivergedError, FbcoupleError, SolverError
+from fbcouple.failure import forget_failure, read_failure
+from fbcouple.results import read_line
+
+_ERRORS: dict[int, type[FbcoupleError]] = {1: CaseError, 4: DivergedError}
+_PAUSE = 0.25
+_PRODUCTS = ("results.nc", "figures", "report.html", "report.json")
+
+Watch = Callable[[dict[str, Any]], None]
+
+
+def launch(run: Path, ranks: int, until: float | None, fresh: bool, watch: Watch) -> None:
+    """Run the case in `run` on `ranks` MPI ranks to its end, or to `until` [s]; `watch` sees each history row.
+
+    Raises CaseError if `run` is no run folder or holds results and `fresh` is not said; SolverError with the solver's
+    own last words; DivergedError if a check of the run failed.
+    """
+    case = _read_run(run, fresh)
+    end = case.end_time if until is None else min(until, case.end_time)
+    for name in _PRODUCTS:
+        _remove(run / name)
+    forget_failure(run)
+    log = run / "logs/run.jsonl"
+    log.unlink(missing_ok=True)
+    if case.gas:
+        prepare_mesh(case, run, ranks)
+    command = _mpi_command(run, ranks, end)
+    _note_run(run, ranks, command)
+    _watch_job(command, run, log, watch)
+
+
+def _read_run(run: Path, fresh: bool) -> Case:
+    if not (run / "manifest.json").exists():
+        raise CaseError([f"{run}: is not a run folder; make one with: fbcouple setup CASE -o {run}"])
+    if (run / "results.nc").exists() and not fresh:
+        raise CaseError([f"{run}: holds results (results.nc); --fresh starts again and removes them"])
+    return load_case(str(run / "case.toml"))
+
+
+def prepare_mesh(case: Case, run: Path, ranks: int) -> None:
+    """Make the OpenFOAM mesh and cut it into `ranks` parts with OpenFOAM's own tools, from the decks.
+
+    Raises SolverError with the tool's words.
+    """
+    fluid = run / "fluid"
+    for old in (*fluid.glob("processor*"), *_time_folders(fluid), fluid / "constant/polyMesh"):
+        _remove(old)
+    tools = [["blockMesh"]]
+    if find_needs(case)["closed_nozzle"]:
+        tools += [["topoSet"], ["createPatch", "-overwrite"]]
+    if ranks > 1:
+        text = make_environment().get_template("openfoam/system/decomposeParDict").render(ranks=ranks)
+        (fluid / "system/decomposeParDict").write_text(text)
+        tools.append(["decomposePar"])
+    with (run / "logs/mesh.log").open("w") as log:
+        for tool in tools:
+            _run_tool(tool, fluid, log)
+
+
+def _run_tool(tool: list[str], fluid: Path, log: Any) -> None:
+    command = [*tool, "-case", str(fluid)]
+    try:
+        done = subprocess.run(command, env=_environment(), capture_output=True, text=True, check=False)
+    except FileNotFoundError as error:
+        raise SolverError(f"{tool[0]} is not on the PATH; mend: sudo apt-get install openfoam") from error
+    log.write(done.stdout + done.stderr)
+    if done.returncode:
+        words = done.stdout + done.stderr
+        start = words.find("FATAL")
+        raise SolverError(f"{tool[0]} failed (logs/mesh.log): {words[max(start, 0) :].strip()[:600]}")
+
+
+def _time_folders(fluid: Path) -> Iterator[Path]:
+    for folder in fluid.iterdir():
+        try:
+            if float(folder.name) > 0.0:
+                yield folder
+        except ValueError:
+            continue
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)
+
+
+def _environment() -> dict[str, str]:
+    """One thread a rank; Open MPI may run as root where the caller is root (containers, CI)."""
+    own = {"OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
+    if os.geteuid() == 0:
+        own |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+    return {"WM_PROJECT_DIR": "/usr/share/openfoam"} | os.environ | own
+
+
+def _mpi_command(run: Path, ranks: int, end: float) -> list[str]:
+    crowded = ["--oversubscribe"] if ranks > len(os.sched_getaffinity(0)) else []
+    worker = [sys.executable, "-m", "fbcouple.worker", str(run.resolve()), repr(end)]
+    return ["mpirun", "-n", str(ranks), "--bind-to", "none", *crowded, *worker]
+
+
+def _note_run(run: Path, ranks: int, command: list[str]) -> None:
+    manifest = json.loads((run / "manifest.json").read_text())
+    manifest["run"] = {
+        "ranks": ranks,
+        "host": platform.node(),
+        "machine": f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores",
+        "command": command,
+        "started": time.strftime("%Y-%m-%dT%H:%M:%S%z"),
+    }
+    fresh = run / "manifest.tmp"
+    fresh.write_text(json.dumps(manifest, indent=2) + "\n")
+    fresh.replace(run / "manifest.json")
+
+
+def _watch_job(command: list[str], run: Path, log: Path, watch: Watch) -> None:
+    launcher_log = run / "logs/launcher.log"
+    with launcher_log.open("w") as words:
+        try:
+            job = subprocess.Popen(command, env=_environment(), stdout=words, stderr=subprocess.STDOUT)
+        except FileNotFoundError as error:
+            raise SolverError("mpirun is not on the PATH; mend: sudo apt-get install openmpi-bin") from error
+        try:
+            for row in _follow(log, job):
+                watch(row)
+        except BaseException:
+            job.terminate()
+            job.wait()
+            raise
+    if job.returncode:
+        text, code = read_failure(run, launcher_log.read_text(errors="replace"))
+        raise CaseError([text]) if code == 1 else _ERRORS.get(code, SolverError)(text)
+
+
+def _follow(log: Path, job: subprocess.Popen) -> Iterator[dict[str, Any]]:
+    """History rows as the job writes them, until it ends."""
+    place = 0
+    over = False
+    while not over:
+        over = job.poll() is not None
+        if log.exists():
+            with log.open() as file:
+                file.seek(place)
+                while (line := file.readline()).endswith("\n"):
+                    place = file.tell()
+                    row = read_line(line)
+                    if row is not None:
+                        yield row
+        if not over:
+            time.sleep(_PAUSE)

@@ -1,0 +1,172 @@
+"""History rows, the checks of every step, and results.nc, written by rank 0."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fbcouple.averages.means import Means
+from fbcouple.clock import Cadence
+from fbcouple.contacts import find_max_overlap
+from fbcouple.errors import DivergedError
+from fbcouple.results import append_line, write_results
+from fbcouple.scene import Scene
+
+# Dense bed of the paper: solids fraction above 0.2 (section 4.2).
+_DENSE = 0.2
+_CLOSEST_PACKING = 0.74048
+_VOLUME_LIMIT = 1e-9
+
+
+class Recorder:
+    """Observes every step; a row when one is due, results.nc by wall time and at the end."""
+
+    def __init__(self, scene: Scene, run: Path, case_text: str) -> None:
+        self._run = run
+        self._case_text = case_text
+        self._rows: list[dict[str, Any]] = []
+        self._cadence = Cadence(scene.case.output.record_every)
+        self._momentum_error = self._mass_error = self._courant = 0.0
+        self._particles = 0
+        self._volume = 0.0
+        self._begin = self._saved = time.monotonic()
+        self._log = (run / "logs/run.jsonl").open("w") if scene.comm.rank == 0 else None
+
+    def observe(self, scene: Scene) -> None:
+        """Check the step that was taken; record it if a row is due; save if it is time (collective)."""
+        self._check(scene)
+        if not self._cadence.due(scene.clock.time) and scene.clock.running:
+            return
+        with scene.watch("record"):
+            row = self._measure(scene)
+        row["wall"] = self._share_walls(scene)
+        self._rows.append(row)
+        if self._log:
+            append_line(self._log, row)
+        late = time.monotonic() - self._saved > scene.case.output.save_every
+        if scene.comm.bcast(late):
+            self.save(scene)
+
+    def _check(self, scene: Scene) -> None:
+        """Keep the extremes since the last row; raise DivergedError if a particle is lost."""
+        state, balance = scene.gas_state, scene.balance
+        if state:
+            self._courant = max(self._courant, state.courant)
+            self._mass_error = max(self._mass_error, state.mass_error)
+        self._momentum_error = max(self._momentum_error, balance.momentum_error)
+        self._particles = self._particles or balance.particles
+        if balance.particles != self._particles:
+            lost = self._particles - balance.particles
+            raise DivergedError(
+                f"{lost} of {self._particles} particles are lost at t = {scene.clock.time:.6g} s: they left the box; "
+                "use more DEM steps per contact or a stiffer contact"
+            )
+
+    def _measure(self, scene: Scene) -> dict[str, Any]:
+        row: dict[str, Any] = {"time": scene.clock.time, "steps": scene.clock.steps, "substeps": scene.clock.substeps}
+        if scene.grains:
+            row |= self._measure_grains(scene)
+        if scene.gas_state:
+            row |= {"pressure_drop": scene.gas_state.inlet_pressure, "gas_mass_error": self._mass_error}
+        elif scene.gas:
+            row |= {"pressure_drop": float("nan"), "gas_mass_error": 0.0}
+        if scene.gas:
+            row["max_courant"] = self._courant
+        if scene.coupling:
+            row |= self._measure_voidage(scene)
+            row["momentum_error"] = self._momentum_error
+        self._momentum_error = self._mass_error = self._courant = 0.0
+        return row
+
+    def _measure_grains(self, scene: Scene) -> dict[str, Any]:
+        grains, comm = scene.grains, scene.comm
+        assert grains is not None
+        layers, height = scene.grid.cells[2], scene.grid.size[2]
+        volumes = 4.0 / 3.0 * np.pi * grains.radii**3
+        masses, z = grains.masses, grains.positions[:, 2]
+        layer = np.clip((z / height * layers).astype(int), 0, layers - 1)
+        sums = np.array([masses.sum(), masses @ z, *np.bincount(layer, volumes, minlength=layers)])
+        sums = comm.allreduce(sums)
+        profile = sums[2:] / (scene.grid.cell_volume * scene.grid.cells[0] * scene.grid.cells[1])
+        overlap = find_max_overlap(grains.ghost_positions(), grains.ghost_radii(), grains.count)
+        return {
+            "particles": scene.balance.particles,
+            "solids_centre_z": float(sums[1] / sums[0]),
+            "bed_height": find_bed_height(profile, scene.grid.centres(2)),
+            "max_overlap": comm.allreduce(overlap, max),
+        }
+
+    def _measure_voidage(self, scene: Scene) -> dict[str, Any]:
+        assert scene.coupling is not None and scene.grains is not None
+        comm, voidage = scene.comm, scene.coupling.voidage
+        solids = comm.allreduce(float((1.0 - voidage).sum()) * scene.grid.cell_volume)
+        volume = comm.allreduce(float((4.0 / 3.0 * np.pi * scene.grains.radii**3).sum()))
+        if abs(solids / volume - 1.0) > _VOLUME_LIMIT:
+            raise DivergedError(f"the gas sees {solids:.12g} m3 of solids, the particles have {volume:.12g} m3")
+        return {
+            "solids_volume": solids,
+            "min_voidage": comm.allreduce(float(voidage.min(initial=1.0)), min),
+            "cells_over_packed": comm.allreduce(int((voidage < 1.0 - _CLOSEST_PACKING).sum())),
+        }
+
+    def _share_walls(self, scene: Scene) -> dict[str, float]:
+        mine = scene.watch.restart()
+        return {stage: scene.comm.allreduce(seconds, max) for stage, seconds in mine.items()}
+
+    def save(self, scene: Scene) -> None:
+        """Write results.nc (collective)."""
+        means: dict[str, np.ndarray] = {}
+        if scene.averaging:
+            for phase in (scene.averaging.solids, scene.averaging.gas):
+                if phase and phase.samples:
+                    means |= _gather(scene, phase)
+        if scene.comm.rank == 0:
+            write_results(self._run / "results.nc", scene.grid, means, self._rows, self._describe(scene))
+        self._saved = time.monotonic()
+
+    def _describe(self, scene: Scene) -> dict[str, Any]:
+        options, now = scene.case.averages, scene.clock.time
+        return {
+            "case": self._case_text,
+            "averaging_start": options.start if options else float("nan"),
+            "averaging_end": now,
+            "core_seconds": (time.monotonic() - self._begin) * scene.comm.size,
+            "ranks": scene.comm.size,
+            "complete": int(now >= scene.case.end_time * (1 - 1e-9)),
+        }
+
+
+def find_bed_height(profile: np.ndarray, centres: np.ndarray) -> float:
+    """Height [m] up to which the layer-mean solids fraction `profile` exceeds 0.2, interpolated between layers.
+
+    0 if no layer is that dense; the top of the uppermost dense layer's centre if it is the last.
+    """
+    dense = np.flatnonzero(profile > _DENSE)
+    if len(dense) == 0:
+        return 0.0
+    top = int(dense[-1])
+    if top == len(profile) - 1:
+        return float(centres[top])
+    part = (profile[top] - _DENSE) / (profile[top] - profile[top + 1])
+    return float(centres[top] + part * (centres[top + 1] - centres[top]))
+
+
+def _gather(scene: Scene, means: Means) -> dict[str, np.ndarray]:
+    """Means and standard errors of all ranks on rank 0, (z, y, x) or (component, z, y, x) each."""
+    collected = means.collect()
+    parts = scene.comm.gather((scene.owned, collected))
+    gathered: dict[str, np.ndarray] = {}
+    if parts is None:
+        return gathered
+    nx, ny, nz = scene.grid.cells
+    for name, (mean, _) in collected.items():
+        for which, suffix in enumerate(("", "_stderr")):
+            field = np.full((mean.shape[1], nz, ny, nx), np.nan)
+            for owned, values in parts:
+                i, j, k = owned.T
+                field[:, k, j, i] = values[name][which].T
+            gathered[name + suffix] = field if len(field) > 1 else field[0]
+    return gathered

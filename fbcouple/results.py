@@ -1,0 +1,98 @@
+"""results.nc: everything measured in situ, opened by a bare `xarray.open_dataset`, SI units."""
+
+from __future__ import annotations
+
+import json
+import os
+import zlib
+from pathlib import Path
+from typing import Any, TextIO
+
+import numpy as np
+import xarray as xr
+
+from fbcouple.grid import Grid
+
+STAGES = ("grains", "gas", "map", "drag", "react", "average", "record", "wait")
+
+# name -> unit, long name
+MEANS: dict[str, tuple[str, str]] = {
+    "solids_fraction": ("1", "time-mean solids fraction"),
+    "solids_flux": ("kg m-2 s-1", "time-mean solids mass flux"),
+    "solids_velocity": ("m s-1", "time-mean solids velocity, mass weighted"),
+    "agitation": ("m2 s-2", "mean square of the particle velocity about the time mean"),
+    "granular_temperature": ("m2 s-2", "third of the mean square of the particle velocity about the instantaneous cell mean"),
+    "voidage": ("1", "time-mean voidage that the gas had"),
+    "gas_velocity": ("m s-1", "time-mean interstitial gas velocity"),
+    "gas_flux": ("m s-1", "time-mean superficial gas velocity, voidage times velocity"),
+    "pressure": ("Pa", "time-mean dynamic pressure"),
+}
+HISTORIES: dict[str, tuple[str, str]] = {
+    "bed_height": ("m", "height up to which the layer-mean solids fraction exceeds 0.2"),
+    "pressure_drop": ("Pa", "mean dynamic pressure over the open floor, against the outlet"),
+    "solids_volume": ("m3", "solids volume that the gas sees"),
+    "solids_centre_z": ("m", "height of the particles' centre of mass"),
+    "particles": ("1", "number of particles"),
+    "momentum_error": ("1", "largest imbalance between gas and particles in a step over the drag impulse, since the last row"),
+    "gas_mass_error": ("1", "largest gas volume rate lost by continuity over the inflow, since the last row"),
+    "max_courant": ("1", "largest Courant number since the last row"),
+    "min_voidage": ("1", "least voidage of a cell"),
+    "cells_over_packed": ("1", "cells with a solids fraction above 0.74, the closest packing of equal spheres"),
+    "max_overlap": ("1", "largest overlap of two particles over their mean diameter"),
+    "substeps": ("1", "DEM steps in the last fluid step"),
+}
+
+
+def write_results(
+    path: Path,
+    grid: Grid,
+    means: dict[str, np.ndarray],
+    history: list[dict[str, Any]],
+    attributes: dict[str, Any],
+) -> None:
+    """Write results.nc under a temporary name and move it into place.
+
+    `means`: name -> (z, y, x) or (component, z, y, x), `..._stderr` beside it; `history`: a row a record, `wall`
+    in it the seconds of each stage since the row before.
+    """
+    data: dict[str, Any] = {}
+    for name, values in means.items():
+        unit, text = MEANS[name.removesuffix("_stderr")]
+        dims = ("z", "y", "x") if values.ndim == 3 else ("component", "z", "y", "x")
+        words = f"standard error by block averaging of the {text}" if name.endswith("_stderr") else text
+        data[name] = (dims, values, {"units": unit, "long_name": words})
+    for name, (unit, text) in HISTORIES.items():
+        if history and name in history[0]:
+            data[name] = ("time", np.array([row[name] for row in history]), {"units": unit, "long_name": text})
+    walls = np.array([[row["wall"][stage] for stage in STAGES] for row in history]).reshape(-1, len(STAGES))
+    data["wall_seconds"] = (
+        ("time", "stage"),
+        walls,
+        {"units": "s", "long_name": "wall time of the slowest rank since the last row"},
+    )
+    coordinates: dict[str, Any] = {"stage": list(STAGES), "component": ["x", "y", "z"]}
+    for axis, name in enumerate("xyz"):
+        coordinates[name] = (name, grid.centres(axis), {"units": "m", "long_name": f"cell centre {name}"})
+    times = np.array([row["time"] for row in history], dtype=float)
+    coordinates["time"] = ("time", times, {"long_name": "simulated time [s]"})
+    dataset = xr.Dataset(data, coordinates, {"Conventions": "CF-1.10"} | attributes)
+    fresh = path.with_suffix(".tmp")
+    dataset.to_netcdf(fresh)
+    with fresh.open("rb") as file:
+        os.fsync(file.fileno())
+    fresh.replace(path)
+
+
+def append_line(file: TextIO, row: dict[str, Any]) -> None:
+    """Append `row` to the line log, with a checksum over the rest of the line."""
+    text = json.dumps(row)
+    file.write(f"{text[:-1]}, \"crc32\": {zlib.crc32(text.encode())}}}\n")
+    file.flush()
+
+
+def read_line(line: str) -> dict[str, Any] | None:
+    """The row of a line of the log, or None if the line is not whole."""
+    text, mark, checksum = line.rstrip("\n").rpartition(', "crc32": ')
+    if not mark or not checksum.endswith("}") or checksum[:-1] != str(zlib.crc32(f"{text}}}".encode())):
+        return None
+    return json.loads(f"{text}}}")

@@ -1,0 +1,118 @@
+"""What takes part in a run: the solvers and the parts between them that this case needs, in one MPI rank."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from mpi4py import MPI
+
+from fbcouple.averages.means import Means, SolidsSampler
+from fbcouple.balance import Balance
+from fbcouple.case import derived
+from fbcouple.case.schema import Case
+from fbcouple.clock import Cadence, Clock
+from fbcouple.engines.liggghts import Grains
+from fbcouple.engines.openfoam.gas import Gas, GasState
+from fbcouple.exchange.coupling import Coupling, Particles
+from fbcouple.exchange.plan import Plan, find_patch
+from fbcouple.grid import Grid
+from fbcouple.results import STAGES
+from fbcouple.stopwatch import Stopwatch
+
+# Interstitial velocity over superficial in a packed bed: for the first step only, the Courant number takes over.
+_PACKED = 2.5
+
+
+@dataclass
+class Averaging:
+    """The means of each phase that is there, and when they take their samples."""
+
+    cadence: Cadence
+    solids: Means | None
+    gas: Means | None
+    sampler: SolidsSampler | None
+
+
+@dataclass
+class Scene:
+    """A run in this rank; a phase that the case does not have is None."""
+
+    case: Case
+    comm: MPI.Comm
+    clock: Clock
+    grid: Grid
+    grains: Grains | None
+    gas: Gas | None
+    coupling: Coupling | None
+    averaging: Averaging | None
+    owned: np.ndarray
+    """Index triples (n, 3) of this rank's cells."""
+    balance: Balance
+    watch: Stopwatch
+    gas_state: GasState | None = None
+    dt: float = 0.0
+    """The coupling step under way [s]."""
+
+    @property
+    def particles(self) -> Particles:
+        """This rank's particles as they are now; valid until the next move."""
+        assert self.grains is not None
+        grains = self.grains
+        return Particles(grains.positions, grains.velocities, grains.radii, grains.masses)
+
+
+def open_scene(case: Case, run: Path, comm: MPI.Comm, end: float) -> Scene:
+    """Start the solvers that `case` needs on the decks in `run`, and join them (collective)."""
+    grid = Grid(case.domain.cells, case.domain.size)
+    logs = run / "logs"
+    gas = grains = coupling = None
+    if case.gas:
+        log = logs / "fluid.log" if comm.rank == 0 else Path("/dev/null")
+        gas = Gas(run / "fluid", log, case.gas.density, case.gas.correctors, comm.size > 1)
+    if case.particles:
+        grains = Grains(Path("grains/in.grains"), logs / "grains.log", comm)
+    if gas and grains and case.particles:
+        coupling = Coupling(case, comm, gas.centres, grains.bounds, reach=case.particles.diameter)
+    owned = grid.indices(gas.centres) if gas else _own_cells(grid, grains)
+    averaging = _open_averaging(case, grid, comm, owned, grains, coupling)
+    balance, watch = Balance(comm), Stopwatch(STAGES)
+    return Scene(case, comm, _start_clock(case, end), grid, grains, gas, coupling, averaging, owned, balance, watch)
+
+
+def _start_clock(case: Case, end: float) -> Clock:
+    dem_step = derived.dem_step(case.contact, case.particles) if case.contact and case.particles else None
+    first = case.output.record_every
+    if case.gas:
+        speed = _PACKED * max(case.gas.inlet_velocity, 1e-3)
+        first = case.gas.max_courant * float(derived.cell_size(case).min()) / speed
+    return Clock(end, dem_step, first)
+
+
+def _own_cells(grid: Grid, grains: Grains | None) -> np.ndarray:
+    """Without gas the cells of the averages belong to the rank whose particles' box holds their centre."""
+    assert grains is not None
+    low, high = grains.bounds
+    axes = [
+        np.flatnonzero((grid.centres(axis) >= low[axis]) & (grid.centres(axis) < high[axis])) for axis in range(3)
+    ]
+    return np.stack([axis.ravel() for axis in np.meshgrid(*axes, indexing="ij")], axis=1)
+
+
+def _open_averaging(
+    case: Case, grid: Grid, comm: MPI.Comm, owned: np.ndarray, grains: Grains | None, coupling: Coupling | None
+) -> Averaging | None:
+    if case.averages is None:
+        return None
+    options, window = case.averages, (case.averages.start, case.end_time)
+    solids = gas = sampler = None
+    if grains and case.particles:
+        low, high = grains.bounds
+        reach = case.particles.diameter
+        plan = coupling.plan if coupling else Plan(comm, find_patch(grid, low, high, reach, 0), owned)
+        sampler = SolidsSampler(plan)
+        solids = Means("solids", len(owned), case.particles.density, window, options.blocks)
+    if case.gas:
+        gas = Means("gas", len(owned), case.gas.density, window, options.blocks)
+    return Averaging(Cadence(options.every, options.start), solids, gas, sampler)

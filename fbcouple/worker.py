@@ -1,0 +1,152 @@
+"""The run, in every MPI rank: `simulate` is the time loop.
+
+Started by `fbcouple.launch` as `mpirun -n RANKS python -m fbcouple.worker RUN END_TIME`.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import traceback
+from pathlib import Path
+
+import numpy as np
+from mpi4py import MPI
+
+from fbcouple.averages.means import sample_gas
+from fbcouple.case.load import load_case
+from fbcouple.errors import DivergedError, FbcoupleError
+from fbcouple.failure import write_failure
+from fbcouple.recorder import Recorder
+from fbcouple.scene import Scene, open_scene
+
+
+def simulate(scene: Scene, recorder: Recorder) -> None:
+    """THE time loop: one pass is one coupling step, a fluid step of whole DEM steps."""
+    start(scene)
+    recorder.observe(scene)
+    while scene.clock.running:
+        move(scene)
+        map_solids(scene)
+        exert_drag(scene)
+        step_gas(scene)
+        choose_step(scene)
+        react(scene)
+        average(scene)
+        recorder.observe(scene)
+    recorder.save(scene)
+
+
+def start(scene: Scene) -> None:
+    """Set both solvers up and give the gas the voidage of the start."""
+    if scene.grains:
+        scene.grains.advance(0, first=True)
+        scene.balance.count(scene.grains.count)
+    if scene.coupling and scene.gas:
+        scene.coupling.map(scene.particles)
+        scene.gas.start(scene.coupling.voidage)
+        scene.coupling.read_gas(scene.gas.velocity, scene.gas.pressure_gradient)
+
+
+def move(scene: Scene) -> None:
+    """The particles take their sub-steps with the impulse that the gas gave up last time."""
+    scene.dt = scene.clock.dt
+    if scene.grains is None:
+        return
+    with scene.watch("grains"):
+        scene.grains.advance(scene.clock.substeps)
+    with scene.watch("wait"):
+        scene.comm.Barrier()
+    if scene.coupling:
+        scene.balance.receive(scene.grains.gas_force, scene.dt)
+    else:
+        scene.balance.count(scene.grains.count)
+
+
+def map_solids(scene: Scene) -> None:
+    """Solids to the cells: the new voidage."""
+    if scene.coupling:
+        with scene.watch("map"):
+            scene.coupling.map(scene.particles)
+
+
+def exert_drag(scene: Scene) -> None:
+    """The drag of every particle, averaged over the step, to the cells."""
+    if scene.coupling:
+        with scene.watch("drag"):
+            scene.coupling.drag(scene.particles, scene.dt)
+
+
+def step_gas(scene: Scene) -> None:
+    """One PISO step of the gas."""
+    if scene.gas is None:
+        return
+    with scene.watch("wait"):
+        scene.comm.Barrier()
+    with scene.watch("gas"):
+        scene.gas.step(scene.dt, *(scene.coupling.gas_input if scene.coupling else scene.gas.clean_input))
+        scene.gas_state = scene.gas.measure()
+    if not np.isfinite(scene.gas_state.courant):
+        raise DivergedError(f"the gas is not finite after the step from t = {scene.clock.time:.6g} s")
+
+
+def choose_step(scene: Scene) -> None:
+    """The step is done; the Courant and Fourier numbers of the gas choose the next."""
+    scene.clock.tick()
+    if scene.gas_state and scene.case.gas:
+        gas, state = scene.case.gas, scene.gas_state
+        scene.clock.choose(state.courant, state.fourier, gas.max_courant, gas.max_fourier)
+
+
+def react(scene: Scene) -> None:
+    """The particles' share of drag and pressure gradient, as an impulse over their next sub-steps."""
+    if scene.coupling and scene.gas and scene.grains:
+        with scene.watch("react"):
+            gas, coupling = scene.gas, scene.coupling
+            drag = coupling.react(scene.particles, gas.velocity, gas.pressure_gradient)
+            scene.balance.give(coupling.find_gas_loss(gas.velocity, gas.pressure_gradient), drag, scene.dt)
+            coupling.hand_over(scene.grains.gas_force, scene.grains.forces, scene.dt / scene.clock.dt)
+
+
+def average(scene: Scene) -> None:
+    """A sample for the time means, when one is due."""
+    averaging, time = scene.averaging, scene.clock.time
+    if averaging is None or not averaging.cadence.due(time):
+        return
+    with scene.watch("average"):
+        if averaging.solids and averaging.sampler:
+            p = scene.particles
+            averaging.solids.add(averaging.sampler.sample(p.positions, p.velocities, p.radii), time)
+        if averaging.gas and scene.gas:
+            voidage = scene.coupling.voidage if scene.coupling else scene.gas.clean_input[0]
+            averaging.gas.add(sample_gas(voidage, scene.gas.velocity, scene.gas.pressure), time)
+
+
+def work(run: Path, end: float, comm: MPI.Comm) -> None:
+    """Run the case in `run` from its start to `end` [s] (collective)."""
+    os.chdir(run)
+    os.environ["PWD"] = str(run)
+    case = load_case("case.toml")
+    scene = open_scene(case, Path("."), comm, end)
+    simulate(scene, Recorder(scene, Path("."), Path("case.toml").read_text()))
+    if scene.gas:
+        scene.gas.write()
+    if scene.grains:
+        scene.grains.close()
+
+
+def main() -> None:
+    """Work; a failure on one rank writes down why and ends all ranks."""
+    run, end = Path(sys.argv[1]).resolve(), float(sys.argv[2])
+    try:
+        work(run, end, MPI.COMM_WORLD)
+    except FbcoupleError as error:
+        write_failure(run, str(error), error.exit_code)
+        MPI.COMM_WORLD.Abort(error.exit_code)
+    except BaseException as error:
+        write_failure(run, f"{type(error).__name__}: {error}\n{traceback.format_exc()}", 3)
+        MPI.COMM_WORLD.Abort(3)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,43 @@
+"""Figures of a run, drawn from its results.nc alone: no MPI, no solver, no running simulation."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+
+from postproc import cost, history, maps, profiles
+from postproc.dataset import NotDrawableError, Results, open_results
+from postproc.figures import FIGURES
+from postproc.style import journal_style, save
+
+__all__ = ["FIGURES", "NotDrawableError", "Results", "cost", "draw", "history", "maps", "open_results", "profiles"]
+
+_log = logging.getLogger(__name__)
+
+
+def draw(run: Path) -> list[Path]:
+    """Draw every figure of `FIGURES` that the results allow.
+
+    A figure whose quantities the scene does not have (no gas, no particles) is left out with a warning that says
+    why, and an older picture of that name is removed, for it would show other results.
+
+    Parameters: `run`, the folder that holds results.nc.
+    Returns: the PNG files written under RUN/figures/, in the order of the registry.
+    Raises: CaseError if results.nc is missing, is not readable, has no time means yet, or allows no figure at all.
+    """
+    results = open_results(run)
+    folder = Path(run) / "figures"
+    written: list[Path] = []
+    left_out: list[str] = []
+    for name, make in FIGURES.items():
+        path = folder / f"{name}.png"
+        try:
+            with journal_style():
+                written.append(save(make(results), path, results.title))
+        except NotDrawableError as reason:
+            path.unlink(missing_ok=True)
+            left_out.append(f"{path.name} left out: {reason}")
+            _log.warning(left_out[-1])
+    if not written:
+        raise NotDrawableError([f"{results.path}: none of the figures can be drawn.", *left_out])
+    return written

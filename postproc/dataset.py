@@ -1,0 +1,171 @@
+"""results.nc as the figures want it: opened and checked, averaged over the depth, in dimensionless axes."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from fbcouple.errors import CaseError
+
+
+class NotDrawableError(CaseError):
+    """The results lack what a figure needs; the text names it."""
+
+
+@dataclass(frozen=True)
+class Results:
+    """The contents of one results.nc: `data`, the effective `case` and the file's `path`."""
+
+    path: Path
+    data: xr.Dataset
+    case: dict[str, Any]
+
+    @property
+    def title(self) -> str:
+        """The case's own line."""
+        return str(self.case["title"])
+
+    @property
+    def size(self) -> tuple[float, float, float]:
+        """Width L, depth D and height H of the bed [m]."""
+        width, depth, height = self.case["domain"]["size"]
+        return float(width), float(depth), float(height)
+
+    @property
+    def complete(self) -> bool:
+        """Whether the run reached its end time."""
+        return bool(self.data.attrs.get("complete", False))
+
+    @property
+    def window(self) -> tuple[float, float] | None:
+        """Start and end of averaging [s]; None if nothing was averaged."""
+        start, end = (float(self.data.attrs.get(f"averaging_{side}", math.nan)) for side in ("start", "end"))
+        return (start, end) if math.isfinite(start) and math.isfinite(end) else None
+
+    @property
+    def gas_flux(self) -> float | None:
+        """Inlet mass flux of the gas, rho U_f [kg m-2 s-1], the paper's unit of flux; None without an inlet flow."""
+        gas = self.case.get("gas")
+        if gas is None or gas["inlet_velocity"] == 0.0:
+            return None
+        return float(gas["density"] * gas["inlet_velocity"])
+
+    @property
+    def weight_per_area(self) -> float | None:
+        """Weight of the bed less its buoyancy over the floor area [Pa], the pressure drop of a fluidized bed.
+
+        m g (1 - rho/rho_p) / (L D); None if the case has no gas or does not tell the mass.
+        """
+        gas, particles = self.case.get("gas"), self.case.get("particles")
+        if gas is None or particles is None:
+            return None
+        mass = particles.get("mass")
+        if particles.get("count") is not None:
+            mass = particles["count"] * particles["density"] * math.pi / 6.0 * particles["diameter"] ** 3
+        if mass is None:
+            return None
+        width, depth, _ = self.size
+        return float(mass * self.case["gravity"] * (1.0 - gas["density"] / particles["density"]) / (width * depth))
+
+    def history(self, name: str) -> xr.DataArray:
+        """Variable `name` over time in double precision; NotDrawableError if there is none or it holds no number."""
+        values = self._variable(name)
+        if not bool(np.isfinite(values).any()):
+            raise NotDrawableError([f"`{name}` in {self.path} holds no finite number."])
+        return values
+
+    def mean(self, name: str) -> xr.DataArray:
+        """Time mean `name` in double precision; NotDrawableError if there is none or a cell has no finite value."""
+        values = self._variable(name)
+        missing = int((~np.isfinite(values)).sum())
+        if missing:
+            raise NotDrawableError([f"`{name}` in {self.path}: {missing} of {values.size} values are not finite."])
+        return values
+
+    def _variable(self, name: str) -> xr.DataArray:
+        if name not in self.data:
+            raise NotDrawableError([f"{self.path} has no `{name}` (a scene records only what it has)."])
+        return self.data[name].astype(float)
+
+
+def open_results(run: Path) -> Results:
+    """Read RUN/results.nc into memory and check that there is something to draw.
+
+    Raises: CaseError if the file is missing, is not NetCDF, has no effective case, or averaging has not begun.
+    """
+    path = Path(run) / "results.nc"
+    if not path.is_file():
+        raise CaseError([f"{path} does not exist. Run the case first (`fbcouple run {run}`), or give another folder."])
+    try:
+        with xr.open_dataset(path, decode_times=False) as stored:
+            data = stored.load()
+    except (OSError, ValueError) as error:
+        raise CaseError([f"{path} cannot be read as NetCDF ({error}). Run the case again."]) from error
+    if "case" not in data.attrs:
+        raise CaseError([f"{path} has no attribute `case` (the effective case file): fbcouple did not write it."])
+    try:
+        case = tomllib.loads(data.attrs["case"])
+    except tomllib.TOMLDecodeError as error:
+        raise CaseError([f"{path}: attribute `case` is not TOML ({error})."]) from error
+    results = Results(path, data, case)
+    _require_averages(results)
+    return results
+
+
+def _require_averages(results: Results) -> None:
+    means = [name for name, field in results.data.data_vars.items() if {"z", "y", "x"} <= set(field.dims)]
+    if "averages" not in results.case or any(bool(np.isfinite(results.data[name]).any()) for name in means):
+        return
+    times = results.data["time"].values if "time" in results.data else np.array([])
+    reached = f"the last record is at t = {times[-1]:g} s" if times.size else "nothing is recorded yet"
+    start = results.case["averages"]["start"]
+    raise CaseError(
+        [
+            f"{results.path} has no time means yet: averaging starts at t = {start:g} s ([averages] start), {reached}. "
+            f"Let the run go on (`fbcouple run {results.path.parent} --resume`), then draw again."
+        ]
+    )
+
+
+def depth_average(field: xr.DataArray) -> xr.DataArray:
+    """Mean over y, the paper's <.>_xz; cells are of one size.
+
+    For a standard error this is the bound that holds if the errors along the depth are fully correlated.
+    """
+    return field.mean("y", skipna=False)
+
+
+def at_height(field: xr.DataArray, height: float) -> xr.DataArray:
+    """Interpolate `field` linearly in z to `height` [m], between the centres of two layers of cells.
+
+    Raises: NotDrawableError if the height is not between two centres, for nothing is extrapolated.
+    """
+    z = field["z"].values.astype(float)
+    if z.size < 2 or not z[0] <= height <= z[-1]:
+        raise NotDrawableError(
+            [f"height z = {height:g} m is outside the cell centres ({z[0]:g} to {z[-1]:g} m); use a finer mesh in z."]
+        )
+    upper = min(max(int(np.searchsorted(z, height)), 1), z.size - 1)
+    weight = (height - z[upper - 1]) / (z[upper] - z[upper - 1])
+    return (1.0 - weight) * field.isel(z=upper - 1, drop=True) + weight * field.isel(z=upper, drop=True)
+
+
+def flux_scale(results: Results) -> tuple[float, str, str]:
+    """What solids fluxes are divided by [kg m-2 s-1], with the text to append to their symbol and their unit.
+
+    rho U_f as in Hamidouche et al. 2019, section 4; one, and SI units, where no gas flows in.
+    """
+    scale = results.gas_flux
+    return (1.0, "", "kg m$^{-2}$ s$^{-1}$") if scale is None else (scale, r" / (\rho\, U_f)", "–")
+
+
+def cell_edges(centres: np.ndarray, length: float) -> np.ndarray:
+    """Edges over `length` of equal cells with these centres [m]: shape (n,) -> (n + 1,)."""
+    half = length / (2 * centres.size)
+    return np.append(centres - half, centres[-1] + half) / length

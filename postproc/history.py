@@ -1,0 +1,102 @@
+"""What was recorded against time: is the bed steady, does the gas carry it, were the steps within their limits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from postproc.dataset import NotDrawableError, Results
+from postproc.figures import figure
+from postproc.style import BLUE, PAGE, VERMILION, WINDOW_SHADE, averaging_text, inset_axes, new_figure
+
+Panel = Callable[[Axes, Results], None]
+PANELS: dict[str, Panel] = {}
+
+
+def panel(function: Panel) -> Panel:
+    """Register `function(axes, results)`, which draws the history of the variable that it is named after."""
+    PANELS[function.__name__] = function
+    return function
+
+
+@figure
+def history(results: Results) -> Figure:
+    """Bed height, pressure drop, sub-steps and Courant number against time; the averaging window is shaded."""
+    shown = [name for name in PANELS if name in results.data]
+    if not shown:
+        raise NotDrawableError([f"{results.path} has none of the histories {', '.join(PANELS)}."])
+    left, right, bottom, top, each, gap = 0.72, 1.15, 0.42, 0.1, 1.05, 0.14
+    shaded = "" if results.window is None else "shaded: "
+    body = bottom + len(shown) * (each + gap) - gap + top
+    picture = new_figure(results, PAGE, body, shaded + averaging_text(results))
+    time = results.data["time"].values
+    for row, name in enumerate(reversed(shown)):
+        axes = inset_axes(picture, left, bottom + row * (each + gap), PAGE - left - right, each)
+        if results.window is not None:
+            axes.axvspan(*results.window, color=WINDOW_SHADE, linewidth=0, zorder=0)
+        PANELS[name](axes, results)
+        axes.set_xlim(0.0, time[-1] if time[-1] > 0.0 else None)
+        axes.grid(axis="y", color="white" if results.window else WINDOW_SHADE, linewidth=0.6)
+        axes.set_axisbelow(True)
+        axes.yaxis.set_label_coords(-0.37 / (PAGE - left - right), 0.5)
+        axes.tick_params(labelbottom=row == 0)
+        if row == 0:
+            axes.set_xlabel("Time [s]")
+    return picture
+
+
+@panel
+def bed_height(axes: Axes, results: Results) -> None:
+    """Height of the bed [mm]."""
+    _line(axes, results, "bed_height", factor=1e3)
+    axes.set_ylabel("Bed height\n[mm]")
+
+
+@panel
+def pressure_drop(axes: Axes, results: Results) -> None:
+    """Pressure drop of the gas [Pa] beside the weight of the bed less its buoyancy over the floor area."""
+    _line(axes, results, "pressure_drop")
+    axes.set_ylabel("Pressure drop\n[Pa]")
+    if results.weight_per_area is not None:
+        _limit(axes, results.weight_per_area, f"weight − buoyancy\nover floor area\n{results.weight_per_area:.1f} Pa")
+
+
+@panel
+def substeps(axes: Axes, results: Results) -> None:
+    """DEM steps in one fluid step."""
+    axes.step(results.data["time"], results.history("substeps"), where="post", color=BLUE, linewidth=0.8)
+    axes.yaxis.set_major_locator(MaxNLocator(4, integer=True))
+    axes.set_ylabel("DEM steps\nper fluid step")
+
+
+@panel
+def max_courant(axes: Axes, results: Results) -> None:
+    """Largest Courant number of the gas beside its limit."""
+    _line(axes, results, "max_courant")
+    axes.set_ylabel("Largest Courant\nnumber [–]")
+    limit = results.case.get("gas", {}).get("max_courant")
+    if limit is not None:
+        _limit(axes, limit, f"limit {limit:g}")
+    axes.set_ylim(0.0, 1.15 * max(limit or 0.0, float(results.history("max_courant").max())))
+
+
+def _line(axes: Axes, results: Results, name: str, factor: float = 1.0) -> None:
+    axes.plot(results.data["time"], factor * results.history(name), color=BLUE, linewidth=0.8)
+
+
+def _limit(axes: Axes, value: float, label: str) -> None:
+    axes.axhline(value, color=VERMILION, linestyle="--", linewidth=1.0)
+    axes.annotate(
+        label,
+        (1.0, value),
+        xycoords=("axes fraction", "data"),
+        xytext=(4, 0),
+        textcoords="offset points",
+        va="center",
+        size="small",
+        color=VERMILION,
+        annotation_clip=False,
+    )

@@ -1,0 +1,65 @@
+"""Profiles across the bed at one height (figure 13 of Hamidouche et al. 2019)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from postproc.dataset import Results, at_height, depth_average, flux_scale
+from postproc.figures import figure
+from postproc.style import BLUE, COLUMN, GREY, averaging_text, inset_axes, new_figure
+
+PROFILE_HEIGHT = 0.092  # z/H of the measured profiles, Hamidouche et al. 2019, section 4.1
+
+
+@dataclass(frozen=True)
+class Profile:
+    """A line across the bed: `position` x/L, `value` and, if the results have one, its `stderr`; shape (nx,)."""
+
+    position: np.ndarray
+    value: np.ndarray
+    stderr: np.ndarray | None
+
+
+def vertical_flux(results: Results, height: float = PROFILE_HEIGHT) -> Profile:
+    """Time-mean vertical solids flux over rho U_f at z/H = `height`, averaged over the depth, against x/L.
+
+    Linear between the centres of the two layers of cells around the height. The standard error is the mean over the
+    depth and the same weighted mean over the two layers: an upper bound, reached if these cells err together.
+    Without an inlet flow of gas the flux stays in kg m-2 s-1.
+
+    Raises: NotDrawableError without `solids_flux`, or if the height is not between two layers.
+    """
+    width, _, full_height = results.size
+    scale, _, _ = flux_scale(results)
+
+    def line(name: str) -> np.ndarray:
+        upward = results.mean(name).sel(component="z")
+        return at_height(depth_average(upward), height * full_height).values / scale
+
+    value = line("solids_flux")
+    stderr = line("solids_flux_stderr") if "solids_flux_stderr" in results.data else None
+    return Profile(results.data["x"].values / width, value, stderr)
+
+
+@figure
+def flux_profile(results: Results) -> Figure:
+    """Vertical solids flux across the bed at z/H = 0.092 with a band of one standard error."""
+    profile = vertical_flux(results)
+    _, divisor, unit = flux_scale(results)
+    note = f"$z/H$ = {PROFILE_HEIGHT:g}; {averaging_text(results)}"
+    picture = new_figure(results, COLUMN, 2.5, note)
+    axes = inset_axes(picture, 0.56, 0.42, COLUMN - 0.66, 1.95)
+    axes.axhline(0.0, color=GREY, linewidth=0.7)
+    if profile.stderr is not None:
+        low, high = profile.value - profile.stderr, profile.value + profile.stderr
+        axes.fill_between(profile.position, low, high, color=BLUE, alpha=0.25, linewidth=0, label="± 1 standard error")
+    net = f"time mean (average over $x$ {np.mean(profile.value):+.2g})".replace("-", "−")
+    axes.plot(profile.position, profile.value, color=BLUE, marker="o", markersize=2.5, label=net)
+    symbol = rf"$\langle \alpha_p \rho_p U_{{p,z}} \rangle_{{xz}}{divisor}$"
+    axes.set(xlabel="$x/L$ [–]", ylabel=f"{symbol} [{unit}]", xlim=(0, 1))
+    axes.margins(y=0.1)
+    axes.legend(loc="best", handlelength=1.6)
+    return picture

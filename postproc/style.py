@@ -1,0 +1,120 @@
+"""The look of all figures, and how they reach the disk."""
+
+from __future__ import annotations
+
+import os
+import textwrap
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import Colormap
+from matplotlib.figure import Figure
+
+from postproc.dataset import Results
+
+DPI = 200
+FONT_SIZE = 8.0
+COLUMN = 3.5  # inches, one column of a journal
+PAGE = 7.0  # inches, both columns
+
+# Okabe and Ito 2008: told apart with every kind of colour vision, and by lightness in grey.
+BLUE, VERMILION, GREEN, ORANGE, SKY, INK, GREY = (
+    "#0072B2",
+    "#D55E00",
+    "#009E73",
+    "#E69F00",
+    "#56B4E9",
+    "#222222",
+    "#6B6B6B",
+)
+WINDOW_SHADE = "#E9EEF4"
+
+_STYLE: Any = {
+    "font.size": FONT_SIZE,
+    "axes.labelsize": FONT_SIZE,
+    "axes.titlesize": FONT_SIZE,
+    "xtick.labelsize": FONT_SIZE - 1,
+    "ytick.labelsize": FONT_SIZE - 1,
+    "legend.fontsize": FONT_SIZE - 1,
+    "legend.frameon": False,
+    "axes.linewidth": 0.7,
+    "axes.edgecolor": INK,
+    "axes.labelcolor": INK,
+    "text.color": INK,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "xtick.direction": "out",
+    "ytick.direction": "out",
+    "xtick.major.width": 0.7,
+    "ytick.major.width": 0.7,
+    "xtick.major.size": 3.0,
+    "ytick.major.size": 3.0,
+    "lines.linewidth": 1.2,
+    "figure.facecolor": "white",
+}
+
+
+@contextmanager
+def journal_style() -> Iterator[None]:
+    """Draw in the house style whatever a user's matplotlibrc says, and put the settings back afterwards."""
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(_STYLE)
+        yield
+
+
+def new_figure(results: Results, width: float, body: float, note: str) -> Figure:
+    """Figure with `width` x `body` inches for axes and, above them, the case's title and `note`.
+
+    It stands on an Agg canvas of its own, with no global state behind it.
+    """
+    left, line = 0.08, FONT_SIZE * 1.2 / 72
+    title = textwrap.wrap(results.title, int((width - 2 * left) / (FONT_SIZE * 0.53 / 72)))
+    height = body + 0.12 + (len(title) + 1) * line
+    figure = Figure(figsize=(width, height), dpi=DPI)
+    FigureCanvasAgg(figure)
+    figure.text(left / width, 1 - 0.07 / height, "\n".join(title), va="top", parse_math=False)
+    below = 1 - (0.10 + len(title) * line) / height
+    figure.text(left / width, below, note, va="top", color=GREY, size=FONT_SIZE - 1)
+    return figure
+
+
+def inset_axes(figure: Figure, left: float, bottom: float, width: float, height: float) -> Axes:
+    """Axes at a place given in inches from the lower left corner of the figure."""
+    full_width, full_height = figure.get_size_inches()
+    return figure.add_axes((left / full_width, bottom / full_height, width / full_width, height / full_height))
+
+
+def colours(name: str, over: str) -> Colormap:
+    """Colour map `name` with a colour of its own, `over`, for values over the limit."""
+    return matplotlib.colormaps[name].with_extremes(over=over)
+
+
+def extend(values: np.ndarray, low: float, high: float) -> str:
+    """Which ends of a colour bar need an arrow because values lie beyond its limits."""
+    below, above = bool(values.min() < low), bool(values.max() > high)
+    return {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[below, above]
+
+
+def averaging_text(results: Results) -> str:
+    """The averaging window in words, and whether the run has ended."""
+    text = "" if results.window is None else "time mean over {:g}–{:g} s".format(*results.window)
+    return text if results.complete else f"{text}; run not complete".lstrip("; ")
+
+
+def save(figure: Figure, path: Path, title: str) -> Path:
+    """Write `figure` as PNG to `path`, first under a temporary name, so that no half picture is ever seen."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        figure.savefig(temporary, format="png", dpi=DPI, metadata={"Title": title})
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+    return path

@@ -1,0 +1,46 @@
+#!/usr/bin/env bash
+# Installs what is missing, then runs the shipped demonstration case and draws its figures.
+# A finished run is only drawn again, a stopped one goes on; --fresh begins anew.
+set -euo pipefail
+
+cd "$(dirname "${BASH_SOURCE[0]}")"
+if [ "$#" -gt 1 ] || { [ "$#" -eq 1 ] && [ "$1" != --fresh ]; }; then
+    echo "usage: run-demo.sh [--fresh]; found: $*" >&2
+    exit 2
+fi
+fresh=${1:-}
+run=runs/patil-demo
+ranks=$(nproc)
+[ "$ranks" -le 2 ] || ranks=2
+
+fbcouple() {
+    local start=$SECONDS
+    echo "== fbcouple $*"
+    .venv/bin/fbcouple "$@"
+    echo "== fbcouple $1: $((SECONDS - start)) s"
+}
+
+is_finished() {
+    [ -f "$run/results.nc" ] && .venv/bin/python - "$run/results.nc" <<'PYTHON'
+import sys
+
+import xarray
+
+with xarray.open_dataset(sys.argv[1]) as results:
+    sys.exit(0 if int(results.attrs.get("complete", 0)) else 1)
+PYTHON
+}
+
+bash scripts/install.sh
+mkdir -p runs
+if [ ! -f "$run/case.toml" ]; then
+    fbcouple setup patil/demo -o "$run"
+    fbcouple run "$run" -n "$ranks"
+elif [ -z "$fresh" ] && is_finished; then
+    echo "$run is finished: only its figures are drawn again (run-demo.sh --fresh runs it anew)"
+elif [ -z "$fresh" ] && [ -n "$(ls -A "$run/checkpoints" 2>/dev/null)" ]; then
+    fbcouple run "$run" -n "$ranks" --resume
+else
+    fbcouple run "$run" -n "$ranks" --fresh
+fi
+fbcouple post "$run"

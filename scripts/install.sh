@@ -1,0 +1,102 @@
+#!/usr/bin/env bash
+# From nothing to a working fbcouple on Debian 12: system packages, .venv at the root, the adapter.
+# A step that is done is skipped. PYTHON names another interpreter (>= 3.11) for .venv.
+set -euo pipefail
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+cd "$root"
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
+
+# step TEXT COMMAND...: one line with the seconds it took; the command's last words only if it fails
+step() {
+    local text=$1 start=$SECONDS code=0
+    shift
+    printf '%s ... ' "$text"
+    "$@" >"$log" 2>&1 || code=$?
+    if [ "$code" -ne 0 ]; then
+        printf 'failed after %d s\n' "$((SECONDS - start))"
+        tail -n 30 "$log" >&2
+        printf 'install.sh: failed with exit code %d: %s\n' "$code" "$*" >&2
+        exit "$code"
+    fi
+    printf '%d s\n' "$((SECONDS - start))"
+}
+
+as_root() {
+    if [ "$(id -u)" -eq 0 ]; then "$@"; else sudo "$@"; fi
+}
+
+suitable_python() {
+    "$1" -c 'import ensurepip, sys, venv; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1
+}
+
+find_python() {
+    local candidate
+    for candidate in ${PYTHON:+"$PYTHON"} python3 /usr/bin/python3; do
+        if suitable_python "$candidate"; then
+            command -v "$candidate"
+            return
+        fi
+    done
+    return 1
+}
+
+wanted_packages() {
+    printf '%s\n' liggghts openmpi-bin g++ dpkg-dev libegl1
+    [ -d "${WM_PROJECT_DIR:-}/src/OpenFOAM" ] || printf '%s\n' openfoam
+    find_python >/dev/null || printf '%s\n' python3 python3-venv
+}
+
+missing_packages() {
+    local package
+    for package in $(wanted_packages); do
+        dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null | grep -qx installed || printf '%s\n' "$package"
+    done
+}
+
+apt_install() {
+    as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends "$@"
+}
+
+# The package lists are only renewed if they are too old or empty to install from.
+install_packages() {
+    apt_install "$@" || { as_root apt-get update && apt_install "$@"; }
+}
+
+system_packages() {
+    local missing
+    if ! command -v dpkg-query >/dev/null; then
+        echo "system packages: no dpkg here, so nothing is installed; 'fbcouple doctor' says what is missing"
+        return
+    fi
+    mapfile -t missing < <(missing_packages)
+    if [ "${#missing[@]}" -eq 0 ]; then
+        echo "system packages: all there"
+        return
+    fi
+    if [ "$(id -u)" -ne 0 ] && ! command -v sudo >/dev/null; then
+        echo "install.sh: needs root for: apt-get install --no-install-recommends ${missing[*]}" >&2
+        exit 1
+    fi
+    step "system packages: ${missing[*]}" install_packages "${missing[@]}"
+}
+
+python_packages() {
+    local python mark=.venv/installed-from stamp
+    if ! [ -x .venv/bin/python ]; then
+        python=$(find_python) || { echo "install.sh: no Python >= 3.11 with venv; name one in PYTHON" >&2; exit 1; }
+        step ".venv with $python" "$python" -m venv .venv
+    fi
+    stamp=$(cat pyproject.toml <(printf '%s' "$root") | sha256sum)
+    if [ -f "$mark" ] && [ "$(cat "$mark")" = "$stamp" ]; then
+        echo "python packages: all there"
+        return
+    fi
+    step "python packages: pip install -e .[dev]" .venv/bin/python -m pip install --quiet -e '.[dev]'
+    printf '%s\n' "$stamp" >"$mark"
+}
+
+system_packages
+python_packages
+step "adapter for OpenFOAM" .venv/bin/python -m fbcouple.engines.openfoam.build

@@ -1,0 +1,175 @@
+"""The command line: every mistake on its own line of stderr, exit code 1, no traceback, nothing written."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import fbcouple
+from fbcouple import doctor
+from fbcouple.case.load import load_case
+from fbcouple.case.source import list_shipped
+from fbcouple.errors import CaseError, DivergedError, SolverError
+
+BROKEN = {
+    "wrong key": (("density = 2500.0", "densty = 2500.0"), "particles.densty", "did you mean `density`"),
+    "wrong type": (("mass = 0.075", 'mass = "75 g"'), "particles.mass", "give a bare number"),
+    "negative diameter": (("diameter = 1e-3", "diameter = -1e-3"), "particles.diameter", "a number above 0 (in m)"),
+    "particle larger than the box": (("diameter = 1e-3", "diameter = 1"), "particles.diameter", "smaller particle"),
+    "more mass than fits": (("mass = 0.075", "mass = 75"), "particles.mass", "give less, in kg"),
+    "unknown drag law": (("[exchange]", '[exchange]\ndrag = "di-felise"'), "exchange.drag", "give the name of one"),
+}
+
+
+def start(folder: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
+    """Start the command line in a process of its own, in `folder`."""
+    root = str(Path(fbcouple.__file__).parents[1])
+    command = [sys.executable, "-m", "fbcouple.cli", *map(str, arguments)]
+    return subprocess.run(
+        command, cwd=folder, env={"PYTHONPATH": root, "PATH": ""}, capture_output=True, text=True, check=False
+    )
+
+
+@pytest.mark.parametrize("mistake", BROKEN)
+@pytest.mark.parametrize("command", ["check", "setup"])
+def test_broken_case(spoil, call, tmp_path, command, mistake):
+    replacement, key, mend = BROKEN[mistake]
+    path = spoil(replacement)
+    result = call(command, "case.toml")
+    assert result.exit_code == 1 and result.stdout == ""
+    (line,) = result.stderr.splitlines()
+    assert line.startswith(f"case.toml: {key}: ") and mend in line
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_several_mistakes_in_a_process_of_its_own(spoil, tmp_path):
+    path = spoil(*(BROKEN[name][0] for name in ("wrong key", "negative diameter", "unknown drag law")))
+    done = start(tmp_path, "setup", "case.toml", "--set", "gas.walls=moving", "-o", "out/run")
+    assert done.returncode == 1 and done.stdout == ""
+    assert sorted(line.split(": ")[1] for line in done.stderr.splitlines()) == [
+        "exchange.drag",
+        "gas.walls",
+        "particles.densty",
+        "particles.diameter",
+    ]
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_missing_file_in_a_process_of_its_own(tmp_path):
+    done = start(tmp_path, "check", "nowhere.toml")
+    assert done.returncode == 1 and done.stdout == ""
+    assert done.stderr.startswith('"nowhere.toml": neither a shipped case nor a file') and "patil/c2" in done.stderr
+    assert len(done.stderr.splitlines()) == 1 and list(tmp_path.iterdir()) == []
+
+
+def test_bytes_that_are_no_text_in_a_process_of_its_own(tmp_path):
+    done = start(tmp_path, "check", "patil/c2", "--set", "title=\udcff")
+    assert done.returncode == 1 and "not UTF-8" in done.stderr and "Traceback" not in done.stderr
+
+
+def test_usage_errors_are_2(call):
+    assert call("check").exit_code == 2
+    assert call("chek").exit_code == 2
+    assert call("run", "x", "-n", "0").exit_code == 2
+    assert call("run", "x", "--until", "nan").exit_code == 2
+
+
+def test_check_prints_the_numbers(call):
+    result = call("check", "patil/c2")
+    assert result.exit_code == 0 and result.stderr == ""
+    rows = {line.split("  ")[0]: line for line in result.stdout.splitlines()}
+    assert "57296" in rows["particles"] and "612.8" in rows["pressure drop"] and "0.54 " in rows["minimum fluidization"]
+
+
+def test_cases_lists_the_shipped_ones(call):
+    result = call("cases")
+    assert result.exit_code == 0
+    for name in list_shipped():
+        assert name in result.stdout
+
+
+def test_setup_names_the_run_after_the_case(call):
+    result = call("setup", "patil/demo", "--set", "end_time=1.5", "--explain")
+    assert result.exit_code == 0, result.stderr
+    assert "closed_nozzle" in result.stdout and "rotation" in result.stdout
+    assert load_case("runs/patil-demo").end_time == 1.5
+    assert call("setup", "patil/demo").exit_code == 0
+    assert load_case("runs/patil-demo").end_time == 2.0
+
+
+def test_setup_refuses_a_folder_with_results(call, tmp_path):
+    run = tmp_path / "run"
+    assert call("setup", "patil/demo", "-o", run).exit_code == 0
+    (run / "results.nc").write_bytes(b"kept")
+    result = call("setup", "patil/demo", "-o", run)
+    assert result.exit_code == 1 and "results.nc" in result.stderr
+    assert (run / "results.nc").read_bytes() == b"kept"
+
+
+def test_setup_refuses_a_foreign_folder(call, tmp_path):
+    (tmp_path / "thesis.tex").write_text("years")
+    result = call("setup", "patil/demo", "-o", tmp_path)
+    assert result.exit_code == 1 and str(tmp_path) in result.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
+
+
+def test_setup_into_a_file_is_refused(call, tmp_path):
+    (tmp_path / "file").write_text("kept")
+    result = call("setup", "patil/demo", "-o", tmp_path / "file" / "run")
+    assert result.exit_code == 1 and "give another folder with -o" in result.stderr
+
+
+def test_setup_keeps_the_positions_beside_the_case(spoil, call, tmp_path):
+    path = spoil(("[start]\n", ""), ("mass = 0.075", 'count = 2\npositions = "seed.csv"'))
+    (tmp_path / "seed.csv").write_text("x,y,z\n0.02,0.005,0.01\n0.03,0.005,0.01\n")
+    assert call("setup", path, "-o", tmp_path / "run").exit_code == 0
+    assert load_case(str(tmp_path / "run")) == load_case(str(path))
+    atoms = [line.split() for line in (tmp_path / "run/grains/particles.data").read_text().splitlines()]
+    np.testing.assert_array_equal(np.array(atoms[-1][-3:], dtype=float), [0.03, 0.005, 0.01])
+
+
+@pytest.mark.parametrize("command", ["run", "post"])
+def test_folder_that_is_no_run(call, tmp_path, command):
+    result = call(command, tmp_path / "nothing")
+    assert result.exit_code == 1 and "nothing" in result.stderr
+
+
+def test_run_hands_its_options_to_the_launcher(call, tmp_path, monkeypatch):
+    asked = []
+
+    def launch(run, ranks, until, fresh, watch):
+        asked.append((run, ranks, until, fresh))
+        for step in range(3):
+            watch({"time": 0.01 * step, "steps": step})
+
+    monkeypatch.setattr("fbcouple.launch.launch", launch)
+    assert call("setup", "patil/demo", "-o", "run").exit_code == 0
+    result = call("run", "run", "-n", 2, "--until", 0.02, "--fresh")
+    assert result.exit_code == 0 and asked == [(Path("run"), 2, 0.02, True)]
+    assert result.stdout.splitlines()[0] == "t = 0.0000 s after 0 steps" and len(result.stdout.splitlines()) == 2
+
+
+@pytest.mark.parametrize(
+    ("error", "code"), [(CaseError(["a", "b"]), 1), (SolverError("a\nb"), 3), (DivergedError("a\nb"), 4)]
+)
+def test_errors_have_their_exit_codes(call, monkeypatch, error, code):
+    def fail(*_):
+        raise error
+
+    monkeypatch.setattr("fbcouple.launch.launch", fail)
+    assert call("setup", "patil/demo", "-o", "run").exit_code == 0
+    result = call("run", "run")
+    assert result.exit_code == code and result.stderr == "a\nb\n"
+
+
+@pytest.mark.parametrize(("is_fit", "code"), [(True, 0), (False, 3)])
+def test_doctor_is_content_only_if_a_run_can_work(call, monkeypatch, is_fit, code):
+    row = doctor.Row("thing", "1.0", ">=1.0", is_fit, "mend it so")
+    monkeypatch.setattr(doctor, "examine", lambda: [row])
+    result = call("doctor")
+    assert result.exit_code == code and ("mend it so" in result.stdout) is not is_fit
+    assert ("thing" in result.stderr) is not is_fit

@@ -1,0 +1,216 @@
+"""Good cases load and survive being written; every mistake is told with its place and how to mend it."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from fbcouple.case.load import load_case, write_case
+from fbcouple.case.options import list_options, list_sections
+from fbcouple.case.source import list_shipped
+from fbcouple.errors import CaseError
+
+PARTICLE = 'title = "one particle"\nend_time = 1\n[domain]\nsize = [1, 1, 1]\ncells = [4, 4, 4]\n'
+PARTICLE += "[particles]\ndiameter = 0.1\ndensity = 1000\ncount = 1\n[start]\n"
+PARTICLE += "[contact]\nrestitution = 1\nwall_restitution = 1\nfriction = 0\nwall_friction = 0\n"
+
+
+def problems_of(name: object, *sets: str) -> list[str]:
+    with pytest.raises(CaseError) as caught:
+        load_case(str(name), sets)
+    for problem in caught.value.problems:
+        assert "\n" not in problem and len(problem) < 600
+    return caught.value.problems
+
+
+@pytest.mark.parametrize("name", list_shipped())
+def test_shipped_case_loads_and_survives_writing(name, tmp_path):
+    case = load_case(name)
+    write_case(case, tmp_path / "case.toml")
+    assert load_case(str(tmp_path / "case.toml")) == case
+    assert load_case(str(tmp_path)) == case
+    assert [path.name for path in tmp_path.iterdir()] == ["case.toml"]
+
+
+def test_shipped_cases_are_the_four():
+    assert list(list_shipped()) == ["patil/c1", "patil/c2", "patil/c3", "patil/demo"]
+
+
+def test_written_case_says_every_default(tmp_path):
+    write_case(load_case("patil/c1"), tmp_path / "case.toml")
+    written = tomllib.loads((tmp_path / "case.toml").read_text())
+    given = {f"{section}.{key}" for section, table in written.items() if isinstance(table, dict) for key in table}
+    given |= {key for key, value in written.items() if not isinstance(value, dict)}
+    assert set(list_options()) - given == {"particles.count", "particles.positions"}
+
+
+def test_floats_survive_writing_to_the_last_bit(tmp_path):
+    case = load_case("patil/c2", ["gas.viscosity=1.8369999999999997e-5", "end_time=0.1e2", "gas.density=0.1"])
+    write_case(case, tmp_path / "case.toml")
+    read = load_case(str(tmp_path))
+    assert read.gas.viscosity == 1.8369999999999997e-5
+    assert read == case
+
+
+def test_awkward_title_survives_writing(tmp_path):
+    case = load_case("patil/c2", ["title='quote \" backslash \\ # ü 粒 [x]'"])
+    assert case.title == 'quote " backslash \\ # ü 粒 [x]'
+    write_case(case, tmp_path / "case.toml")
+    assert load_case(str(tmp_path)) == case
+
+
+def test_integers_are_fine_for_floats_and_arrays_for_tuples(tmp_path):
+    (tmp_path / "case.toml").write_text(PARTICLE)
+    case = load_case(str(tmp_path))
+    assert case.domain.size == (1.0, 1.0, 1.0)
+    assert isinstance(case.particles.density, float)
+    assert case.gas is None and case.exchange is None
+
+
+def test_settings_go_on_top():
+    sets = ["particles.mass=0.125", "gas.inlet_velocity=1.54", "gas.walls=slip", "exchange.drag=huilin-gidaspow"]
+    case = load_case("patil/c2", [*sets, "domain.cells=[17, 4, 56]", "gas.closed_nozzle=[3,2]", "title=a b c"])
+    assert (case.particles.mass, case.gas.inlet_velocity, case.gas.walls) == (0.125, 1.54, "slip")
+    assert case.domain.cells == (17, 4, 56) and case.gas.closed_nozzle == (3, 2) and case.title == "a b c"
+
+
+@pytest.mark.parametrize(
+    ("setting", "words"),
+    [
+        ("gas.densty=1.2", ["--set: gas.densty", "did you mean `density`"]),
+        ("particels.mass=1", ["--set: particels", "did you mean `particles`"]),
+        ("diameter=1e-3", ["--set: diameter", "did you mean `particles.diameter`"]),
+        ("gas.density", ["--set:", "gas.density", "write key=value"]),
+        ("gas..density=1", ["--set:", "write key=value"]),
+        ("a.b.c=1", ["--set:", "write key=value"]),
+        ("gas.density=", ["--set: gas.density", "no value"]),
+        ("title.x=1", ["--set: title", "not a section"]),
+        ("gas.density=1.2 kg", ["--set: gas.density", '"1.2 kg"', "above 0", "without quotes or unit"]),
+        ("gas.density=true", ["--set: gas.density: true is given"]),
+        ("gas.density=nan", ["--set: gas.density: nan is given"]),
+        ("gas.density=inf", ["--set: gas.density: inf is given"]),
+        ("gas.correctors=2.0", ["--set: gas.correctors: 2.0 is given, a whole number"]),
+        ("gas.walls=no_slip", ["--set: gas.walls", 'did you mean "no-slip"']),
+        ("gas=3", ["--set: gas: 3 is given, a section is allowed"]),
+        ("domain.size=[1, 2]", ["--set: domain.size: [1, 2] is given, a list of 3 values"]),
+        ("domain.size=[1, 2, 3, 4]", ["--set: domain.size: [1, 2, 3, 4] is given, a list of 3 values"]),
+        ("domain.size=[1, 2, -3]", ["--set: domain.size: [1, 2, -3] is given", "above 0"]),
+        ("domain.cells=[35, 6, 110.0]", ["--set: domain.cells: [35, 6, 110.0] is given", "whole number"]),
+        ("title=\udcff", ["--set:", "not UTF-8"]),
+        ("title='a\\tb\u2028'", ["--set: title", "one line"]),
+    ],
+)
+def test_setting_that_is_wrong(setting, words):
+    (problem,) = problems_of("patil/c2", setting)
+    for word in words:
+        assert word in problem
+
+
+def test_setting_cannot_smuggle_in_another_key():
+    (problem,) = problems_of("patil/c2", "gas.density=1.0\ntitle='x'")
+    assert "gas.density" in problem and "number" in problem
+
+
+def test_unknown_shipped_name_is_suggested():
+    (problem,) = problems_of("patil/c22")
+    assert "did you mean `patil/c2`" in problem and "patil/demo" in problem
+
+
+def test_name_does_not_leave_the_shipped_cases():
+    (problem,) = problems_of("../cases/patil/nowhere")
+    assert "neither a shipped case nor a file" in problem
+
+
+@pytest.mark.parametrize("name", ["no/such.toml", "x" * 5000, "nul\0byte", "\udcff", "/dev/zero", "/"])
+def test_name_that_is_no_case(name):
+    (problem,) = problems_of(name)
+    assert "case" in problem
+
+
+def test_folder_without_case_file(tmp_path):
+    (problem,) = problems_of(tmp_path)
+    assert "holds no case.toml" in problem
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"title = \n", "at line 1, column 9"),
+        (b"a = 1\na = 2\n", "given twice"),
+        (b"[gas]\n[gas]\n", "given twice"),
+        (b'title = "\xff"', "not UTF-8"),
+        (b"a = " + b"[" * 100_000, "nested too deeply"),
+        (b"end_time = " + b"9" * 5000, "cannot be read"),
+        (b'title = "' + b"x" * 10_000_000 + b'"\n', "10000000 characters"),
+        (b"end_time = 0x" + b"f" * 10_000, "40000 bits"),
+        (b'end_time = "' + b"x" * 10_000_000 + b'"\n', "10000000 characters"),
+        (b"end_time = " + b"[" * 100 + b"]" * 100, "[[[[...]]]] is given"),
+        (b'"a\\nb\\u001b[31m" = 1', '"a\\nb\\u001b[31m": a case file has no such key'),
+        (b"end_time = 2024-01-01", "2024-01-01 is given"),
+        (b"[[gas]]", "a section is allowed"),
+        (b"", "domain: the section is missing"),
+    ],
+)
+def test_file_that_is_no_case(tmp_path, content, words):
+    (tmp_path / "case.toml").write_bytes(content)
+    assert words in "\n".join(problems_of(tmp_path))
+
+
+def test_unreadable_file(tmp_path, monkeypatch):
+    def refuse(path):
+        raise PermissionError(13, "Permission denied")
+
+    (tmp_path / "case.toml").touch()
+    monkeypatch.setattr(Path, "read_bytes", refuse)
+    (problem,) = problems_of(tmp_path)
+    assert "Permission denied" in problem and "check the path" in problem
+
+
+def test_several_mistakes_are_told_at_once(spoil):
+    path = spoil(
+        ("diameter = 1e-3", "diameter = -1e-3"),
+        ("[exchange]", '[exchange]\ndrag = "huilin"'),
+        ("viscosity", "viscosty"),
+        ("end_time = 20.0", "end_time = 0.5"),
+        ("closed_nozzle = [5, 4]", "closed_nozzle = [4, 4]"),
+        ("friction = 0.2\nwall_friction = 0.2", "friction = 0.2"),
+    )
+    problems = problems_of(path, "gas.walls=3")
+    keys = [problem.removeprefix(f"{path}: ").split(":")[0] for problem in problems if not problem.startswith("--set")]
+    assert sorted(keys) == [
+        "averages.start",
+        "contact.wall_friction",
+        "exchange.drag",
+        "gas.closed_nozzle",
+        "gas.viscosty",
+        "particles.diameter",
+    ]
+    assert [problem for problem in problems if problem.startswith("--set: gas.walls: 3 is given")]
+    assert len(problems) == 7
+
+
+def test_spoiled_key_of_each_option_is_named():
+    """No option is exempt: a table in its place is refused, and the text names key, kind and given value."""
+    for key, option in list_options().items():
+        problems = problems_of("patil/c2", f"{key}={{a=1}}")
+        assert [p for p in problems if p.startswith(f"--set: {key}: a table is given, {option.allowed}")], problems
+
+
+@pytest.mark.parametrize("section", [name for name in list_sections() if name])
+def test_section_that_is_no_table_or_misspelt_is_told_once(section, spoil):
+    (problem,) = problems_of("patil/c2", f"{section}=1")
+    assert problem.startswith(f"--set: {section}: 1 is given, a section is allowed")
+    if section != "output":
+        (problem,) = problems_of(spoil((f"[{section}]", f"[{section}x]")))
+        assert f"case.toml: {section}x: a case file has no such key" in problem
+
+
+@pytest.mark.parametrize("key", [key for key, option in list_options().items() if "number" in option.allowed])
+@pytest.mark.parametrize("value", ["1e308", "5e-324", "-1e308", "9999999999999999999999", "0", "-1"])
+def test_extreme_numbers_never_raise_anything_else(key, value):
+    try:
+        load_case("patil/c2", [f"{key}={value}"])
+    except CaseError as error:
+        assert error.problems

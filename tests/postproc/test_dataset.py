@@ -1,0 +1,91 @@
+"""Opening results.nc, what it says about the case, depth average and interpolation."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from fbcouple.errors import CaseError
+from postproc.dataset import NotDrawableError, at_height, cell_edges, depth_average, flux_scale, open_results
+
+
+def test_missing_results_say_what_to_do(tmp_path):
+    with pytest.raises(CaseError, match=r"results\.nc does not exist\. Run the case first \(`fbcouple run "):
+        open_results(tmp_path)
+
+
+def test_a_file_that_is_not_netcdf_is_named(tmp_path):
+    (tmp_path / "results.nc").write_text("no NetCDF")
+    with pytest.raises(CaseError, match=r"results\.nc cannot be read as NetCDF"):
+        open_results(tmp_path)
+
+
+def test_results_without_the_case_are_refused(dataset, write):
+    del dataset.attrs["case"]
+    with pytest.raises(CaseError, match="no attribute `case`"):
+        open_results(write(dataset))
+
+
+@pytest.mark.parametrize("how", ["absent", "not a number"])
+def test_a_run_that_has_not_begun_to_average_says_so(dataset, write, how):
+    means = [name for name in dataset if "x" in dataset[name].dims]
+    data = (
+        dataset.drop_vars(means)
+        if how == "absent"
+        else dataset.assign({name: dataset[name] * np.nan for name in means})
+    )
+    with pytest.raises(CaseError, match=r"averaging starts at t = 1 s .*last record is at t = 0\.02 s.*--resume"):
+        open_results(write(data))
+
+
+def test_time_stays_in_seconds(run):
+    assert open_results(run).data["time"].values == pytest.approx([0.01, 0.02])
+
+
+def test_scales_of_the_paper(run):
+    """Table 3 of the paper: rho U_f = 1.398 kg m-2 s-1 at 1.20 m/s; a 75 g bed floats at 612.8 Pa."""
+    results = open_results(run)
+    assert flux_scale(results)[0] == pytest.approx(1.398)
+    assert results.weight_per_area == pytest.approx(612.8, abs=0.1)
+    assert results.size == (0.08, 0.015, 0.25)
+    assert results.window == (1.0, 20.0)
+
+
+def test_weight_from_the_count_of_particles(dataset, write):
+    dataset.attrs["case"] = dataset.attrs["case"].replace("mass = 0.075", "count = 57296")
+    assert open_results(write(dataset)).weight_per_area == pytest.approx(612.8, abs=0.1)
+
+
+def test_fluxes_stay_in_si_units_without_inlet_flow(dataset, write):
+    dataset.attrs["case"] = dataset.attrs["case"].replace("inlet_velocity = 1.2", "inlet_velocity = 0.0")
+    scale, symbol, unit = flux_scale(open_results(write(dataset)))
+    assert (scale, symbol) == (1.0, "")
+    assert unit.startswith("kg m")
+
+
+def test_depth_average_is_the_mean_over_y():
+    field = xr.DataArray(np.arange(6.0).reshape(1, 3, 2), dims=("z", "y", "x"))
+    assert depth_average(field).values == pytest.approx(np.array([[2.0, 3.0]]))
+
+
+@pytest.mark.parametrize("height", [0.1, 0.12, 0.25, 0.3, 0.6])
+def test_interpolation_is_exact_for_a_linear_field_on_any_layers(height):
+    z = np.array([0.1, 0.2, 0.3, 0.6])
+    field = xr.DataArray(np.outer(5.0 - 7.0 * z, [1.0, 2.0]), dims=("z", "x"), coords={"z": z})
+    assert at_height(field, height).values == pytest.approx((5.0 - 7.0 * height) * np.array([1.0, 2.0]), rel=1e-14)
+
+
+@pytest.mark.parametrize("height", [0.09, 0.61])
+def test_nothing_is_extrapolated(height):
+    field = xr.DataArray([1.0, 2.0], dims="z", coords={"z": [0.1, 0.6]})
+    with pytest.raises(NotDrawableError, match=r"outside the cell centres \(0\.1 to 0\.6 m\)"):
+        at_height(field, height)
+
+
+def test_a_hole_in_a_mean_is_counted_not_hidden(dataset, write):
+    dataset["solids_flux"][2, 0, 0, :2] = np.nan
+    with pytest.raises(NotDrawableError, match="2 of 1800 values are not finite"):
+        open_results(write(dataset)).mean("solids_flux")
+
+
+def test_cell_edges_cover_the_length():
+    assert cell_edges(np.array([0.01, 0.03]), 0.04) == pytest.approx([0.0, 0.5, 1.0])

@@ -1,0 +1,99 @@
+"""`draw`: the files it writes, what it leaves out, and that nothing half done is left behind."""
+
+import subprocess
+import sys
+
+import matplotlib
+import pytest
+from matplotlib.figure import Figure
+from matplotlib.image import imread
+
+from fbcouple.errors import CaseError
+from postproc import FIGURES, draw
+
+NAMES = {"solids_fraction", "solids_flux", "flux_profile", "history", "cost"}
+
+
+def test_every_figure_is_a_png_of_its_own_name_and_nothing_else_is_left(run):
+    settings = dict(matplotlib.rcParams)
+    paths = draw(run)
+    assert {path.stem for path in paths} == set(FIGURES) == NAMES
+    assert sorted(path.name for path in (run / "figures").iterdir()) == sorted(f"{name}.png" for name in NAMES)
+    for path in paths:
+        assert path.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+        assert imread(path)[..., :3].std() > 0.05, f"{path.name} is blank"
+    assert dict(matplotlib.rcParams) == settings
+
+
+@pytest.mark.parametrize("name", sorted(NAMES))
+def test_every_figure_says_what_it_shows(name):
+    assert FIGURES[name].__doc__
+
+
+def test_resolution_is_200_dots_per_inch(run):
+    height, width, _ = imread(next(path for path in draw(run) if path.stem == "history")).shape
+    assert width == 7.0 * 200
+    assert height > 800
+
+
+def test_gas_alone_draws_what_it_has_and_removes_older_pictures(dataset, write, caplog):
+    dataset["gas_velocity"] = dataset["solids_flux"]
+    run = write(dataset.drop_vars([name for name in dataset if name.startswith("solids_")]))
+    stale = run / "figures" / "solids_flux.png"
+    stale.parent.mkdir()
+    stale.write_bytes(b"older")
+    assert {path.stem for path in draw(run)} == {"history", "cost"}
+    assert not stale.exists()
+    assert "solids_flux.png left out" in caplog.text
+    assert "no `solids_flux`" in caplog.text
+
+
+def test_grains_alone_are_drawn(dataset, write):
+    case = dataset.attrs["case"]
+    dataset.attrs["case"] = case[: case.index("[gas]")] + case[case.index("[particles]") :]
+    run = write(dataset.drop_vars(["pressure_drop", "max_courant", "substeps"]))
+    assert {path.stem for path in draw(run)} == NAMES
+
+
+def test_a_scene_without_averages_draws_its_history(dataset, write):
+    case = dataset.attrs["case"]
+    dataset.attrs["case"] = case[: case.index("[averages]")]
+    for side in ("start", "end"):
+        del dataset.attrs[f"averaging_{side}"]
+    run = write(dataset.drop_vars([name for name in dataset if "x" in dataset[name].dims]))
+    assert {path.stem for path in draw(run)} == {"history", "cost"}
+
+
+def test_missing_results_leave_no_folder(tmp_path):
+    with pytest.raises(CaseError, match="does not exist"):
+        draw(tmp_path)
+    assert not (tmp_path / "figures").exists()
+
+
+def test_results_that_allow_no_figure_say_why_for_each(dataset, write):
+    dataset["gas_velocity"] = dataset["solids_flux"]
+    run = write(dataset[["gas_velocity"]])
+    with pytest.raises(CaseError, match="none of the figures") as caught:
+        draw(run)
+    assert [text.split()[0] for text in caught.value.problems[1:]] == [f"{name}.png" for name in FIGURES]
+
+
+def test_a_picture_that_fails_leaves_the_older_one_and_no_temporary_file(run, monkeypatch):
+    before = {path: path.read_bytes() for path in draw(run)}
+
+    def fail(self, target, **options):
+        target.write_bytes(b"half")
+        raise OSError("disk full")
+
+    monkeypatch.setattr(Figure, "savefig", fail)
+    with pytest.raises(OSError, match="disk full"):
+        draw(run)
+    assert {path: path.read_bytes() for path in (run / "figures").iterdir()} == before
+
+
+def test_figures_need_neither_mpi_nor_solver_nor_pyplot():
+    probe = "import sys, postproc; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True)
+    loaded = set(done.stdout.split())
+    assert "postproc.maps" in loaded
+    assert not loaded & {"mpi4py", "numba", "fbcouple.case", "fbcouple.worker", "matplotlib.pyplot"}
