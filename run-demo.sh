@@ -33,14 +33,13 @@ PYTHON
 
 bash scripts/install.sh
 mkdir -p runs
-if [ ! -f "$run/case.toml" ]; then
-    fbcouple setup patil/demo -o "$run"
-    fbcouple run "$run" -n "$ranks"
-elif [ -z "$fresh" ] && is_finished; then
+if [ -z "$fresh" ] && is_finished; then
     echo "$run is finished: only its figures are drawn again (run-demo.sh --fresh runs it anew)"
 elif [ -z "$fresh" ] && [ -n "$(ls -A "$run/checkpoints" 2>/dev/null)" ]; then
     fbcouple run "$run" -n "$ranks" --resume
 else
-    fbcouple run "$run" -n "$ranks" --fresh
+    rm -f "$run/results.nc" # set-up replaces a run folder only if it holds no results
+    fbcouple setup patil/demo -o "$run"
+    fbcouple run "$run" -n "$ranks"
 fi
 fbcouple post "$run"

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 import shutil
-import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -168,23 +167,16 @@ def lay_out_run(case: Case, folder: Path, run: Path) -> None:
 def run(run: Path, ranks: int, until: float | None, fresh: bool) -> None:
     """Run the simulation that lies in the folder RUN."""
     require_run(run)
+    from fbcouple.case.load import load_case
     from fbcouple.launch import launch
+    from fbcouple.progress import RunProgress
 
-    launch(run, ranks, until, fresh, tell_progress())
+    end = load_case(str(run)).end_time
+    console = Console()
+    with RunProgress(console, min(end, until or end)) as progress:
+        launch(run, ranks, until, fresh, progress.show)
+    console.print(progress.tabulate())
     click.echo(f"{run}: done; draw its figures with `fbcouple post {run}`")
-
-
-def tell_progress() -> Callable[[dict[str, Any]], None]:
-    """Return a watch of the history rows that prints one every few seconds of wall time."""
-    told = -math.inf
-
-    def watch(row: dict[str, Any]) -> None:
-        nonlocal told
-        if time.monotonic() - told >= PROGRESS_EVERY:
-            told = time.monotonic()
-            click.echo(f"t = {row['time']:.4f} s after {row['steps']} steps")
-
-    return watch
 
 
 def require_run(run: Path) -> None:

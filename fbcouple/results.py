@@ -21,7 +21,7 @@ MEANS: dict[str, tuple[str, str]] = {
     "solids_flux": ("kg m-2 s-1", "time-mean solids mass flux"),
     "solids_velocity": ("m s-1", "time-mean solids velocity, mass weighted"),
     "agitation": ("m2 s-2", "mean square of the particle velocity about the time mean"),
-    "granular_temperature": ("m2 s-2", "third of the mean square of the particle velocity about the instantaneous cell mean"),
+    "granular_temperature": ("m2 s-2", "third of the mean square particle velocity about the instantaneous cell mean"),
     "voidage": ("1", "time-mean voidage that the gas had"),
     "gas_velocity": ("m s-1", "time-mean interstitial gas velocity"),
     "gas_flux": ("m s-1", "time-mean superficial gas velocity, voidage times velocity"),
@@ -33,7 +33,7 @@ HISTORIES: dict[str, tuple[str, str]] = {
     "solids_volume": ("m3", "solids volume that the gas sees"),
     "solids_centre_z": ("m", "height of the particles' centre of mass"),
     "particles": ("1", "number of particles"),
-    "momentum_error": ("1", "largest imbalance between gas and particles in a step over the drag impulse, since the last row"),
+    "momentum_error": ("1", "largest imbalance of a step over its drag impulse since the last row"),
     "gas_mass_error": ("1", "largest gas volume rate lost by continuity over the inflow, since the last row"),
     "max_courant": ("1", "largest Courant number since the last row"),
     "min_voidage": ("1", "least voidage of a cell"),
@@ -86,7 +86,7 @@ def write_results(
 def append_line(file: TextIO, row: dict[str, Any]) -> None:
     """Append `row` to the line log, with a checksum over the rest of the line."""
     text = json.dumps(row)
-    file.write(f"{text[:-1]}, \"crc32\": {zlib.crc32(text.encode())}}}\n")
+    file.write(f'{text[:-1]}, "crc32": {zlib.crc32(text.encode())}}}\n')
     file.flush()
 
 

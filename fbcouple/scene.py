@@ -94,9 +94,7 @@ def _own_cells(grid: Grid, grains: Grains | None) -> np.ndarray:
     """Without gas the cells of the averages belong to the rank whose particles' box holds their centre."""
     assert grains is not None
     low, high = grains.bounds
-    axes = [
-        np.flatnonzero((grid.centres(axis) >= low[axis]) & (grid.centres(axis) < high[axis])) for axis in range(3)
-    ]
+    axes = [np.flatnonzero((grid.centres(axis) >= low[axis]) & (grid.centres(axis) < high[axis])) for axis in range(3)]
     return np.stack([axis.ravel() for axis in np.meshgrid(*axes, indexing="ij")], axis=1)
 
 

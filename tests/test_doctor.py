@@ -11,6 +11,7 @@ from fbcouple import doctor
 from fbcouple.engines.openfoam import build
 
 ROOT = Path(__file__).resolve().parents[1]
+PICTURE = doctor._PICTURE
 NEEDED = {
     "python",
     "numpy",
@@ -35,11 +36,18 @@ NEEDED = {
 }
 
 
+@pytest.fixture(autouse=True)
+def without_pictures(monkeypatch):
+    """The picture takes a second and is tried once, in the test of everything."""
+    monkeypatch.setattr(doctor, "_PICTURE", "print('not tried')")
+
+
 def row(name: str) -> doctor.Row:
     return {row.name: row for row in doctor.examine()}[name]
 
 
-def test_everything_is_examined_and_set_up_here():
+def test_everything_is_examined_and_set_up_here(monkeypatch):
+    monkeypatch.setattr(doctor, "_PICTURE", PICTURE)
     rows = doctor.examine()
     assert {row.name for row in rows} >= NEEDED
     assert len({row.name for row in rows}) == len(rows)

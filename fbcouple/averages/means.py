@@ -127,7 +127,8 @@ class SolidsSampler:
         """Rows (cells, SOLIDS_COLUMNS) of this rank's cells (collective)."""
         patch: Patch = self._plan.patch
         self._field.fill(0.0)
-        _bin(positions, velocities, radii, patch.grid.spacing, np.array(patch.low), np.array(patch.grid.cells), self._field)
+        low, cells = np.array(patch.low), np.array(patch.grid.cells)
+        _bin(positions, velocities, radii, patch.grid.spacing, low, cells, self._field)
         self._plan.deposit(self._field, self._rows)
         volume, momentum, energy = self._rows[:, :1], self._rows[:, 1:4], self._rows[:, 4:5]
         with np.errstate(invalid="ignore", divide="ignore"):

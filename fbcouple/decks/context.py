@@ -9,7 +9,8 @@ from fbcouple.case.schema import Case, Contact, Gas, Particles
 
 # DIC-preconditioned CG is fastest below this many cells, multigrid above (measured on the three Patil meshes).
 _MULTIGRID_FROM = 10_000
-# Share of the slip that the viscous limit of Coulomb friction takes away in one DEM step; a rolling sphere feels it 3.5-fold.
+# Share of the slip that the viscous limit of Coulomb friction takes away in one DEM step; a sphere that may roll
+# feels it 3.5-fold.
 _STICK_PER_STEP = 0.5
 _ROLLING_FACTOR = 3.5
 

@@ -33,7 +33,8 @@ def _gas(case: Case) -> tuple[bool, str]:
 
 @_part
 def _particles(case: Case) -> tuple[bool, str]:
-    return case.particles is not None, "[particles] in the case" if case.particles else "no [particles]: LIGGGHTS never starts"
+    there = case.particles is not None
+    return there, "[particles] in the case" if there else "no [particles]: LIGGGHTS never starts"
 
 
 @_part

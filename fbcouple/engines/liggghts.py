@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from mpi4py import MPI
@@ -112,7 +113,7 @@ class Grains:
         names = [f"sub{axis}{end}" for end in ("lo", "hi") for axis in "xyz"]
         return np.array([self._global(name, ctypes.c_double).value for name in names]).reshape(2, 3)
 
-    def _global(self, name: str, kind: type) -> ctypes._SimpleCData:
+    def _global(self, name: str, kind: Any) -> Any:
         pointer = self._library.lammps_extract_global(self._lammps, name.encode())
         if not pointer:
             raise SolverError(f"LIGGGHTS has no global value {name}; fbcouple wants LIGGGHTS-PUBLIC 3.8")

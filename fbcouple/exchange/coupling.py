@@ -8,12 +8,12 @@ import numpy as np
 from mpi4py import MPI
 
 from fbcouple.case.schema import Case
-from fbcouple.grid import Grid
 from fbcouple.exchange import momentum
 from fbcouple.exchange.drag import DRAG_LAWS
 from fbcouple.exchange.filter import filter_field
 from fbcouple.exchange.plan import Plan, find_patch
 from fbcouple.exchange.weights import Weights, corner_offsets
+from fbcouple.grid import Grid
 
 _AVERAGES = {"exponential": momentum.average_exactly, "semi-implicit": momentum.average_implicitly}
 

@@ -42,10 +42,7 @@ def huilin_gidaspow(voidage, slip, diameter, density, viscosity):
     """
     reynolds = voidage * density * slip * diameter / viscosity
     switch = math.atan(150.0 * 1.75 * (0.2 - (1.0 - voidage))) / math.pi + 0.5
-    if reynolds < 1000.0:
-        single = 24.0 * (1.0 + 0.15 * reynolds**0.687)
-    else:
-        single = 0.44 * reynolds
+    single = 24.0 * (1.0 + 0.15 * reynolds**0.687) if reynolds < 1000.0 else 0.44 * reynolds
     wen_yu = single * voidage**-2.7
     ergun = (200.0 * (1.0 - voidage) + 7.0 / 3.0 * reynolds) / voidage
     product = switch * wen_yu + (1.0 - switch) * ergun

@@ -12,7 +12,7 @@ from numba import njit
 from fbcouple.exchange.weights import corner_weight
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=True)
 def write_volume(base, upper, offsets, radii, field):
     """Add the particles' volumes [m3] to patch `field` (places, 1)."""
     for p in range(len(base)):
@@ -22,7 +22,7 @@ def write_volume(base, upper, offsets, radii, field):
             field[base[p] + offsets[c], 0] += corner_weight(c, w) * volume
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=True)
 def read_slip(base, upper, offsets, velocities, gas, voidage_field, voidage, slip, gas_velocity):
     """Voidage (n,), gas velocity (n, 3) and slip speed |u - v| (n,) at the particles.
 
@@ -51,21 +51,21 @@ def read_slip(base, upper, offsets, velocities, gas, voidage_field, voidage, sli
         slip[p] = np.sqrt(rx * rx + ry * ry + rz * rz)
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=True)
 def average_exactly(beta, masses, dt):
     """beta -> m (1 - exp(-dt beta/m))/dt: the drag impulse of a constant gas over dt, stable for any dt beta/m."""
     for p in range(len(beta)):
         beta[p] = -masses[p] / dt * np.expm1(-dt * beta[p] / masses[p])
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=True)
 def average_implicitly(beta, masses, dt):
     """beta -> beta/(1 + dt beta/m): backward Euler over dt."""
     for p in range(len(beta)):
         beta[p] /= 1.0 + dt * beta[p] / masses[p]
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=True)
 def write_drag(base, upper, offsets, beta, velocities, field):
     """Add beta [kg/s] and beta v [N] to patch `field` (places, 4)."""
     for p in range(len(base)):
@@ -83,7 +83,7 @@ def write_drag(base, upper, offsets, beta, velocities, field):
             field[place, 3] += weight * bz
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=True)
 def write_drag_explicitly(base, upper, offsets, beta, velocities, gas_velocity, field):
     """Add -beta (u - v) [N] of the step's start to patch `field` (places, 4), nothing implicit (the paper's form)."""
     for p in range(len(base)):
@@ -100,7 +100,7 @@ def write_drag_explicitly(base, upper, offsets, beta, velocities, gas_velocity, 
             field[place, 3] += weight * fz
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=True)
 def read_forces(base, upper, offsets, field, beta, velocities, gas_velocity, explicit, radii, push, lift, forces):
     """Force of the gas on each particle (n, 3) [N]: beta~ (u - v) - V (push grad P) + V lift.
 
@@ -140,7 +140,7 @@ def read_forces(base, upper, offsets, field, beta, velocities, gas_velocity, exp
     return total
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=True)
 def hand_over(forces, factor, held, current):
     """Give LIGGGHTS `factor` times the new `forces`: into the `held` force of the sub-steps and, since its next
     half kick starts from the force of the last sub-step, into that `current` force as well."""

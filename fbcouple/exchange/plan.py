@@ -13,8 +13,8 @@ import numpy as np
 from mpi4py import MPI
 from numba import njit
 
-from fbcouple.grid import Grid
 from fbcouple.errors import SolverError
+from fbcouple.grid import Grid
 
 _TAG = 17
 

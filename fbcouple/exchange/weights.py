@@ -16,8 +16,9 @@ class Weights:
     """Stencils of this rank's particles: `base` (n,) flat place of the lower cell, `upper` (n, 3) weight above it."""
 
     def __init__(self, patch: Patch) -> None:
-        self._patch = patch
-        self._room = 0
+        grid = patch.grid
+        self._box = 1.0 / grid.spacing, np.array(patch.low), np.array(patch.high), np.array(grid.cells)
+        self._room: int = 0
         self._base = np.empty(0, np.int64)
         self._upper = np.empty((0, 3))
         self.base, self.upper = self._base, self._upper
@@ -32,44 +33,45 @@ class Weights:
             self._room = n + n // 4
             self._base, self._upper = np.empty(self._room, np.int64), np.empty((self._room, 3))
         self.base, self.upper = self._base[:n], self._upper[:n]
-        patch = self._patch
-        low, high = np.array(patch.low), np.array(patch.high)
-        stray = _locate(positions, patch.grid.spacing, low, high, np.array(patch.grid.cells), self.base, self.upper)
+        stray = _locate(positions, *self._box, self.base, self.upper)
         if stray >= 0:
             x, y, z = positions[stray]
             raise DivergedError(
                 f"a particle at ({x:.6g}, {y:.6g}, {z:.6g}) m is outside the cells its rank knows "
-                f"({low} to {high}): it left the box or moved too far in one fluid step; use a smaller step"
+                f"({self._box[1]} to {self._box[2]}): it left the box or moved too far in one fluid step; use a smaller step"
             )
 
 
+@njit(cache=True, inline="always")
+def _stand(s, low, high, cells):
+    """Lower cell in the patch and weight above it for `s`, the place in cells from the first centre; (-1, 0) if out."""
+    i = int(np.floor(s))
+    w = s - i
+    if i < 0:
+        inside = i == -1
+        i, w = 0, 0.0
+    else:
+        inside = i < cells
+        if i == cells - 1:
+            w = 0.0
+    inside = inside and i >= low and (i + 1 < high or (i < high and w == 0.0))
+    return (i - low, w) if inside else (-1, 0.0)
+
+
 @njit(cache=True)
-def _locate(positions, spacing, low, high, cells, base, upper):
+def _locate(positions, scale, low, high, cells, base, upper):
     ny = high[1] - low[1] + 1
     nz = high[2] - low[2] + 1
     for p in range(len(positions)):
-        place = np.int64(0)
-        for axis in range(3):
-            s = positions[p, axis] / spacing[axis] - 0.5
-            if not (-1.0 <= s <= cells[axis]):
-                return p
-            i = np.int64(np.floor(s))
-            w = s - i
-            if i < 0:
-                i, w = 0, 0.0
-            elif i >= cells[axis] - 1:
-                i, w = cells[axis] - 1, 0.0
-            if i < low[axis] or (i >= high[axis]) or (i + 1 >= high[axis] and w > 0.0):
-                return p
-            upper[p, axis] = w
-            i -= low[axis]
-            if axis == 0:
-                place = i
-            elif axis == 1:
-                place = place * ny + i
-            else:
-                place = place * nz + i
-        base[p] = place
+        i, wx = _stand(positions[p, 0] * scale[0] - 0.5, low[0], high[0], cells[0])
+        j, wy = _stand(positions[p, 1] * scale[1] - 0.5, low[1], high[1], cells[1])
+        k, wz = _stand(positions[p, 2] * scale[2] - 0.5, low[2], high[2], cells[2])
+        if i < 0 or j < 0 or k < 0:
+            return p
+        base[p] = (i * ny + j) * nz + k
+        upper[p, 0] = wx
+        upper[p, 1] = wy
+        upper[p, 2] = wz
     return -1
 
 

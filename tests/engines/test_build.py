@@ -173,7 +173,7 @@ def test_source_lists_turn_into_deb_src():
 
 
 def test_a_missing_source_package_names_version_and_mend(tmp_path, monkeypatch):
-    write_program(tmp_path / "apt-get", 'case "$*" in *source*) echo "E: Unable to find it"; exit 100;; esac')
+    write_program(tmp_path / "apt-get", 'case "$*" in *"source --only"*) echo "E: Unable to find it"; exit 100;; esac')
     monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
     with pytest.raises(SolverError) as caught:
         headers.debian_headers("1912.0-1", tmp_path)

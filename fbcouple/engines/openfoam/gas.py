@@ -89,7 +89,8 @@ class Gas:
         """Courant and Fourier number, mass error, inlet pressure and iterations of the last step (collective)."""
         values = np.empty(5)
         self._check(self._library.gas_measure(_pointer(values)))
-        return GasState(*map(float, values[:4]), iterations=int(values[4]))
+        courant, fourier, mass_error, pressure, iterations = values.tolist()
+        return GasState(courant, fourier, mass_error, pressure, int(iterations))
 
     def write(self) -> None:
         """Write the fields as an OpenFOAM time directory (collective)."""
