@@ -38,7 +38,8 @@ class Weights:
             x, y, z = positions[stray]
             raise DivergedError(
                 f"a particle at ({x:.6g}, {y:.6g}, {z:.6g}) m is outside the cells its rank knows "
-                f"({self._box[1]} to {self._box[2]}): it left the box or moved too far in one fluid step; use a smaller step"
+                f"({self._box[1]} to {self._box[2]}): "
+                "it left the box or moved too far in one fluid step; use a smaller step"
             )
 
 
