@@ -18,7 +18,6 @@
 
 #include "fvCFD.H"
 #include "PhaseIncompressibleTurbulenceModel.H"
-#include "fixedFluxPressureFvPatchScalarField.H"
 #include "singlePhaseTransportModel.H"
 
 namespace
@@ -44,6 +43,8 @@ class Gas
     surfaceScalarField phi_;
     surfaceScalarField epsPhi_;
     volVectorField gradP_;
+    const surfaceVectorField normals_;
+    const tensorField inverse_;
     volScalarField dragK_;
     volVectorField dragS_;
     singlePhaseTransportModel transport_;
@@ -56,8 +57,8 @@ class Gas
 
     void fill(volScalarField& field, const double* values);
     void fill(volVectorField& field, const double* values);
-    void setPressureGradientAtWalls();
-    void correctPressure(const fvVectorMatrix& UEqn, const volScalarField& rAU);
+    void setVelocity();
+    void correctPressure(const fvVectorMatrix& UEqn);
 
 public:
 
@@ -82,6 +83,8 @@ Gas::Gas(int argc, char** argv, double rho, int correctors)
     phi_(described("phi", mesh_, IOobject::READ_IF_PRESENT), fvc::flux(U_)),
     epsPhi_(described("voidagePhi", mesh_, IOobject::READ_IF_PRESENT), fvc::interpolate(eps_)*phi_),
     gradP_("gradP", fvc::grad(p_)),
+    normals_(mesh_.Sf()/mesh_.magSf()),
+    inverse_(inv(fvc::surfaceSum(normals_*mesh_.Sf())().primitiveField())),
     dragK_
     (
         IOobject("dragK", time_.timeName(), mesh_), mesh_,
@@ -104,7 +107,7 @@ Gas::Gas(int argc, char** argv, double rho, int correctors)
     mesh_.setFluxRequired(p_.name());
     U_.oldTime();
     eps_.oldTime();
-    phi_.oldTime();
+    epsPhi_.oldTime();
     turbulence_->validate();
 }
 
@@ -129,48 +132,50 @@ void Gas::start(const double* voidage)
     eps_.oldTime() == eps_;
     U_.correctBoundaryConditions();
     phi_ = fvc::flux(U_);
-    phi_.oldTime() == phi_;
     epsPhi_ = fvc::interpolate(eps_)*phi_;
+    epsPhi_.oldTime() == epsPhi_;
 }
 
-// Momentum normal to a boundary of given velocity, drag against pressure: eps dp/dn = (S.n - K u.n)/rho. A zero
-// gradient here would halve the pressure gradient in the cells next to the inlet of a packed bed.
-void Gas::setPressureGradientAtWalls()
+// Cell velocity from the face fluxes: the mean of opposite faces on a hexahedron.
+void Gas::setVelocity()
 {
-    forAll(p_.boundaryField(), patchi)
-    {
-        fvPatchScalarField& pp = p_.boundaryFieldRef()[patchi];
-        if (!isA<fixedFluxPressureFvPatchScalarField>(pp)) continue;
-        const vectorField n(mesh_.boundary()[patchi].nf());
-        const vectorField drag(dragS_.boundaryField()[patchi] - dragK_.boundaryField()[patchi]*U_.boundaryField()[patchi]);
-        refCast<fixedFluxPressureFvPatchScalarField>(pp).updateSnGrad((n & drag)/(rho_.value()*eps_.boundaryField()[patchi]));
-    }
+    const tmp<volVectorField> sums(fvc::surfaceSum(normals_*epsPhi_));
+    U_.primitiveFieldRef() = (inverse_ & sums().primitiveField())/eps_.primitiveField();
+    U_.correctBoundaryConditions();
 }
 
-void Gas::correctPressure(const fvVectorMatrix& UEqn, const volScalarField& rAU)
+// The momentum equation of a cell, A U = H - eps grad(p), read on both halves of the way between two cells, with one
+// flux q = eps U.S and one pressure at the face, gives q (A/eps^2)_f = (H/eps)_f.S - dp/dn. Drag and voidage may jump
+// between the cells: a packed bed with a sharp surface stays exact, where the usual interpolation of H/A and a Gauss
+// gradient lets the cells on both sides of the surface accelerate. The velocity of a cell is then that of its faces,
+// and grad(p) of a cell is what its momentum equation leaves, so that gas and particles share one gradient.
+void Gas::correctPressure(const fvVectorMatrix& UEqn)
 {
+    const volScalarField A(UEqn.A());
     const surfaceScalarField epsf(fvc::interpolate(eps_));
-    const volScalarField rAUeps("rAUeps", rAU*eps_);
-    const surfaceScalarField rAUepsf("rAUepsf", fvc::interpolate(rAUeps));
+    const surfaceScalarField conductance("conductance", 1.0/fvc::interpolate(A/sqr(eps_)));
+    // A face keeps its own old flux; the mean over the cells' old velocities would diffuse it.
+    const surfaceScalarField oldFlux
+    (
+        (epsPhi_.oldTime() - fvc::flux(eps_.oldTime()*U_.oldTime()))/(time_.deltaT()*epsf)
+    );
     for (int corr = 0; corr < correctors_; ++corr)
     {
-        volVectorField HbyA(constrainHbyA(rAU*UEqn.H(), U_, p_));
-        surfaceScalarField phiHbyA("phiHbyA", fvc::flux(HbyA) + rAUepsf*fvc::ddtCorr(U_, phi_));
-        if (p_.needReference())
+        const volVectorField H(UEqn.H());
+        surfaceScalarField predicted("predicted", conductance*(fvc::flux(H/eps_) + oldFlux));
+        forAll(U_.boundaryField(), patchi)
         {
-            surfaceScalarField epsPhiHbyA(epsf*phiHbyA);
-            adjustPhi(epsPhiHbyA, U_, p_);
-            phiHbyA = epsPhiHbyA/epsf;
+            const fvPatchVectorField& Up = U_.boundaryField()[patchi];
+            if (Up.coupled() || p_.boundaryField()[patchi].fixesValue()) continue;
+            predicted.boundaryFieldRef()[patchi] = epsf.boundaryField()[patchi]*(Up & Up.patch().Sf());
         }
-        setPressureGradientAtWalls();
-        fvScalarMatrix pEqn(fvm::laplacian(epsf*rAUepsf, p_) == fvc::ddt(eps_) + fvc::div(epsf*phiHbyA));
-        pEqn.setReference(pRefCell_, pRefValue_);
+        fvScalarMatrix pEqn(fvm::laplacian(conductance, p_) == fvc::ddt(eps_) + fvc::div(predicted));
+        if (p_.needReference()) pEqn.setReference(pRefCell_, pRefValue_);
         const bool last = corr == correctors_ - 1;
         iterations_ += pEqn.solve(mesh_.solver(p_.select(last))).nIterations();
-        epsPhi_ = epsf*phiHbyA - pEqn.flux();
-        gradP_ = fvc::grad(p_);
-        U_ = HbyA - rAUeps*gradP_;
-        U_.correctBoundaryConditions();
+        epsPhi_ = predicted - pEqn.flux();
+        setVelocity();
+        if (last) gradP_.primitiveFieldRef() = (H.primitiveField() - A.primitiveField()*U_.primitiveField())/eps_.primitiveField();
     }
     phi_ = epsPhi_/epsf;
 }
@@ -181,13 +186,12 @@ void Gas::step(double dt, const double* voidage, const double* dragK, const doub
     time_.setDeltaT(dt);
     ++time_;
     U_.oldTime();
-    phi_.oldTime();
+    epsPhi_.oldTime();
     eps_.oldTime();
     fill(eps_, voidage);
     fill(dragK_, dragK);
     fill(dragS_, dragS);
     U_.correctBoundaryConditions();
-    epsPhi_ = fvc::interpolate(eps_)*phi_;
     iterations_ = 0;
 
     fvVectorMatrix UEqn
@@ -199,8 +203,7 @@ void Gas::step(double dt, const double* voidage, const double* dragK, const doub
      ==
         dragS_/rho_
     );
-    const volScalarField rAU("rAU", 1.0/UEqn.A());
-    correctPressure(UEqn, rAU);
+    correctPressure(UEqn);
     turbulence_->correct();
 }
 
@@ -245,8 +248,10 @@ void Gas::measure(double* values) const
         in -= sum(min(flux, scalar(0)));
         out += sum(flux);
         if (mesh_.boundary()[patchi].name() != "inlet") continue;
-        pIn += sum(p_.boundaryField()[patchi]*mesh_.boundary()[patchi].magSf());
-        area += sum(mesh_.boundary()[patchi].magSf());
+        const fvPatch& floor = mesh_.boundary()[patchi];
+        const scalarField rise((gradP_.boundaryField()[patchi].patchInternalField() & floor.nf())/floor.deltaCoeffs());
+        pIn += sum((p_.boundaryField()[patchi].patchInternalField() + rise)*floor.magSf());
+        area += sum(floor.magSf());
     }
     const scalar stored = gSum((eps_.primitiveField() - eps_.oldTime().primitiveField())*mesh_.V().field())/dt;
     reduce(in, sumOp<scalar>());

@@ -1,0 +1,237 @@
+"""What the gas loses the particles gain, to rounding; the drag of a step averaged; forces handed over as impulses."""
+
+import math
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+from fbcouple.balance import Balance
+from fbcouple.case.schema import Case
+from fbcouple.exchange import momentum
+from fbcouple.exchange.coupling import Coupling, Particles
+from fbcouple.exchange.drag import DRAG_LAWS
+from fbcouple.grid import Grid
+
+SCHEMES = ["exponential", "semi-implicit", "explicit"]
+PASSES = [0, 1, 3]
+CELLS = [(6, 3, 7), (4, 1, 5)]
+DENSITY, VISCOSITY, GRAVITY, DT = 1.165, 2e-5, 9.81, 3e-4
+
+
+class Bed:
+    """Some particles in a box, a gas with random fields, and the coupling of the two in this process."""
+
+    def __init__(self, rng, cells=(6, 3, 7), gravity=GRAVITY, **exchange):
+        size = tuple(n * edge for n, edge in zip(cells, (0.002, 0.003, 0.0025), strict=True))
+        self.grid = Grid(cells, size)
+        case = Case.model_validate(
+            {
+                "title": "a bed",
+                "end_time": 1.0,
+                "gravity": gravity,
+                "domain": {"size": size, "cells": cells},
+                "gas": {"density": DENSITY, "viscosity": VISCOSITY, "inlet_velocity": 1.0},
+                "exchange": exchange,
+            }
+        )
+        centres = np.stack(np.meshgrid(*map(self.grid.centres, range(3)), indexing="ij"), axis=-1).reshape(-1, 3)
+        self.centres = rng.permutation(centres)
+        bounds = np.array([[0.0, 0.0, 0.0], size])
+        self.coupling = Coupling(case, MPI.COMM_SELF, self.centres, bounds, reach=1e-3)
+        n = 60
+        radii = rng.uniform(3e-4, 5e-4, n)
+        places = np.clip(rng.uniform(-0.1, 1.1, (n, 3)), 0.0, 1.0) * size
+        self.particles = Particles(places, rng.standard_normal((n, 3)), radii, 2500.0 * 4 / 3 * np.pi * radii**3)
+        self.volumes = 4 / 3 * np.pi * radii**3
+        self.velocity = rng.standard_normal((len(centres), 3))
+        self.pressure_gradient = 1e4 * rng.standard_normal((len(centres), 3))
+
+    def prepare(self, dt=DT):
+        """Map, read the gas, and find the drag of the step."""
+        self.coupling.map(self.particles)
+        self.coupling.read_gas(self.velocity, self.pressure_gradient)
+        self.coupling.drag(self.particles, dt)
+
+    def react(self, velocity, pressure_gradient):
+        return self.coupling.react(self.particles, velocity, pressure_gradient)
+
+
+@pytest.mark.parametrize("cells", CELLS)
+@pytest.mark.parametrize("passes", PASSES)
+def test_solids_volume_is_kept(rng, cells, passes):
+    bed = Bed(rng, cells, filter_passes=passes)
+    bed.coupling.map(bed.particles)
+    solids = np.sum(1.0 - bed.coupling.voidage) * bed.grid.cell_volume
+    assert solids == pytest.approx(bed.volumes.sum(), rel=1e-12)
+
+
+def test_voidage_is_one_less_the_hat_weights(rng, hats):
+    """Eq. 30, with no filter."""
+    bed = Bed(rng, filter_passes=0)
+    bed.coupling.map(bed.particles)
+    solids = np.einsum("pijk,p->ijk", hats(bed.grid, bed.particles.positions), bed.volumes) / bed.grid.cell_volume
+    i, j, k = bed.grid.indices(bed.centres).T
+    assert bed.coupling.voidage == pytest.approx(1.0 - solids[i, j, k], abs=1e-13)
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("passes", PASSES)
+@pytest.mark.parametrize("cells", CELLS)
+def test_drag_on_the_particles_is_what_the_gas_gives_up(rng, cells, passes, scheme):
+    """sum_p beta~ (u at p - v) = sum_c V (K u - S), for a new gas velocity that the drag step has not seen."""
+    bed = Bed(rng, cells, scheme=scheme, filter_passes=passes, pressure_gradient=False)
+    bed.prepare()
+    after = rng.standard_normal(bed.velocity.shape)
+    magnitude = bed.react(after, bed.pressure_gradient)
+    coefficient, source = bed.coupling.drag_coefficient, bed.coupling.drag_source
+    lost = bed.grid.cell_volume * np.sum(coefficient[:, None] * after - source, axis=0)
+    gained = bed.coupling.forces.sum(axis=0)
+    assert magnitude == pytest.approx(np.linalg.norm(bed.coupling.forces, axis=1).sum(), rel=1e-12)
+    assert np.abs(gained).min() > 1e-3 * magnitude, "a sum that is not zero by itself"
+    assert gained == pytest.approx(lost, abs=1e-13 * magnitude)
+    assert bed.coupling.find_gas_loss(after, bed.pressure_gradient) == pytest.approx(lost, abs=1e-13 * magnitude)
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("passes", PASSES)
+def test_pressure_gradient_and_lift_balance_too(rng, passes, scheme):
+    bed = Bed(rng, scheme=scheme, filter_passes=passes)
+    bed.prepare()
+    after, gradient = rng.standard_normal(bed.velocity.shape), 1e4 * rng.standard_normal(bed.velocity.shape)
+    magnitude = bed.react(after, gradient)
+    lost = bed.coupling.find_gas_loss(after, gradient)
+    assert bed.coupling.forces.sum(axis=0) == pytest.approx(lost, abs=1e-13 * magnitude)
+
+
+@pytest.mark.parametrize("passes", PASSES)
+def test_each_particle_feels_beta_times_the_slip_it_has(rng, hats, passes):
+    """One by one against hat weights and the filter's matrix; the law itself has its own tests."""
+    bed = Bed(rng, scheme="exponential", filter_passes=passes, pressure_gradient=False)
+    bed.prepare()
+    bed.react(bed.velocity, bed.pressure_gradient)
+    cells = bed.grid.cells
+    wind, voidage = np.empty((*cells, 3)), np.empty(cells)
+    i, j, k = bed.grid.indices(bed.centres).T
+    wind[i, j, k], voidage[i, j, k] = bed.velocity, bed.coupling.voidage
+    for axis, n in enumerate(cells):
+        rows = 0.5 * np.eye(n) + 0.25 * (np.eye(n, k=1) + np.eye(n, k=-1))
+        rows[0, 0], rows[-1, -1] = 0.75, 0.75
+        wind = np.moveaxis(np.tensordot(np.linalg.matrix_power(rows, passes), wind, (1, axis)), 0, axis)
+    weights = hats(bed.grid, bed.particles.positions)
+    slip = np.einsum("pijk,ijkm->pm", weights, wind) - bed.particles.velocities
+    eps = np.einsum("pijk,ijk->p", weights, voidage)
+    law = DRAG_LAWS["huilin-gidaspow"]
+    beta = law(eps, np.linalg.norm(slip, axis=1), 2 * bed.particles.radii, DENSITY, VISCOSITY)
+    mean = bed.particles.masses / DT * -np.expm1(-DT * beta / bed.particles.masses)
+    assert bed.coupling.forces == pytest.approx(mean[:, None] * slip, rel=1e-10, abs=1e-12 * np.abs(mean).max())
+
+
+def test_explicit_drag_is_that_of_the_steps_start(rng):
+    """The paper's plain form: nothing implicit for the gas, and a new gas velocity changes no force."""
+    bed = Bed(rng, scheme="explicit", filter_passes=1, pressure_gradient=False)
+    bed.prepare()
+    bed.react(bed.velocity, bed.pressure_gradient)
+    before = bed.coupling.forces.copy()
+    bed.react(-5.0 * bed.velocity, bed.pressure_gradient)
+    assert not bed.coupling.drag_coefficient.any()
+    assert (bed.coupling.forces == before).all() and np.abs(before).max() > 0.0
+
+
+def test_schemes_agree_for_a_short_step_and_are_bounded_for_a_long_one(rng):
+    seed = rng.integers(1 << 30)
+    forces = {}
+    for scheme in SCHEMES:
+        for dt in (1e-9, 1e3):
+            bed = Bed(np.random.default_rng(seed), scheme=scheme, pressure_gradient=False)
+            bed.prepare(dt)
+            bed.react(bed.velocity, bed.pressure_gradient)
+            forces[scheme, dt] = bed.coupling.forces
+    for scheme in SCHEMES[:2]:
+        # dt beta/m is about 1e-8 here, half of which is the schemes' difference.
+        assert forces[scheme, 1e-9] == pytest.approx(forces["explicit", 1e-9], rel=1e-6)
+        impulse = 1e3 * forces[scheme, 1e3] / bed.particles.masses[:, None]
+        wind = impulse + bed.particles.velocities
+        # An endless step gives the particle the gas velocity and no more.
+        assert np.abs(wind).max() < np.abs(bed.velocity).max() * 1.01
+
+
+def test_exact_average_is_the_exponential_relaxation():
+    """m dv/dt = beta (u - v): with beta~ one step of any length ends on u + (v - u) exp(-dt beta/m)."""
+    mass, dt = np.full(6, 1.3e-6), 2e-4
+    rate = np.array([1e-9, 1e-3, 0.1, 1.0, 10.0, 1e3])
+    beta = rate * mass / dt
+    mean = beta.copy()
+    momentum.average_exactly(mean, mass, dt)
+    u, v = 1.2, -0.4
+    after = v + dt * mean / mass * (u - v)
+    assert after == pytest.approx(u + (v - u) * np.exp(-rate), rel=1e-13)
+    assert mean[0] == pytest.approx(beta[0] * (1 - rate[0] / 2), rel=1e-15)
+    assert mean[-1] == pytest.approx(mass[-1] / dt, rel=1e-15)
+    assert (mean < beta).all()
+
+
+def test_implicit_average_is_backward_euler():
+    mass, dt = np.full(5, 1.3e-6), 2e-4
+    rate = np.array([1e-9, 0.1, 1.0, 10.0, 1e6])
+    mean = rate * mass / dt
+    momentum.average_implicitly(mean, mass, dt)
+    u, v = 1.2, -0.4
+    after = v + dt * mean / mass * (u - v)
+    # Backward Euler: after = v + rate (u - after).
+    assert after == pytest.approx((v + rate * u) / (1 + rate), rel=1e-13)
+
+
+def test_a_resting_particle_in_resting_gas_is_lifted_by_its_gas_weight(rng):
+    """Archimedes: P is the dynamic pressure, so the hydrostatic part comes as V rho g upward."""
+    bed = Bed(rng)
+    bed.particles.velocities[:] = 0.0
+    still = np.zeros_like(bed.velocity)
+    bed.velocity = bed.pressure_gradient = still
+    bed.prepare()
+    assert bed.react(still, still) == 0.0
+    expected = np.outer(bed.volumes * DENSITY * GRAVITY, [0.0, 0.0, 1.0])
+    assert bed.coupling.forces == pytest.approx(expected, rel=1e-14)
+
+
+@pytest.mark.parametrize("wanted", [True, False])
+def test_a_uniform_pressure_gradient_pushes_by_volume_or_not_at_all(rng, wanted):
+    bed = Bed(rng, gravity=0.0, filter_passes=1, pressure_gradient=wanted)
+    gradient = np.tile([700.0, -300.0, -1e4], (bed.grid.count, 1))
+    bed.prepare()
+    bed.react(bed.velocity, np.zeros_like(gradient))
+    drag = bed.coupling.forces.copy()
+    bed.react(bed.velocity, gradient)
+    push = -np.outer(bed.volumes, gradient[0]) * wanted
+    assert bed.coupling.forces - drag == pytest.approx(push, rel=1e-10, abs=1e-18)
+
+
+def test_hand_over_replaces_the_held_force_in_the_current_one(rng):
+    """`current` holds contacts, weight and the held gas force: only the last of them changes."""
+    forces, held, rest = rng.standard_normal((3, 9, 3))
+    current = rest + held
+    for factor in (0.7, 1.0, 2.5):
+        momentum.hand_over(forces, factor, held, current)
+        assert held == pytest.approx(factor * forces, rel=1e-15)
+        assert current - held == pytest.approx(rest, abs=1e-14)
+
+
+def test_impulses_not_forces_are_kept_when_the_step_changes(rng):
+    forces, held, current = rng.standard_normal((3, 9, 3))
+    old, new = 3e-4, 4e-4
+    balance = Balance(MPI.COMM_SELF)
+    magnitude = np.linalg.norm(forces, axis=1).sum()
+    balance.give(forces.sum(axis=0), magnitude, old)
+    momentum.hand_over(forces, old / new, held, current)
+    balance.receive(held, new)
+    assert balance.particles == 9 and balance.momentum_error < 1e-15
+    assert math.isclose(np.sum(held[:, 0]) * new, np.sum(forces[:, 0]) * old, rel_tol=1e-12)
+
+
+def test_balance_measures_what_is_missing(rng):
+    """A particle whose drag of 3 N goes astray, of 12 N in all, is an error of a quarter."""
+    forces = np.array([[3.0, 0.0, 0.0], [0.0, 4.0, 0.0], [0.0, 0.0, 5.0]])
+    balance = Balance(MPI.COMM_SELF)
+    balance.give(forces.sum(axis=0), 12.0, 1e-4)
+    balance.receive(forces[1:], 1e-4)
+    assert balance.momentum_error == pytest.approx(0.25, rel=1e-14) and balance.particles == 2

@@ -1,0 +1,75 @@
+"""The exchange on 1, 2 and 4 ranks against one process, with cells scattered over ranks otherwise than particles."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+PROGRAM = Path(__file__).with_name("plan_program.py")
+ENVIRONMENT = {
+    "OMPI_ALLOW_RUN_AS_ROOT": "1",
+    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+    "OMP_NUM_THREADS": "1",
+}
+
+
+@pytest.fixture(
+    scope="module",
+    params=[(1, "random", 1), (2, "random", 0), (2, "random", 2), (4, "random", 1), (4, "slabs", 1)],
+    ids=lambda p: f"{p[0]}-{p[1]}-{p[2]}",
+)
+def found(request):
+    """What the program found on that many ranks, with that scatter of the cells, and that many passes of the filter."""
+    ranks, scatter, passes = request.param
+    command = ["mpirun", "-n", str(ranks), "--oversubscribe", "--bind-to", "none"]
+    done = subprocess.run(
+        [*command, sys.executable, PROGRAM, scatter, str(passes)],
+        env=os.environ | ENVIRONMENT,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    results = json.loads(done.stdout)
+    assert results["ranks"] == ranks and sum(results["particles"]) == 300
+    return results | {"scatter": scatter}
+
+
+@pytest.mark.parametrize("what", ["voidage, K and S", "forces", "drag", "deposit", "fetch", "transpose"])
+def test_ranks_do_not_change_the_exchange(found, what):
+    assert found[what] < 1e-13
+
+
+def test_solids_volume_is_kept(found):
+    assert found["volume"] < 1e-12
+
+
+def test_momentum_is_kept(found):
+    assert found["momentum"] < 1e-13
+
+
+def test_the_ranks_are_as_uneven_as_the_test_wants(found):
+    """Cells everywhere, a rank without any particle, and particles that have just left their rank's box."""
+    assert min(found["cells"]) > 0
+    if found["ranks"] > 1:
+        assert found["particles"][-1] == 0 and min(found["particles"][:-1]) > 0
+    if found["ranks"] > 2:
+        assert found["strays"] > 0
+
+
+def test_messages_go_only_where_cells_are_shared(found):
+    assert found["messages"] == [len(ranks) for ranks in found["shared"]]
+    if found["scatter"] == "slabs":
+        near = [{rank - 1, rank + 1} & set(range(found["ranks"])) for rank in range(found["ranks"])]
+        assert all(set(ranks) <= allowed for ranks, allowed in zip(found["shared"], near, strict=True))
+        assert sum(found["messages"]) == 2 * (found["ranks"] - 1)
+
+
+def test_a_cell_that_nobody_owns_is_told_by_the_ranks_that_want_it(found):
+    first, *others = found["missing cell"]
+    assert "cells of its patch" in first and "rank 0" in first
+    assert others[1:] == [""] * len(others[1:])

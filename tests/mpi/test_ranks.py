@@ -1,0 +1,59 @@
+"""The real bed on 1, 2 and 4 ranks, both solvers, 20 coupling steps from the same start: the same fields."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from fbcouple.case.load import load_case
+from fbcouple.decks.render import set_up
+from fbcouple.launch import launch
+
+# 20 steps: the sub-steps grow by one a step up to the Courant limit. The pressure is solved to rounding, so that what
+# is left is the order of sums; samples of the means are taken at every step.
+SETTINGS = [
+    "end_time=1.55e-3",
+    "gas.pressure_tolerance=1e-13",
+    "averages.start=0.0",
+    "averages.every=1e-5",
+    "averages.blocks=2",
+    "output.record_every=1e-4",
+]
+FIELDS = ["solids_fraction", "solids_flux", "voidage", "gas_velocity", "gas_flux", "pressure"]
+
+
+@pytest.fixture(scope="module")
+def fields(tmp_path_factory):
+    """Ranks -> results of patil/c2."""
+    found = {}
+    for ranks in (1, 2, 4):
+        run = tmp_path_factory.mktemp("ranks") / f"n{ranks}"
+        set_up(load_case("patil/c2", SETTINGS), run)
+        launch(run, ranks, None, False, lambda row: None)
+        with xr.open_dataset(run / "results.nc") as results:
+            found[ranks] = results.load()
+    return found
+
+
+@pytest.mark.parametrize("ranks", [2, 4])
+@pytest.mark.parametrize("name", FIELDS)
+def test_fields_do_not_depend_on_ranks(fields, ranks, name):
+    one, many = fields[1][name].values, fields[ranks][name].values
+    scale = np.nanmax(np.abs(one))
+    difference = np.nanmax(np.abs(one - many)) / scale
+    print(f"{name} on {ranks} ranks: {difference:.2e} of {scale:.3g}")
+    assert scale > 0
+    assert difference < 1e-9
+
+
+def test_same_steps(fields):
+    assert all(int(f.attrs["complete"]) for f in fields.values())
+    assert len({tuple(f["substeps"].values) for f in fields.values()}) == 1
+
+
+@pytest.mark.parametrize("ranks", [1, 2, 4])
+def test_conservation(fields, ranks):
+    results = fields[ranks]
+    assert results["momentum_error"].max() < 1e-10
+    assert np.ptp(results["solids_volume"].values) / results["solids_volume"][0] < 1e-12
+    assert results["solids_volume"][0] == pytest.approx(57296 * np.pi / 6 * 1e-9, rel=1e-12)
+    assert (results["particles"] == 57296).all()
