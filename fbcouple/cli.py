@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 NARROWEST_PIPE = 150
 INTERRUPTED = 130
+DIVERGED = 4
 PROGRESS_EVERY = 5.0
 """Wall time [s] between lines of progress."""
 COLOURS = {"fit": "green", "warn": "yellow", "unfit": "bold red"}
@@ -193,6 +194,31 @@ def post(run: Path) -> None:
 
     for picture in draw(run):
         click.echo(str(picture))
+
+
+@cli.command()
+@click.argument("names", nargs=-1, metavar="[NAME]...")
+@click.option("--fast", is_flag=True, help="Only the subset that every test run does.")
+@click.option("--json", "file", type=click.Path(path_type=Path, dir_okay=False), help="Write the table to FILE.")
+@click.pass_context
+def verify(ctx: click.Context, names: tuple[str, ...], fast: bool, file: Path | None) -> None:
+    """Run small scenes with the real solvers against analytic and published numbers; exit code 4 if one fails."""
+    import json
+
+    from fbcouple.verify.suite import choose_scenes, run_scenes
+
+    rows = []
+    for row in run_scenes(choose_scenes(names, fast)):
+        rows.append(row)
+        verdict = "pass" if row["passed"] else "FAIL"
+        numbers = f"{row['value']:.6g} {row['unit']}, expected {row['expected']:.6g} +- {row['tolerance']:.2g}"
+        click.echo(f"{verdict}  {row['name']}: {numbers} ({row['seconds']:.1f} s)")
+    if file:
+        file.write_text(json.dumps({"checks": rows}, indent=2) + "\n")
+    failed = sum(not row["passed"] for row in rows)
+    click.echo(f"{len(rows) - failed} passed, {failed} failed")
+    if failed:
+        ctx.exit(DIVERGED)
 
 
 @cli.command()

@@ -43,7 +43,7 @@ def launch(run: Path, ranks: int, until: float | None, fresh: bool, watch: Watch
     log.unlink(missing_ok=True)
     if case.gas:
         prepare_mesh(case, run, ranks)
-    command = _mpi_command(run, ranks, end)
+    command = mpi_command(ranks, [sys.executable, "-m", "fbcouple.worker", str(run.resolve()), repr(end)])
     _note_run(run, ranks, command)
     _watch_job(command, run, log, watch)
 
@@ -79,7 +79,7 @@ def prepare_mesh(case: Case, run: Path, ranks: int) -> None:
 def _run_tool(tool: list[str], fluid: Path, log: Any) -> None:
     command = [*tool, "-case", str(fluid)]
     try:
-        done = subprocess.run(command, env=_environment(), capture_output=True, text=True, check=False)
+        done = subprocess.run(command, env=mpi_environment(), capture_output=True, text=True, check=False)
     except FileNotFoundError as error:
         raise SolverError(f"{tool[0]} is not on the PATH; mend: sudo apt-get install openfoam") from error
     log.write(done.stdout + done.stderr)
@@ -105,7 +105,7 @@ def _remove(path: Path) -> None:
         path.unlink(missing_ok=True)
 
 
-def _environment() -> dict[str, str]:
+def mpi_environment() -> dict[str, str]:
     """One thread a rank; Open MPI may run as root where the caller is root (containers, CI)."""
     own = {"OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
     if os.geteuid() == 0:
@@ -113,10 +113,10 @@ def _environment() -> dict[str, str]:
     return {"WM_PROJECT_DIR": "/usr/share/openfoam"} | os.environ | own
 
 
-def _mpi_command(run: Path, ranks: int, end: float) -> list[str]:
+def mpi_command(ranks: int, program: list[str]) -> list[str]:
+    """The command line that starts `program` on `ranks` ranks; more ranks than cores share them."""
     crowded = ["--oversubscribe"] if ranks > len(os.sched_getaffinity(0)) else []
-    worker = [sys.executable, "-m", "fbcouple.worker", str(run.resolve()), repr(end)]
-    return ["mpirun", "-n", str(ranks), "--bind-to", "none", *crowded, *worker]
+    return ["mpirun", "-n", str(ranks), "--bind-to", "none", *crowded, *program]
 
 
 def _note_run(run: Path, ranks: int, command: list[str]) -> None:
@@ -137,7 +137,7 @@ def _watch_job(command: list[str], run: Path, log: Path, watch: Watch) -> None:
     launcher_log = run / "logs/launcher.log"
     with launcher_log.open("w") as words:
         try:
-            job = subprocess.Popen(command, env=_environment(), stdout=words, stderr=subprocess.STDOUT)
+            job = subprocess.Popen(command, env=mpi_environment(), stdout=words, stderr=subprocess.STDOUT)
         except FileNotFoundError as error:
             raise SolverError("mpirun is not on the PATH; mend: sudo apt-get install openmpi-bin") from error
         try:

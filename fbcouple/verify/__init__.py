@@ -1,0 +1,1 @@
+"""Small scenes with the real solvers against analytic or published numbers: `fbcouple verify`."""

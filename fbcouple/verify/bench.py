@@ -1,0 +1,59 @@
+"""What scenes are made of: a case from a few settings, set up in the scene's folder, with its solvers open."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from mpi4py import MPI
+
+from fbcouple.case.lattice import lattice_positions
+from fbcouple.case.schema import Case
+from fbcouple.decks.render import set_up
+from fbcouple.launch import prepare_mesh
+from fbcouple.scene import Scene, open_scene
+
+GLASS: dict[str, Any] = {"diameter": 1e-3, "density": 2500.0}
+GAS: dict[str, Any] = {"density": 1.165, "viscosity": 2e-5, "inlet_velocity": 0.0}
+FRICTIONLESS: dict[str, Any] = {"restitution": 0.97, "wall_restitution": 0.97, "friction": 0.0, "wall_friction": 0.0}
+BOX: dict[str, Any] = {"size": [0.02, 0.02, 0.04], "cells": [5, 5, 10]}
+
+Edit = Callable[[str], str]
+
+
+def open_bench(
+    place: Path,
+    comm: MPI.Comm,
+    sections: dict[str, Any],
+    positions: np.ndarray | None = None,
+    edits: dict[str, Edit] | None = None,
+) -> Scene:
+    """Set up a case of `sections` (as a case file has them) in `place`, open its solvers, set the particles up.
+
+    positions: start positions (n, 3) [m] in place of the lattice; the particles' count follows them.
+    edits: deck file -> change of its text, for scenes that need what no case asks for (a moving lid).
+    """
+    case = _make_case(sections, positions)
+    run = place / "run"
+    if comm.rank == 0:
+        set_up(case, run, lambda wanted: lattice_positions(wanted) if positions is None else positions)
+        for deck, edit in (edits or {}).items():
+            (run / deck).write_text(edit((run / deck).read_text()))
+        if case.gas:
+            prepare_mesh(case, run, comm.size)
+    comm.Barrier()
+    os.chdir(run)
+    os.environ["PWD"] = str(run)
+    return open_scene(case, Path("."), comm, case.end_time)
+
+
+def _make_case(sections: dict[str, Any], positions: np.ndarray | None) -> Case:
+    data = {"title": "verify", "end_time": 1e9, "domain": BOX} | sections
+    if positions is not None:
+        data["particles"] = GLASS | data.get("particles", {}) | {"count": len(positions)}
+        data.setdefault("contact", FRICTIONLESS)
+        data.setdefault("start", {})
+    return Case.model_validate(data)

@@ -1,0 +1,32 @@
+"""One scene in processes of its own: `mpirun -n RANKS python -m fbcouple.verify.process SCENE FOLDER`."""
+
+from __future__ import annotations
+
+import json
+import sys
+import traceback
+from dataclasses import asdict
+from pathlib import Path
+
+from mpi4py import MPI
+
+from fbcouple.verify.registry import load_scenes
+
+NUMBERS = "numbers.json"
+
+
+def main() -> None:
+    """Run the scene and write its numbers; a failure ends all ranks with its traceback."""
+    name, place = sys.argv[1], Path(sys.argv[2]).resolve()
+    try:
+        numbers = list(load_scenes()[name].function(place, MPI.COMM_WORLD))
+    except BaseException:
+        traceback.print_exc()
+        sys.stderr.flush()
+        MPI.COMM_WORLD.Abort(3)
+    if MPI.COMM_WORLD.rank == 0:
+        (place / NUMBERS).write_text(json.dumps([asdict(number) for number in numbers]))
+
+
+if __name__ == "__main__":
+    main()
