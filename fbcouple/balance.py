@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from mpi4py import MPI
 
+from fbcouple.exchange.momentum import add_rows
+
 
 class Balance:
     """Compares the impulse that the gas lost in one step with what the particles carried through the next."""
@@ -22,8 +24,9 @@ class Balance:
 
     def receive(self, forces: np.ndarray, dt: float) -> None:
         """The particles of this rank were under the gas force `forces` (n, 3) [N] for `dt` [s] (collective)."""
-        received = forces.sum(axis=0) * dt
-        totals = np.array([*(self._given - received), self._drag, len(forces)])
+        received = np.zeros(3)
+        add_rows(forces, received)
+        totals = np.array([*(self._given - received * dt), self._drag, len(forces)])
         self._comm.Allreduce(MPI.IN_PLACE, totals)
         self.particles = round(totals[4])
         imbalance = float(np.abs(totals[:3]).max())

@@ -15,7 +15,7 @@ from fbcouple.case.schema import Case
 from fbcouple.clock import Cadence, Clock
 from fbcouple.engines.liggghts import Grains
 from fbcouple.engines.openfoam.gas import Gas, GasState
-from fbcouple.exchange.coupling import Coupling, Particles
+from fbcouple.exchange.coupling import NOBODY, Coupling, Particles
 from fbcouple.exchange.plan import Plan, find_patch
 from fbcouple.grid import Grid
 from fbcouple.results import STAGES
@@ -51,16 +51,16 @@ class Scene:
     """Index triples (n, 3) of this rank's cells."""
     balance: Balance
     watch: Stopwatch
+    particles: Particles = NOBODY
     gas_state: GasState | None = None
     dt: float = 0.0
     """The coupling step under way [s]."""
 
-    @property
-    def particles(self) -> Particles:
-        """This rank's particles as they are now; valid until the next move."""
-        assert self.grains is not None
-        grains = self.grains
-        return Particles(grains.positions, grains.velocities, grains.radii, grains.masses)
+    def look_at_particles(self) -> None:
+        """See this rank's particles as they are now, in `particles`; valid until the next move."""
+        if self.grains:
+            grains = self.grains
+            self.particles = Particles(grains.positions, grains.velocities, grains.radii, grains.masses)
 
 
 def open_scene(case: Case, run: Path, comm: MPI.Comm, end: float) -> Scene:

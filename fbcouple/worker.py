@@ -41,6 +41,7 @@ def start(scene: Scene) -> None:
     """Set both solvers up and give the gas the voidage of the start."""
     if scene.grains:
         scene.grains.advance(0, first=True)
+        scene.look_at_particles()
         scene.balance.count(scene.grains.count)
     if scene.coupling and scene.gas:
         scene.coupling.map(scene.particles)
@@ -55,6 +56,7 @@ def move(scene: Scene) -> None:
         return
     with scene.watch("grains"):
         scene.grains.advance(scene.clock.substeps)
+    scene.look_at_particles()
     with scene.watch("wait"):
         scene.comm.Barrier()
     if scene.coupling:
@@ -102,10 +104,10 @@ def react(scene: Scene) -> None:
     """The particles' share of drag and pressure gradient, as an impulse over their next sub-steps."""
     if scene.coupling and scene.gas and scene.grains:
         with scene.watch("react"):
-            gas, coupling = scene.gas, scene.coupling
-            drag = coupling.react(scene.particles, gas.velocity, gas.pressure_gradient)
-            scene.balance.give(coupling.find_gas_loss(gas.velocity, gas.pressure_gradient), drag, scene.dt)
-            coupling.hand_over(scene.grains.gas_force, scene.grains.forces, scene.dt / scene.clock.dt)
+            gas, grains, factor = scene.gas, scene.grains, scene.dt / scene.clock.dt
+            fields = gas.velocity, gas.pressure_gradient
+            drag = scene.coupling.react(scene.particles, *fields, factor, grains.gas_force, grains.forces)
+            scene.balance.give(scene.coupling.find_gas_loss(*fields), drag, scene.dt)
 
 
 def average(scene: Scene) -> None:

@@ -150,8 +150,8 @@ def _bin(positions, velocities, radii, spacing, low, cells, field):
         k = min(max(np.int64(positions[p, 2] / spacing[2]), 0), cells[2] - 1) - low[2]
         volume = 4.0 / 3.0 * np.pi * radii[p] ** 3
         square = 0.0
-        field[i, j, k, 0] += volume
+        field[k, j, i, 0] += volume
         for axis in range(3):
-            field[i, j, k, 1 + axis] += volume * velocities[p, axis]
+            field[k, j, i, 1 + axis] += volume * velocities[p, axis]
             square += velocities[p, axis] ** 2
-        field[i, j, k, 4] += volume * square
+        field[k, j, i, 4] += volume * square

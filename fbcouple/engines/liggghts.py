@@ -131,4 +131,5 @@ class Grains:
             raise SolverError("LIGGGHTS has no such property of its particles")
         # A table of rows in LIGGGHTS is one block; its first row pointer is the start of the block.
         start = pointer if columns == 1 else ctypes.c_void_p.from_address(pointer).value
-        return np.ctypeslib.as_array(ctypes.cast(ctypes.c_void_p(start), ctypes.POINTER(kind)), shape=shape)
+        assert start is not None
+        return np.frombuffer((kind * (rows * columns)).from_address(start), dtype=kind).reshape(shape)

@@ -28,11 +28,14 @@ class Particles:
     masses: np.ndarray
 
 
+NOBODY = Particles(np.empty((0, 3)), np.empty((0, 3)), np.empty(0), np.empty(0))
+
+
 class Coupling:
     """The exchange between this rank's particles and gas cells.
 
     `voidage` (cells,), `drag_coefficient` (cells,) [kg m-3 s-1] and `drag_source` (cells, 3) [N m-3] are what the gas
-    step takes; `forces` (particles, 3) [N] is what the particles take.
+    step takes.
     """
 
     def __init__(self, case: Case, comm: MPI.Comm, centres: np.ndarray, bounds: np.ndarray, reach: float) -> None:
@@ -73,7 +76,7 @@ class Coupling:
         flat = self._fields[6].reshape(-1, 6), self._voidage_field.reshape(-1, 1)
         momentum.read_slip(*self._stencil, particles.velocities, *flat, voidage, slip, wind)
         self.beta = self._beta[:n]
-        self._law(voidage, slip, 2.0 * particles.radii, self._gas.density, self._gas.viscosity, out=self.beta)
+        self._law.kernel(voidage, slip, 2.0 * particles.radii, self._gas.density, self._gas.viscosity, self.beta)
         if self._options.scheme == "explicit":
             self._write(4, momentum.write_drag_explicitly, self.beta, particles.velocities, wind)
         else:
@@ -82,23 +85,34 @@ class Coupling:
         np.divide(self._deposit[4][:, 0], self._cell_volume, out=self.drag_coefficient)
         np.divide(self._deposit[4][:, 1:], self._cell_volume, out=self.drag_source)
 
-    def react(self, particles: Particles, velocity: np.ndarray, pressure_gradient: np.ndarray) -> float:
-        """`forces` on the particles from the new gas (cells, 3 each); returns the summed drag magnitude [N]."""
-        n = len(particles.positions)
+    def react(
+        self,
+        particles: Particles,
+        velocity: np.ndarray,
+        pressure_gradient: np.ndarray,
+        factor: float,
+        held: np.ndarray,
+        current: np.ndarray,
+    ) -> float:
+        """Put the particles under `factor` times the force of the new gas (cells, 3 each), in place.
+
+        held (n, 3) [N]: the gas force of their next sub-steps; current (n, 3) [N]: the total force that their next
+        half kick starts from. Returns the summed drag magnitude [N] without the factor (collective).
+        """
         self.read_gas(velocity, pressure_gradient)
-        self.forces = self._forces[:n]
-        explicit = self._options.scheme == "explicit"
-        return momentum.read_forces(
+        return momentum.react(
             *self._stencil,
             self._fields[6].reshape(-1, 6),
             self.beta,
             particles.velocities,
-            self._wind[:n],
-            explicit,
+            self._wind[: len(held)],
+            self._options.scheme == "explicit",
             particles.radii,
             self._push,
             self._lift,
-            self.forces,
+            factor,
+            held,
+            current,
         )
 
     def read_gas(self, velocity: np.ndarray, pressure_gradient: np.ndarray) -> None:
@@ -107,11 +121,6 @@ class Coupling:
         self.plan.fetch(self._gas_cells, self._fields[6])
         filter_field(self.plan.patch, self._fields[6], self._options.filter_passes)
 
-    def hand_over(self, held: np.ndarray, current: np.ndarray, factor: float) -> None:
-        """Give the particles `factor` times `forces`, in place: into the gas force that they hold over their sub-steps,
-        and into the `current` force that their next half kick starts from ((n, 3) [N] both)."""
-        momentum.hand_over(self.forces, factor, held, current)
-
     @property
     def gas_input(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Voidage, K and S of the next gas step."""
@@ -119,12 +128,9 @@ class Coupling:
 
     def find_gas_loss(self, velocity: np.ndarray, pressure_gradient: np.ndarray) -> np.ndarray:
         """Force [N], shape (3,), that this rank's cells gave up by the last step: drag and pressure gradient."""
-        drag = self.drag_coefficient @ velocity - self.drag_source.sum(axis=0)
-        solids = 1.0 - self.voidage
-        return self._cell_volume * (drag - self._push * (solids @ pressure_gradient) + self._lift_of(solids))
-
-    def _lift_of(self, solids: np.ndarray) -> np.ndarray:
-        return np.array([0.0, 0.0, self._lift * solids.sum()])
+        loss = np.zeros(3)
+        momentum.find_loss(velocity, pressure_gradient, *self.gas_input, self._push, self._lift, loss)
+        return self._cell_volume * loss
 
     @property
     def _stencil(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -142,4 +148,4 @@ class Coupling:
         if count > self._room:
             self._room = count + count // 4
             self._voidage, self._slip, self._beta = (np.empty(self._room) for _ in range(3))
-            self._wind, self._forces = np.empty((self._room, 3)), np.empty((self._room, 3))
+            self._wind = np.empty((self._room, 3))

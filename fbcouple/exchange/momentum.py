@@ -7,12 +7,12 @@ symmetric filter: sum over particles of beta~ (u at p - v) equals sum over cells
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from fbcouple.exchange.compiled import compiled
 from fbcouple.exchange.weights import corner_weight
 
 
-@njit(cache=True, fastmath=True)
+@compiled
 def write_volume(base, upper, offsets, radii, field):
     """Add the particles' volumes [m3] to patch `field` (places, 1)."""
     for p in range(len(base)):
@@ -22,7 +22,7 @@ def write_volume(base, upper, offsets, radii, field):
             field[base[p] + offsets[c], 0] += corner_weight(c, w) * volume
 
 
-@njit(cache=True, fastmath=True)
+@compiled
 def read_slip(base, upper, offsets, velocities, gas, voidage_field, voidage, slip, gas_velocity):
     """Voidage (n,), gas velocity (n, 3) and slip speed |u - v| (n,) at the particles.
 
@@ -51,21 +51,21 @@ def read_slip(base, upper, offsets, velocities, gas, voidage_field, voidage, sli
         slip[p] = np.sqrt(rx * rx + ry * ry + rz * rz)
 
 
-@njit(cache=True, fastmath=True)
+@compiled
 def average_exactly(beta, masses, dt):
     """beta -> m (1 - exp(-dt beta/m))/dt: the drag impulse of a constant gas over dt, stable for any dt beta/m."""
     for p in range(len(beta)):
         beta[p] = -masses[p] / dt * np.expm1(-dt * beta[p] / masses[p])
 
 
-@njit(cache=True, fastmath=True)
+@compiled
 def average_implicitly(beta, masses, dt):
     """beta -> beta/(1 + dt beta/m): backward Euler over dt."""
     for p in range(len(beta)):
         beta[p] /= 1.0 + dt * beta[p] / masses[p]
 
 
-@njit(cache=True, fastmath=True)
+@compiled
 def write_drag(base, upper, offsets, beta, velocities, field):
     """Add beta [kg/s] and beta v [N] to patch `field` (places, 4)."""
     for p in range(len(base)):
@@ -83,7 +83,7 @@ def write_drag(base, upper, offsets, beta, velocities, field):
             field[place, 3] += weight * bz
 
 
-@njit(cache=True, fastmath=True)
+@compiled
 def write_drag_explicitly(base, upper, offsets, beta, velocities, gas_velocity, field):
     """Add -beta (u - v) [N] of the step's start to patch `field` (places, 4), nothing implicit (the paper's form)."""
     for p in range(len(base)):
@@ -100,12 +100,14 @@ def write_drag_explicitly(base, upper, offsets, beta, velocities, gas_velocity, 
             field[place, 3] += weight * fz
 
 
-@njit(cache=True, fastmath=True)
-def read_forces(base, upper, offsets, field, beta, velocities, gas_velocity, explicit, radii, push, lift, forces):
-    """Force of the gas on each particle (n, 3) [N]: beta~ (u - v) - V (push grad P) + V lift.
+@compiled
+def react(base, upper, offsets, field, beta, velocities, wind, explicit, radii, push, lift, factor, held, current):
+    """Put each particle under `factor` times the force of the gas [N]: beta~ (u - v) - V (push grad P) + V lift.
 
-    `field` (places, 6) holds filtered gas velocity and pressure gradient; `push` is 1 with the pressure-gradient
-    force and 0 without; `lift` [N/m3] is the weight of the displaced gas. Returns the summed drag magnitude [N].
+    `field` (places, 6) holds filtered gas velocity and pressure gradient; `push` is 1 with the pressure-gradient force
+    and 0 without; `lift` [N/m3] is the weight of the displaced gas. The force goes into `held` (n, 3), what the
+    sub-steps hold, and its change into `current` (n, 3), the force of the last sub-step, which the next half kick
+    starts from. Returns the summed drag magnitude [N] without the factor.
     """
     total = 0.0
     for p in range(len(base)):
@@ -126,26 +128,41 @@ def read_forces(base, upper, offsets, field, beta, velocities, gas_velocity, exp
             gy += weight * field[place, 4]
             gz += weight * field[place, 5]
         if explicit:
-            ux = gas_velocity[p, 0]
-            uy = gas_velocity[p, 1]
-            uz = gas_velocity[p, 2]
+            ux = wind[p, 0]
+            uy = wind[p, 1]
+            uz = wind[p, 2]
         volume = 4.0 / 3.0 * np.pi * radii[p] ** 3
         dx = beta[p] * (ux - velocities[p, 0])
         dy = beta[p] * (uy - velocities[p, 1])
         dz = beta[p] * (uz - velocities[p, 2])
-        forces[p, 0] = dx - volume * push * gx
-        forces[p, 1] = dy - volume * push * gy
-        forces[p, 2] = dz - volume * push * gz + volume * lift
+        fx = factor * (dx - volume * push * gx)
+        fy = factor * (dy - volume * push * gy)
+        fz = factor * (dz - volume * push * gz + volume * lift)
+        current[p, 0] += fx - held[p, 0]
+        current[p, 1] += fy - held[p, 1]
+        current[p, 2] += fz - held[p, 2]
+        held[p, 0] = fx
+        held[p, 1] = fy
+        held[p, 2] = fz
         total += np.sqrt(dx * dx + dy * dy + dz * dz)
     return total
 
 
-@njit(cache=True, fastmath=True)
-def hand_over(forces, factor, held, current):
-    """Give LIGGGHTS `factor` times the new `forces`: into the `held` force of the sub-steps and, since its next
-    half kick starts from the force of the last sub-step, into that `current` force as well."""
-    for p in range(len(forces)):
+@compiled
+def find_loss(velocity, pressure_gradient, voidage, coefficient, source, push, lift, loss):
+    """Add to `loss` (3,) [N m-3] what the gas of each cell gave up: K u - S - push alpha grad P + alpha lift."""
+    for n in range(len(voidage)):
+        solids = 1.0 - voidage[n]
         for axis in range(3):
-            new = factor * forces[p, axis]
-            current[p, axis] += new - held[p, axis]
-            held[p, axis] = new
+            loss[axis] += (
+                coefficient[n] * velocity[n, axis] - source[n, axis] - push * solids * pressure_gradient[n, axis]
+            )
+        loss[2] += solids * lift
+
+
+@compiled
+def add_rows(rows, total):
+    """Add the rows (n, 3) to `total` (3,)."""
+    for n in range(len(rows)):
+        for axis in range(3):
+            total[axis] += rows[n, axis]

@@ -11,19 +11,20 @@ from dataclasses import dataclass
 
 import numpy as np
 from mpi4py import MPI
-from numba import njit
 
 from fbcouple.errors import SolverError
+from fbcouple.exchange.compiled import compiled
 from fbcouple.grid import Grid
 
-_TAG = 17
+_FETCH, _DEPOSIT = 17, 18
+_NONE = np.empty(0, np.int64)
 
 
 @dataclass(frozen=True)
 class Patch:
     """A block of cells: the cells `low` to `high` (exclusive) of `grid`, index triples.
 
-    Fields on it are arrays (x + 1, y + 1, z + 1, components): one more layer at the upper ends, so that a stencil at
+    Fields on it are arrays (z + 1, y + 1, x + 1, components): one more layer at the upper ends, so that a stencil at
     the last cell may name its neighbour with weight zero.
     """
 
@@ -38,8 +39,8 @@ class Patch:
         return x, y, z
 
     def make_field(self, components: int) -> np.ndarray:
-        """Zeros, shape (x + 1, y + 1, z + 1, components)."""
-        return np.zeros((*self.shape, components))
+        """Zeros, shape (z + 1, y + 1, x + 1, components)."""
+        return np.zeros((*self.shape[::-1], components))
 
 
 def find_patch(grid: Grid, low: np.ndarray, high: np.ndarray, reach: float, widen: int) -> Patch:
@@ -57,6 +58,17 @@ class _Link:
     rank: int
     owned: np.ndarray
     held: np.ndarray
+
+
+@dataclass(frozen=True)
+class _Traffic:
+    """For each link its buffers (owned cells, held places), and the persistent requests on them."""
+
+    buffers: list[tuple[np.ndarray, np.ndarray]]
+    take_held: list[MPI.Prequest]
+    give_owned: list[MPI.Prequest]
+    take_owned: list[MPI.Prequest]
+    give_held: list[MPI.Prequest]
 
 
 class Plan:
@@ -78,8 +90,8 @@ class Plan:
         pairs = zip(sends, places, strict=True)
         links = [_Link(rank, rows, held) for rank, (rows, held) in enumerate(pairs) if len(rows) or len(held)]
         self._links = [link for link in links if link.rank != comm.rank]
-        self._own = next((link for link in links if link.rank == comm.rank), None)
-        self._buffers: dict[int, list[tuple[np.ndarray, np.ndarray]]] = {}
+        self._own = next((link for link in links if link.rank == comm.rank), _Link(comm.rank, _NONE, _NONE))
+        self._traffic: dict[int, _Traffic] = {}
 
     @property
     def messages(self) -> int:
@@ -88,46 +100,48 @@ class Plan:
 
     def fetch(self, cells: np.ndarray, field: np.ndarray) -> None:
         """Fill patch `field` (..., c) from the cell values `cells` (n, c) of their owners (collective)."""
-        components = cells.shape[1]
-        flat = field.reshape(-1, components)
-        buffers = self._find_buffers(components)
-        requests = [
-            self._comm.Irecv(held, link.rank, _TAG) for link, (_, held) in zip(self._links, buffers, strict=True)
-        ]
-        for link, (owned, _) in zip(self._links, buffers, strict=True):
+        flat = field.reshape(-1, cells.shape[1])
+        traffic = self._find_traffic(cells.shape[1])
+        MPI.Prequest.Startall(traffic.take_held)
+        for link, (owned, _) in zip(self._links, traffic.buffers, strict=True):
             _pack(cells, link.owned, owned)
-            requests.append(self._comm.Isend(owned, link.rank, _TAG))
-        if self._own:
-            _copy(cells, self._own.owned, flat, self._own.held)
-        MPI.Request.Waitall(requests)
-        for link, (_, held) in zip(self._links, buffers, strict=True):
+        MPI.Prequest.Startall(traffic.give_owned)
+        _copy(cells, self._own.owned, flat, self._own.held)
+        MPI.Prequest.Waitall(traffic.take_held + traffic.give_owned)
+        for link, (_, held) in zip(self._links, traffic.buffers, strict=True):
             _unpack(held, link.held, flat)
 
     def deposit(self, field: np.ndarray, cells: np.ndarray) -> None:
         """Set `cells` (n, c) to the sum of every rank's patch `field` (..., c) over the cells (collective)."""
-        components = cells.shape[1]
-        flat = field.reshape(-1, components)
-        buffers = self._find_buffers(components)
-        requests = [
-            self._comm.Irecv(owned, link.rank, _TAG) for link, (owned, _) in zip(self._links, buffers, strict=True)
-        ]
-        for link, (_, held) in zip(self._links, buffers, strict=True):
+        flat = field.reshape(-1, cells.shape[1])
+        traffic = self._find_traffic(cells.shape[1])
+        MPI.Prequest.Startall(traffic.take_owned)
+        for link, (_, held) in zip(self._links, traffic.buffers, strict=True):
             _pack(flat, link.held, held)
-            requests.append(self._comm.Isend(held, link.rank, _TAG))
+        MPI.Prequest.Startall(traffic.give_held)
         cells[:] = 0.0
-        if self._own:
-            _copy(flat, self._own.held, cells, self._own.owned)
-        MPI.Request.Waitall(requests)
-        for link, (owned, _) in zip(self._links, buffers, strict=True):
+        _copy(flat, self._own.held, cells, self._own.owned)
+        MPI.Prequest.Waitall(traffic.take_owned + traffic.give_held)
+        for link, (owned, _) in zip(self._links, traffic.buffers, strict=True):
             _add(owned, link.owned, cells)
 
-    def _find_buffers(self, components: int) -> list[tuple[np.ndarray, np.ndarray]]:
-        if components not in self._buffers:
-            self._buffers[components] = [
-                (np.empty((len(link.owned), components)), np.empty((len(link.held), components)))
-                for link in self._links
-            ]
-        return self._buffers[components]
+    def _find_traffic(self, components: int) -> _Traffic:
+        if components not in self._traffic:
+            self._traffic[components] = _open_traffic(self._comm, self._links, components)
+        return self._traffic[components]
+
+
+def _open_traffic(comm: MPI.Comm, links: list[_Link], components: int) -> _Traffic:
+    """Buffers and persistent requests, made once for each number of components."""
+    buffers = [(np.empty((len(k.owned), components)), np.empty((len(k.held), components))) for k in links]
+    pairs = list(zip(links, buffers, strict=True))
+    return _Traffic(
+        buffers,
+        take_held=[comm.Recv_init(held, link.rank, _FETCH) for link, (_, held) in pairs],
+        give_owned=[comm.Send_init(owned, link.rank, _FETCH) for link, (owned, _) in pairs],
+        take_owned=[comm.Recv_init(owned, link.rank, _DEPOSIT) for link, (owned, _) in pairs],
+        give_held=[comm.Send_init(held, link.rank, _DEPOSIT) for link, (_, held) in pairs],
+    )
 
 
 def _inside(cells: np.ndarray, low: tuple[int, int, int], high: tuple[int, int, int]) -> np.ndarray:
@@ -136,32 +150,32 @@ def _inside(cells: np.ndarray, low: tuple[int, int, int], high: tuple[int, int, 
 
 def _places(patch: Patch, cells: np.ndarray) -> np.ndarray:
     x, y, z = (cells - patch.low).T
-    _, ny, nz = patch.shape
-    return (x * ny + y) * nz + z
+    nx, ny, _ = patch.shape
+    return (z * ny + y) * nx + x
 
 
-@njit(cache=True)
+@compiled
 def _pack(source, rows, buffer):
     for n in range(len(rows)):
         for c in range(source.shape[1]):
             buffer[n, c] = source[rows[n], c]
 
 
-@njit(cache=True)
+@compiled
 def _unpack(buffer, rows, target):
     for n in range(len(rows)):
         for c in range(target.shape[1]):
             target[rows[n], c] = buffer[n, c]
 
 
-@njit(cache=True)
+@compiled
 def _add(buffer, rows, target):
     for n in range(len(rows)):
         for c in range(target.shape[1]):
             target[rows[n], c] += buffer[n, c]
 
 
-@njit(cache=True)
+@compiled
 def _copy(source, rows, target, places):
     for n in range(len(rows)):
         for c in range(target.shape[1]):

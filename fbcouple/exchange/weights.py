@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 
 from fbcouple.errors import DivergedError
+from fbcouple.exchange.compiled import inlined
 from fbcouple.exchange.plan import Patch
 
 
@@ -43,7 +44,7 @@ class Weights:
             )
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def _stand(s, low, high, cells):
     """Lower cell in the patch and weight above it for `s`, the place in cells from the first centre; (-1, 0) if out."""
     i = int(np.floor(s))
@@ -61,31 +62,31 @@ def _stand(s, low, high, cells):
 
 @njit(cache=True)
 def _locate(positions, scale, low, high, cells, base, upper):
+    nx = high[0] - low[0] + 1
     ny = high[1] - low[1] + 1
-    nz = high[2] - low[2] + 1
     for p in range(len(positions)):
         i, wx = _stand(positions[p, 0] * scale[0] - 0.5, low[0], high[0], cells[0])
         j, wy = _stand(positions[p, 1] * scale[1] - 0.5, low[1], high[1], cells[1])
         k, wz = _stand(positions[p, 2] * scale[2] - 0.5, low[2], high[2], cells[2])
         if i < 0 or j < 0 or k < 0:
             return p
-        base[p] = (i * ny + j) * nz + k
+        base[p] = (k * ny + j) * nx + i
         upper[p, 0] = wx
         upper[p, 1] = wy
         upper[p, 2] = wz
     return -1
 
 
-@njit(cache=True, inline="always")
+@inlined
 def corner_weight(corner, w):
     """Trilinear weight of corner 0-7 (bits: x, y, z) for upper weights `w` (3,)."""
-    wx = w[0] if corner & 4 else 1.0 - w[0]
+    wx = w[0] if corner & 1 else 1.0 - w[0]
     wy = w[1] if corner & 2 else 1.0 - w[1]
-    wz = w[2] if corner & 1 else 1.0 - w[2]
+    wz = w[2] if corner & 4 else 1.0 - w[2]
     return wx * wy * wz
 
 
 def corner_offsets(patch: Patch) -> np.ndarray:
     """Flat steps (8,) from the lower cell of a stencil to its corners, in the order of `corner_weight`."""
-    _, ny, nz = patch.shape
-    return np.array([(c >> 2 & 1) * ny * nz + (c >> 1 & 1) * nz + (c & 1) for c in range(8)])
+    nx, ny, _ = patch.shape
+    return np.array([(c >> 2 & 1) * ny * nx + (c >> 1 & 1) * nx + (c & 1) for c in range(8)])

@@ -51,7 +51,7 @@ def open_bench(
 
 
 def _make_case(sections: dict[str, Any], positions: np.ndarray | None) -> Case:
-    data = {"title": "verify", "end_time": 1e9, "domain": BOX} | sections
+    data: dict[str, Any] = {"title": "verify", "end_time": 1e9, "domain": BOX} | sections
     if positions is not None:
         data["particles"] = GLASS | data.get("particles", {}) | {"count": len(positions)}
         data.setdefault("contact", FRICTIONLESS)
