@@ -46,7 +46,7 @@ def start(scene: Scene) -> None:
     if scene.coupling and scene.gas:
         scene.coupling.map(scene.particles)
         scene.gas.start(scene.coupling.voidage)
-        scene.coupling.read_gas(scene.gas.velocity, scene.gas.pressure_gradient)
+        scene.coupling.read_gas(scene.gas.state)
 
 
 def move(scene: Scene) -> None:
@@ -105,9 +105,8 @@ def react(scene: Scene) -> None:
     if scene.coupling and scene.gas and scene.grains:
         with scene.watch("react"):
             gas, grains, factor = scene.gas, scene.grains, scene.dt / scene.clock.dt
-            fields = gas.velocity, gas.pressure_gradient
-            drag = scene.coupling.react(scene.particles, *fields, factor, grains.gas_force, grains.forces)
-            scene.balance.give(scene.coupling.find_gas_loss(*fields), drag, scene.dt)
+            drag = scene.coupling.react(scene.particles, gas.state, factor, grains.gas_force, grains.forces)
+            scene.balance.give(scene.coupling.find_gas_loss(gas.state), drag, scene.dt)
 
 
 def average(scene: Scene) -> None:

@@ -119,11 +119,11 @@ class Grains:
             raise SolverError(f"LIGGGHTS has no global value {name}; fbcouple wants LIGGGHTS-PUBLIC 3.8")
         return kind.from_address(pointer)
 
-    def _atoms(self, name: str, kind: type, columns: int = 1) -> np.ndarray:
+    def _atoms(self, name: str, kind: Any, columns: int = 1) -> np.ndarray:
         return self._view(self._library.lammps_extract_atom(self._lammps, name.encode()), kind, self.count, columns)
 
     @staticmethod
-    def _view(pointer: int | None, kind: type, rows: int, columns: int = 1) -> np.ndarray:
+    def _view(pointer: int | None, kind: Any, rows: int, columns: int = 1) -> np.ndarray:
         shape = (rows,) if columns == 1 else (rows, columns)
         if rows == 0:
             return np.empty(shape)

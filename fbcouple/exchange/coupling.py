@@ -11,11 +11,10 @@ from fbcouple.case.schema import Case
 from fbcouple.exchange import momentum
 from fbcouple.exchange.drag import DRAG_LAWS
 from fbcouple.exchange.filter import filter_field
+from fbcouple.exchange.momentum import DRAG_SCHEMES
 from fbcouple.exchange.plan import Plan, find_patch
 from fbcouple.exchange.weights import Weights, corner_offsets
 from fbcouple.grid import Grid
-
-_AVERAGES = {"exponential": momentum.average_exactly, "semi-implicit": momentum.average_implicitly}
 
 
 @dataclass(frozen=True)
@@ -50,13 +49,13 @@ class Coupling:
         self._offsets = corner_offsets(patch)
         self._cell_volume = grid.cell_volume
         self._law = DRAG_LAWS[case.exchange.drag]
+        self._explicit = case.exchange.scheme == "explicit"
         self._push = float(case.exchange.pressure_gradient)
         self._lift = self._push * case.gas.density * case.gravity
         cells = len(centres)
         self.voidage = np.ones(cells)
         self.drag_coefficient, self.drag_source = np.zeros(cells), np.zeros((cells, 3))
         self._deposit = {1: np.empty((cells, 1)), 4: np.empty((cells, 4))}
-        self._gas_cells = np.empty((cells, 6))
         self._fields = {c: patch.make_field(c) for c in (1, 4, 6)}
         self._voidage_field = patch.make_field(1)
         self._room = 0
@@ -65,48 +64,57 @@ class Coupling:
         """Voidage of the cells from the particles' places: eps = 1 - sum w V_p/dV (eqs 30, 33, 34)."""
         self.weights.locate(particles.positions)
         self._make_room(len(particles.positions))
-        self._write(1, momentum.write_volume, particles.radii)
+        field = self._fields[1]
+        field.fill(0.0)
+        momentum.write_volume(*self._stencil, particles.radii, field.reshape(-1, 1))
+        self._add_up(1)
         np.subtract(1.0, self._deposit[1][:, 0] / self._cell_volume, out=self.voidage)
 
     def drag(self, particles: Particles, dt: float) -> None:
         """K and S of the next gas step from slip and voidage at the particles, averaged over `dt` [s]."""
-        n = len(particles.positions)
         self.plan.fetch(self.voidage[:, None], self._voidage_field)
-        voidage, slip, wind = self._voidage[:n], self._slip[:n], self._wind[:n]
-        flat = self._fields[6].reshape(-1, 6), self._voidage_field.reshape(-1, 1)
-        momentum.read_slip(*self._stencil, particles.velocities, *flat, voidage, slip, wind)
-        self.beta = self._beta[:n]
-        self._law.kernel(voidage, slip, 2.0 * particles.radii, self._gas.density, self._gas.viscosity, self.beta)
-        if self._options.scheme == "explicit":
-            self._write(4, momentum.write_drag_explicitly, self.beta, particles.velocities, wind)
-        else:
-            _AVERAGES[self._options.scheme](self.beta, particles.masses, dt)
-            self._write(4, momentum.write_drag, self.beta, particles.velocities)
+        self.beta = self._beta[: len(particles.positions)]
+        field = self._fields[4]
+        field.fill(0.0)
+        momentum.exert(
+            self._law.kernel,
+            DRAG_SCHEMES[self._options.scheme],
+            self._explicit,
+            *self._stencil,
+            particles.velocities,
+            particles.radii,
+            particles.masses,
+            self._fields[6].reshape(-1, 6),
+            self._voidage_field.reshape(-1, 1),
+            self._gas.density,
+            self._gas.viscosity,
+            dt,
+            self.beta,
+            field.reshape(-1, 4),
+        )
+        self._add_up(4)
         np.divide(self._deposit[4][:, 0], self._cell_volume, out=self.drag_coefficient)
         np.divide(self._deposit[4][:, 1:], self._cell_volume, out=self.drag_source)
 
     def react(
-        self,
-        particles: Particles,
-        velocity: np.ndarray,
-        pressure_gradient: np.ndarray,
-        factor: float,
-        held: np.ndarray,
-        current: np.ndarray,
+        self, particles: Particles, gas: np.ndarray, factor: float, held: np.ndarray, current: np.ndarray
     ) -> float:
-        """Put the particles under `factor` times the force of the new gas (cells, 3 each), in place.
+        """Put the particles under `factor` times the force of the new gas, in place.
 
-        held (n, 3) [N]: the gas force of their next sub-steps; current (n, 3) [N]: the total force that their next
-        half kick starts from. Returns the summed drag magnitude [N] without the factor (collective).
+        gas (cells, 6): velocity [m/s] and pressure gradient [Pa/m]; held (n, 3) [N]: the gas force of the next
+        sub-steps; current (n, 3) [N]: the total force that their next half kick starts from. Returns the summed drag
+        magnitude [N] without the factor (collective).
         """
-        self.read_gas(velocity, pressure_gradient)
+        before = self._fields[6][..., :3].copy() if self._explicit else None
+        self.read_gas(gas)
+        field = self._fields[6]
+        if before is not None:
+            field = np.concatenate([before, field[..., 3:]], axis=-1)
         return momentum.react(
             *self._stencil,
-            self._fields[6].reshape(-1, 6),
+            field.reshape(-1, 6),
             self.beta,
             particles.velocities,
-            self._wind[: len(held)],
-            self._options.scheme == "explicit",
             particles.radii,
             self._push,
             self._lift,
@@ -115,10 +123,9 @@ class Coupling:
             current,
         )
 
-    def read_gas(self, velocity: np.ndarray, pressure_gradient: np.ndarray) -> None:
-        """Bring the gas (cells, 3 each) to the particles' patches, filtered (collective)."""
-        self._gas_cells[:, :3], self._gas_cells[:, 3:] = velocity, pressure_gradient
-        self.plan.fetch(self._gas_cells, self._fields[6])
+    def read_gas(self, gas: np.ndarray) -> None:
+        """Bring velocity and pressure gradient (cells, 6) to the particles' patch, filtered (collective)."""
+        self.plan.fetch(gas, self._fields[6])
         filter_field(self.plan.patch, self._fields[6], self._options.filter_passes)
 
     @property
@@ -126,26 +133,23 @@ class Coupling:
         """Voidage, K and S of the next gas step."""
         return self.voidage, self.drag_coefficient, self.drag_source
 
-    def find_gas_loss(self, velocity: np.ndarray, pressure_gradient: np.ndarray) -> np.ndarray:
-        """Force [N], shape (3,), that this rank's cells gave up by the last step: drag and pressure gradient."""
+    def find_gas_loss(self, gas: np.ndarray) -> np.ndarray:
+        """Force [N], shape (3,), that this rank's cells gave up by the step to `gas` (cells, 6)."""
         loss = np.zeros(3)
-        momentum.find_loss(velocity, pressure_gradient, *self.gas_input, self._push, self._lift, loss)
+        momentum.find_loss(gas, *self.gas_input, self._push, self._lift, loss)
         return self._cell_volume * loss
 
     @property
     def _stencil(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         return self.weights.base, self.weights.upper, self._offsets
 
-    def _write(self, components: int, kernel, *values: np.ndarray) -> None:
-        """Write particles' values to the patch, filter them there, and add them up at the cells' owners."""
+    def _add_up(self, components: int) -> None:
+        """Filter a patch field and add it up at the owners of the cells (collective)."""
         field = self._fields[components]
-        field.fill(0.0)
-        kernel(*self._stencil, *values, field.reshape(-1, components))
         filter_field(self.plan.patch, field, self._options.filter_passes)
         self.plan.deposit(field, self._deposit[components])
 
     def _make_room(self, count: int) -> None:
         if count > self._room:
             self._room = count + count // 4
-            self._voidage, self._slip, self._beta = (np.empty(self._room) for _ in range(3))
-            self._wind = np.empty((self._room, 3))
+            self._beta = np.empty(self._room)

@@ -15,7 +15,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fbcouple.exchange.compiled import compiled
+from fbcouple.exchange.compiled import LAW, compile_as
 from fbcouple.exchange.elementary import arctangent, power
 
 Kernel = Callable[..., None]
@@ -25,7 +25,7 @@ class DragLaw:
     """A drag law, called on numbers or arrays: beta [kg/s] of each particle."""
 
     def __init__(self, kernel: Kernel) -> None:
-        self.kernel = compiled(kernel)
+        self.kernel = compile_as(LAW)(kernel)
         self.__doc__ = kernel.__doc__
 
     def __call__(

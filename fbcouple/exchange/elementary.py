@@ -42,6 +42,13 @@ def exponential(x):
 
 
 @inlined
+def decay(x):
+    """1 - exp(-x) for x >= 0, without cancellation at small x."""
+    series = x * (1.0 - x / 2.0 * (1.0 - x / 3.0 * (1.0 - x / 4.0 * (1.0 - x / 5.0))))
+    return series if x < 1e-2 else 1.0 - exponential(-min(x, 700.0))
+
+
+@inlined
 def power(x, exponent):
     """x^exponent for x >= 0 (0 gives 0 for a positive exponent)."""
     return exponential(exponent * logarithm(max(x, 1e-300)))

@@ -30,11 +30,15 @@ def filter_field(patch: Patch, field: np.ndarray, passes: int) -> None:
 
 @compiled
 def _smooth(source, target):
-    """Along the middle axis, whose last layer is the extra one and stays zero; the last axis is contiguous."""
+    """Along the middle axis, whose last layer is the extra one and stays zero; all layers of a block are contiguous."""
     blocks, layers, width = source.shape
+    last = (layers - 2) * width
     for a in range(blocks):
-        for m in range(layers - 1):
-            before = max(m - 1, 0)
-            after = min(m + 1, layers - 2)
-            for c in range(width):
-                target[a, m, c] = 0.25 * (source[a, before, c] + source[a, after, c]) + 0.5 * source[a, m, c]
+        old, new = source[a].ravel(), target[a].ravel()
+        for q in range(width, last):
+            new[q] = 0.25 * (old[q - width] + old[q + width]) + 0.5 * old[q]
+        for q in range(width):
+            inner = min(width, last)
+            new[q] = 0.75 * old[q] + 0.25 * old[q + inner]
+            if last > 0:
+                new[last + q] = 0.75 * old[last + q] + 0.25 * old[last + q - width]

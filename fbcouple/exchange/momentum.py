@@ -6,10 +6,15 @@ symmetric filter: sum over particles of beta~ (u at p - v) equals sum over cells
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
-from fbcouple.exchange.compiled import compiled
+from fbcouple.exchange.compiled import SCHEME, compile_as, compiled, inlined
+from fbcouple.exchange.elementary import decay
 from fbcouple.exchange.weights import corner_weight
+
+_BLOCK = 256
 
 
 @compiled
@@ -22,86 +27,121 @@ def write_volume(base, upper, offsets, radii, field):
             field[base[p] + offsets[c], 0] += corner_weight(c, w) * volume
 
 
-@compiled
-def read_slip(base, upper, offsets, velocities, gas, voidage_field, voidage, slip, gas_velocity):
-    """Voidage (n,), gas velocity (n, 3) and slip speed |u - v| (n,) at the particles.
-
-    `gas` (places, >= 3) starts with the filtered gas velocity, `voidage_field` (places, 1) is as the cells have it.
-    """
-    for p in range(len(base)):
-        eps = 0.0
-        ux = 0.0
-        uy = 0.0
-        uz = 0.0
-        w = upper[p]
-        for c in range(8):
-            weight = corner_weight(c, w)
-            place = base[p] + offsets[c]
-            eps += weight * voidage_field[place, 0]
-            ux += weight * gas[place, 0]
-            uy += weight * gas[place, 1]
-            uz += weight * gas[place, 2]
-        voidage[p] = eps
-        gas_velocity[p, 0] = ux
-        gas_velocity[p, 1] = uy
-        gas_velocity[p, 2] = uz
-        rx = ux - velocities[p, 0]
-        ry = uy - velocities[p, 1]
-        rz = uz - velocities[p, 2]
-        slip[p] = np.sqrt(rx * rx + ry * ry + rz * rz)
+DRAG_SCHEMES: dict[str, Callable[..., None]] = {}
 
 
-@compiled
+def drag_scheme(name: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Register how beta of the step's start becomes the beta~ of the whole step."""
+
+    def register(function: Callable[..., None]) -> Callable[..., None]:
+        DRAG_SCHEMES[name] = compile_as(SCHEME)(function)
+        return DRAG_SCHEMES[name]
+
+    return register
+
+
+@drag_scheme("exponential")
 def average_exactly(beta, masses, dt):
-    """beta -> m (1 - exp(-dt beta/m))/dt: the drag impulse of a constant gas over dt, stable for any dt beta/m."""
+    """beta~ = m (1 - exp(-dt beta/m))/dt: the drag impulse of a constant gas over dt, stable for any dt beta/m."""
     for p in range(len(beta)):
-        beta[p] = -masses[p] / dt * np.expm1(-dt * beta[p] / masses[p])
+        beta[p] = masses[p] / dt * decay(dt * beta[p] / masses[p])
 
 
-@compiled
+@drag_scheme("semi-implicit")
 def average_implicitly(beta, masses, dt):
-    """beta -> beta/(1 + dt beta/m): backward Euler over dt."""
+    """beta~ = beta/(1 + dt beta/m): backward Euler over dt."""
     for p in range(len(beta)):
         beta[p] /= 1.0 + dt * beta[p] / masses[p]
 
 
-@compiled
-def write_drag(base, upper, offsets, beta, velocities, field):
-    """Add beta [kg/s] and beta v [N] to patch `field` (places, 4)."""
-    for p in range(len(base)):
-        b = beta[p]
-        bx = b * velocities[p, 0]
-        by = b * velocities[p, 1]
-        bz = b * velocities[p, 2]
-        w = upper[p]
-        for c in range(8):
-            weight = corner_weight(c, w)
-            place = base[p] + offsets[c]
-            field[place, 0] += weight * b
-            field[place, 1] += weight * bx
-            field[place, 2] += weight * by
-            field[place, 3] += weight * bz
+@drag_scheme("explicit")
+def keep_beta(beta, masses, dt):
+    """beta~ = beta: the value at the start of the step, for gas and particles alike (the paper's form)."""
 
 
 @compiled
-def write_drag_explicitly(base, upper, offsets, beta, velocities, gas_velocity, field):
-    """Add -beta (u - v) [N] of the step's start to patch `field` (places, 4), nothing implicit (the paper's form)."""
-    for p in range(len(base)):
-        b = beta[p]
-        fx = b * (velocities[p, 0] - gas_velocity[p, 0])
-        fy = b * (velocities[p, 1] - gas_velocity[p, 1])
-        fz = b * (velocities[p, 2] - gas_velocity[p, 2])
-        w = upper[p]
-        for c in range(8):
-            weight = corner_weight(c, w)
-            place = base[p] + offsets[c]
-            field[place, 1] += weight * fx
-            field[place, 2] += weight * fy
-            field[place, 3] += weight * fz
+def exert(
+    law,
+    scheme,
+    explicit,
+    base,
+    upper,
+    offsets,
+    velocities,
+    radii,
+    masses,
+    gas,
+    voidage,
+    density,
+    viscosity,
+    dt,
+    beta,
+    field,
+):
+    """Add beta~ [kg/s] and beta~ v [N] of every particle to patch `field` (places, 4); beta~ stays in `beta` (n,).
+
+    `gas` (places, >= 3) starts with the filtered gas velocity, `voidage` (places, 1) is as the cells have it. The
+    explicit scheme has no implicit part: it adds 0 and beta (v - u). Particles go through in blocks that fit the cache.
+    """
+    eps, slip, size, wind = np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK), np.empty((_BLOCK, 3))
+    for first in range(0, len(base), _BLOCK):
+        n = min(_BLOCK, len(base) - first)
+        for q in range(n):
+            p = first + q
+            _read_wind(base[p], upper[p], offsets, gas, voidage, eps, wind, q)
+            rx = wind[q, 0] - velocities[p, 0]
+            ry = wind[q, 1] - velocities[p, 1]
+            rz = wind[q, 2] - velocities[p, 2]
+            slip[q] = np.sqrt(rx * rx + ry * ry + rz * rz)
+            size[q] = 2.0 * radii[p]
+        block = beta[first : first + n]
+        law(eps[:n], slip[:n], size[:n], density, viscosity, block)
+        scheme(block, masses[first : first + n], dt)
+        for q in range(n):
+            p = first + q
+            if explicit:
+                for axis in range(3):
+                    wind[q, axis] = velocities[p, axis] - wind[q, axis]
+                _write_drag(base[p], upper[p], offsets, 0.0, block[q], wind[q], field)
+            else:
+                _write_drag(base[p], upper[p], offsets, block[q], block[q], velocities[p], field)
+
+
+@inlined
+def _read_wind(base, w, offsets, gas, voidage, eps, wind, q):
+    e = 0.0
+    ux = 0.0
+    uy = 0.0
+    uz = 0.0
+    for c in range(8):
+        weight = corner_weight(c, w)
+        place = base + offsets[c]
+        e += weight * voidage[place, 0]
+        ux += weight * gas[place, 0]
+        uy += weight * gas[place, 1]
+        uz += weight * gas[place, 2]
+    eps[q] = e
+    wind[q, 0] = ux
+    wind[q, 1] = uy
+    wind[q, 2] = uz
+
+
+@inlined
+def _write_drag(base, w, offsets, coefficient, b, velocity, field):
+    bx = b * velocity[0]
+    by = b * velocity[1]
+    bz = b * velocity[2]
+    for c in range(8):
+        weight = corner_weight(c, w)
+        place = base + offsets[c]
+        field[place, 0] += weight * coefficient
+        field[place, 1] += weight * bx
+        field[place, 2] += weight * by
+        field[place, 3] += weight * bz
 
 
 @compiled
-def react(base, upper, offsets, field, beta, velocities, wind, explicit, radii, push, lift, factor, held, current):
+def react(base, upper, offsets, field, beta, velocities, radii, push, lift, factor, held, current):
     """Put each particle under `factor` times the force of the gas [N]: beta~ (u - v) - V (push grad P) + V lift.
 
     `field` (places, 6) holds filtered gas velocity and pressure gradient; `push` is 1 with the pressure-gradient force
@@ -127,10 +167,6 @@ def react(base, upper, offsets, field, beta, velocities, wind, explicit, radii, 
             gx += weight * field[place, 3]
             gy += weight * field[place, 4]
             gz += weight * field[place, 5]
-        if explicit:
-            ux = wind[p, 0]
-            uy = wind[p, 1]
-            uz = wind[p, 2]
         volume = 4.0 / 3.0 * np.pi * radii[p] ** 3
         dx = beta[p] * (ux - velocities[p, 0])
         dy = beta[p] * (uy - velocities[p, 1])
@@ -149,14 +185,16 @@ def react(base, upper, offsets, field, beta, velocities, wind, explicit, radii, 
 
 
 @compiled
-def find_loss(velocity, pressure_gradient, voidage, coefficient, source, push, lift, loss):
-    """Add to `loss` (3,) [N m-3] what the gas of each cell gave up: K u - S - push alpha grad P + alpha lift."""
+def find_loss(gas, voidage, coefficient, source, push, lift, loss):
+    """Add to `loss` (3,) [N m-3] what the gas of each cell gave up: K u - S - push alpha grad P + alpha lift.
+
+    gas (cells, 6): velocity and pressure gradient.
+    """
     for n in range(len(voidage)):
         solids = 1.0 - voidage[n]
         for axis in range(3):
-            loss[axis] += (
-                coefficient[n] * velocity[n, axis] - source[n, axis] - push * solids * pressure_gradient[n, axis]
-            )
+            drag = coefficient[n] * gas[n, axis] - source[n, axis]
+            loss[axis] += drag - push * solids * gas[n, 3 + axis]
         loss[2] += solids * lift
 
 

@@ -66,7 +66,7 @@ public:
     void start(const double* voidage);
     void step(double dt, const double* voidage, const double* dragK, const double* dragS);
     void cells(double* centres, double* volumes) const;
-    void fields(double* velocity, double* pressureGradient, double* pressure) const;
+    void fields(double* state, double* pressure) const;
     void measure(double* values) const;
     void write();
     label nCells() const { return mesh_.nCells(); }
@@ -216,15 +216,15 @@ void Gas::cells(double* centres, double* volumes) const
     }
 }
 
-// Velocity [m/s], pressure gradient [Pa/m] as the momentum equation used it, pressure [Pa].
-void Gas::fields(double* velocity, double* pressureGradient, double* pressure) const
+// Rows of velocity [m/s] and pressure gradient [Pa/m] as the momentum equation used it; pressure [Pa].
+void Gas::fields(double* state, double* pressure) const
 {
     forAll(U_, i)
     {
         for (direction d = 0; d < 3; ++d)
         {
-            velocity[3*i + d] = U_[i][d];
-            pressureGradient[3*i + d] = rho_.value()*gradP_[i][d];
+            state[6*i + d] = U_[i][d];
+            state[6*i + 3 + d] = rho_.value()*gradP_[i][d];
         }
         pressure[i] = rho_.value()*p_[i];
     }
@@ -329,10 +329,7 @@ int gas_step(double dt, const double* voidage, const double* dragK, const double
 {
     return guarded([&] { gas->step(dt, voidage, dragK, dragS); });
 }
-int gas_fields(double* velocity, double* pressureGradient, double* pressure)
-{
-    return guarded([&] { gas->fields(velocity, pressureGradient, pressure); });
-}
+int gas_fields(double* state, double* pressure) { return guarded([&] { gas->fields(state, pressure); }); }
 int gas_measure(double* values) { return guarded([&] { gas->measure(values); }); }
 int gas_write() { return guarded([&] { gas->write(); }); }
 

@@ -26,7 +26,7 @@ _FUNCTIONS: dict[str, Signature] = {
     "gas_cells": (ctypes.c_int, [_double, _double]),
     "gas_start": (ctypes.c_int, [_double]),
     "gas_step": (ctypes.c_int, [ctypes.c_double, _double, _double, _double]),
-    "gas_fields": (ctypes.c_int, [_double, _double, _double]),
+    "gas_fields": (ctypes.c_int, [_double, _double]),
     "gas_measure": (ctypes.c_int, [_double]),
     "gas_write": (ctypes.c_int, []),
 }
@@ -49,8 +49,8 @@ class GasState:
 class Gas:
     """OpenFOAM in this process, one instance a process; arrays hold this rank's cells.
 
-    `velocity` (n, 3) [m/s], `pressure_gradient` (n, 3) [Pa/m] and `pressure` (n,) [Pa] are refreshed in place by
-    `step`; `centres` (n, 3) [m] and `volumes` (n,) [m3] are fixed.
+    `state` (n, 6), of which `velocity` (n, 3) [m/s] and `pressure_gradient` (n, 3) [Pa/m] are the halves, and
+    `pressure` (n,) [Pa] are refreshed in place by `step`; `centres` (n, 3) [m] and `volumes` (n,) [m3] are fixed.
     """
 
     def __init__(self, case: Path, log: Path, density: float, correctors: int, parallel: bool) -> None:
@@ -65,7 +65,8 @@ class Gas:
         n = self._library.gas_cell_count()
         self.centres, self.volumes = np.empty((n, 3)), np.empty(n)
         self._check(self._library.gas_cells(_pointer(self.centres), _pointer(self.volumes)))
-        self.velocity, self.pressure_gradient, self.pressure = np.empty((n, 3)), np.empty((n, 3)), np.empty(n)
+        self.state, self.pressure = np.empty((n, 6)), np.empty(n)
+        self.velocity, self.pressure_gradient = self.state[:, :3], self.state[:, 3:]
         self._read_fields()
 
     @cached_property
@@ -97,8 +98,7 @@ class Gas:
         self._check(self._library.gas_write())
 
     def _read_fields(self) -> None:
-        fields = self.velocity, self.pressure_gradient, self.pressure
-        self._check(self._library.gas_fields(*map(_pointer, fields)))
+        self._check(self._library.gas_fields(_pointer(self.state), _pointer(self.pressure)))
 
     def _check(self, status: int) -> None:
         if status:
