@@ -29,6 +29,9 @@ _FUNCTIONS: dict[str, Signature] = {
     ),
 }
 LIBRARY = "libliggghts.so.3"
+_view_memory = ctypes.pythonapi.PyMemoryView_FromMemory
+_view_memory.restype, _view_memory.argtypes = ctypes.py_object, [ctypes.c_void_p, ctypes.c_ssize_t, ctypes.c_int]
+_WRITABLE = 0x200
 
 
 class Grains:
@@ -132,4 +135,5 @@ class Grains:
         # A table of rows in LIGGGHTS is one block; its first row pointer is the start of the block.
         start = pointer if columns == 1 else ctypes.c_void_p.from_address(pointer).value
         assert start is not None
-        return np.frombuffer((kind * (rows * columns)).from_address(start), dtype=kind).reshape(shape)
+        memory = _view_memory(start, rows * columns * ctypes.sizeof(kind), _WRITABLE)
+        return np.frombuffer(memory, dtype=kind).reshape(shape)

@@ -57,6 +57,7 @@ class Coupling:
         self.drag_coefficient, self.drag_source = np.zeros(cells), np.zeros((cells, 3))
         self._deposit = {1: np.empty((cells, 1)), 4: np.empty((cells, 4))}
         self._fields = {c: patch.make_field(c) for c in (1, 4, 6)}
+        self._scratch = {c: patch.make_field(c) for c in (1, 4, 6)} if case.exchange.filter_passes else self._fields
         self._voidage_field = patch.make_field(1)
         self._room = 0
 
@@ -126,7 +127,7 @@ class Coupling:
     def read_gas(self, gas: np.ndarray) -> None:
         """Bring velocity and pressure gradient (cells, 6) to the particles' patch, filtered (collective)."""
         self.plan.fetch(gas, self._fields[6])
-        filter_field(self.plan.patch, self._fields[6], self._options.filter_passes)
+        filter_field(self.plan.patch, self._fields[6], self._options.filter_passes, self._scratch[6])
 
     @property
     def gas_input(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -146,7 +147,7 @@ class Coupling:
     def _add_up(self, components: int) -> None:
         """Filter a patch field and add it up at the owners of the cells (collective)."""
         field = self._fields[components]
-        filter_field(self.plan.patch, field, self._options.filter_passes)
+        filter_field(self.plan.patch, field, self._options.filter_passes, self._scratch[components])
         self.plan.deposit(field, self._deposit[components])
 
     def _make_room(self, count: int) -> None:

@@ -9,36 +9,45 @@ from __future__ import annotations
 
 import numpy as np
 
-from fbcouple.exchange.compiled import compiled
+from fbcouple.exchange.compiled import compiled, inlined
 from fbcouple.exchange.plan import Patch
 
 
-def filter_field(patch: Patch, field: np.ndarray, passes: int) -> None:
-    """Filter patch `field` (z + 1, y + 1, x + 1, c) in place, `passes` times.
+def filter_field(patch: Patch, field: np.ndarray, passes: int, scratch: np.ndarray) -> None:
+    """Filter patch `field` (z + 1, y + 1, x + 1, c) in place, `passes` times; `scratch` is another field of its shape.
 
     Walls reflect. An edge of the patch inside the domain reflects too, which is wrong there: the patch is widened by
     one cell a pass for that reason.
     """
     x, y, z = patch.shape
-    other = np.zeros_like(field)
+    components = field.shape[-1]
+    old, new = field.ravel(), scratch.ravel()
     for _ in range(passes):
-        _smooth(field.reshape(1, z, -1), other.reshape(1, z, -1))
-        _smooth(other.reshape(z, y, -1), field.reshape(z, y, -1))
-        _smooth(field.reshape(z * y, x, -1), other.reshape(z * y, x, -1))
-        field[:] = other
+        _smooth(old, new, x * y * components, z)
+        _smooth(new, old, x * components, y)
+        _smooth(old, new, components, x)
+        old[:] = new
 
 
 @compiled
-def _smooth(source, target):
-    """Along the middle axis, whose last layer is the extra one and stays zero; all layers of a block are contiguous."""
-    blocks, layers, width = source.shape
-    last = (layers - 2) * width
-    for a in range(blocks):
-        old, new = source[a].ravel(), target[a].ravel()
-        for q in range(width, last):
-            new[q] = 0.25 * (old[q - width] + old[q + width]) + 0.5 * old[q]
-        for q in range(width):
-            inner = min(width, last)
-            new[q] = 0.75 * old[q] + 0.25 * old[q + inner]
-            if last > 0:
-                new[last + q] = 0.75 * old[last + q] + 0.25 * old[last + q - width]
+def _smooth(source, target, stride, layers):
+    """Along one axis of a flat field: `stride` values from layer to layer, blocks of `layers`, the last one extra.
+
+    The extra layers get values without meaning; nothing reads them but with weight zero.
+    """
+    count = len(source)
+    below, here, above = source[: count - 2 * stride], source[stride : count - stride], source[2 * stride :]
+    inside = target[stride : count - stride]
+    for q in range(len(inside)):
+        inside[q] = 0.25 * (below[q] + above[q]) + 0.5 * here[q]
+    inner = stride if layers > 2 else 0
+    for first in range(0, count, layers * stride):
+        last = first + (layers - 2) * stride
+        _reflect(source[first : first + stride], source[first + inner :], target[first:])
+        _reflect(source[last : last + stride], source[last - inner :], target[last:])
+
+
+@inlined
+def _reflect(wall, inner, target):
+    for q in range(len(wall)):
+        target[q] = 0.75 * wall[q] + 0.25 * inner[q]

@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from fbcouple.exchange.compiled import SCHEME, compile_as, compiled, inlined
+from fbcouple.exchange.compiled import SCHEME, compile_as, compiled
 from fbcouple.exchange.elementary import decay
 from fbcouple.exchange.weights import corner_weight
 
@@ -22,9 +22,8 @@ def write_volume(base, upper, offsets, radii, field):
     """Add the particles' volumes [m3] to patch `field` (places, 1)."""
     for p in range(len(base)):
         volume = 4.0 / 3.0 * np.pi * radii[p] ** 3
-        w = upper[p]
         for c in range(8):
-            field[base[p] + offsets[c], 0] += corner_weight(c, w) * volume
+            field[base[p] + offsets[c], 0] += corner_weight(c, upper[p, 0], upper[p, 1], upper[p, 2]) * volume
 
 
 DRAG_SCHEMES: dict[str, Callable[..., None]] = {}
@@ -83,61 +82,43 @@ def exert(
     `gas` (places, >= 3) starts with the filtered gas velocity, `voidage` (places, 1) is as the cells have it. The
     explicit scheme has no implicit part: it adds 0 and beta (v - u). Particles go through in blocks that fit the cache.
     """
-    eps, slip, size, wind = np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK), np.empty((_BLOCK, 3))
+    eps, slip, size = np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK)
+    ux, uy, uz = np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK)
+    left = 1.0 if explicit else 0.0
     for first in range(0, len(base), _BLOCK):
         n = min(_BLOCK, len(base) - first)
+        at, up, v = base[first : first + n], upper[first : first + n], velocities[first : first + n]
         for q in range(n):
-            p = first + q
-            _read_wind(base[p], upper[p], offsets, gas, voidage, eps, wind, q)
-            rx = wind[q, 0] - velocities[p, 0]
-            ry = wind[q, 1] - velocities[p, 1]
-            rz = wind[q, 2] - velocities[p, 2]
+            e, x, y, z = 0.0, 0.0, 0.0, 0.0
+            for c in range(8):
+                weight = corner_weight(c, up[q, 0], up[q, 1], up[q, 2])
+                place = at[q] + offsets[c]
+                e += weight * voidage[place, 0]
+                x += weight * gas[place, 0]
+                y += weight * gas[place, 1]
+                z += weight * gas[place, 2]
+            eps[q], ux[q], uy[q], uz[q] = e, x, y, z
+        for q in range(n):
+            rx, ry, rz = ux[q] - v[q, 0], uy[q] - v[q, 1], uz[q] - v[q, 2]
             slip[q] = np.sqrt(rx * rx + ry * ry + rz * rz)
-            size[q] = 2.0 * radii[p]
-        block = beta[first : first + n]
-        law(eps[:n], slip[:n], size[:n], density, viscosity, block)
-        scheme(block, masses[first : first + n], dt)
+            size[q] = 2.0 * radii[first + q]
+        b = beta[first : first + n]
+        law(eps[:n], slip[:n], size[:n], density, viscosity, b)
+        scheme(b, masses[first : first + n], dt)
         for q in range(n):
-            p = first + q
-            if explicit:
-                for axis in range(3):
-                    wind[q, axis] = velocities[p, axis] - wind[q, axis]
-                _write_drag(base[p], upper[p], offsets, 0.0, block[q], wind[q], field)
-            else:
-                _write_drag(base[p], upper[p], offsets, block[q], block[q], velocities[p], field)
-
-
-@inlined
-def _read_wind(base, w, offsets, gas, voidage, eps, wind, q):
-    e = 0.0
-    ux = 0.0
-    uy = 0.0
-    uz = 0.0
-    for c in range(8):
-        weight = corner_weight(c, w)
-        place = base + offsets[c]
-        e += weight * voidage[place, 0]
-        ux += weight * gas[place, 0]
-        uy += weight * gas[place, 1]
-        uz += weight * gas[place, 2]
-    eps[q] = e
-    wind[q, 0] = ux
-    wind[q, 1] = uy
-    wind[q, 2] = uz
-
-
-@inlined
-def _write_drag(base, w, offsets, coefficient, b, velocity, field):
-    bx = b * velocity[0]
-    by = b * velocity[1]
-    bz = b * velocity[2]
-    for c in range(8):
-        weight = corner_weight(c, w)
-        place = base + offsets[c]
-        field[place, 0] += weight * coefficient
-        field[place, 1] += weight * bx
-        field[place, 2] += weight * by
-        field[place, 3] += weight * bz
+            implicit = b[q] * (1.0 - left)
+            sx, sy, sz = (
+                b[q] * (v[q, 0] - left * ux[q]),
+                b[q] * (v[q, 1] - left * uy[q]),
+                b[q] * (v[q, 2] - left * uz[q]),
+            )
+            for c in range(8):
+                weight = corner_weight(c, up[q, 0], up[q, 1], up[q, 2])
+                place = at[q] + offsets[c]
+                field[place, 0] += weight * implicit
+                field[place, 1] += weight * sx
+                field[place, 2] += weight * sy
+                field[place, 3] += weight * sz
 
 
 @compiled
@@ -157,9 +138,8 @@ def react(base, upper, offsets, field, beta, velocities, radii, push, lift, fact
         gx = 0.0
         gy = 0.0
         gz = 0.0
-        w = upper[p]
         for c in range(8):
-            weight = corner_weight(c, w)
+            weight = corner_weight(c, upper[p, 0], upper[p, 1], upper[p, 2])
             place = base[p] + offsets[c]
             ux += weight * field[place, 0]
             uy += weight * field[place, 1]

@@ -17,7 +17,6 @@ from fbcouple.exchange.compiled import compiled
 from fbcouple.grid import Grid
 
 _FETCH, _DEPOSIT = 17, 18
-_NONE = np.empty(0, np.int64)
 
 
 @dataclass(frozen=True)
@@ -51,13 +50,16 @@ def find_patch(grid: Grid, low: np.ndarray, high: np.ndarray, reach: float, wide
     return Patch(grid, tuple(first.tolist()), tuple(last.tolist()))
 
 
-@dataclass(frozen=True)
 class _Link:
     """Cells shared with one rank: `owned` rows here that its patch holds, `held` patch places that it owns."""
 
-    rank: int
-    owned: np.ndarray
-    held: np.ndarray
+    def __init__(self, rank: int, owned: np.ndarray, held: np.ndarray) -> None:
+        self.rank = rank
+        self.owned_count, self.held_count = len(owned), len(held)
+        self.pack_owned = _find_runs(owned, np.arange(len(owned)))
+        self.unpack_owned = self.pack_owned[:, [1, 0, 2]]
+        self.pack_held = _find_runs(held, np.arange(len(held)))
+        self.unpack_held = self.pack_held[:, [1, 0, 2]]
 
 
 @dataclass(frozen=True)
@@ -88,9 +90,13 @@ class Plan:
         if found != wanted:
             raise SolverError(f"rank {comm.rank}: {wanted} cells of its patch, {found} found among the gas cells")
         pairs = zip(sends, places, strict=True)
-        links = [_Link(rank, rows, held) for rank, (rows, held) in enumerate(pairs) if len(rows) or len(held)]
-        self._links = [link for link in links if link.rank != comm.rank]
-        self._own = next((link for link in links if link.rank == comm.rank), _Link(comm.rank, _NONE, _NONE))
+        self._links = []
+        for rank, (rows, held) in enumerate(pairs):
+            if rank == comm.rank:
+                self._take_own = _find_runs(rows, held)
+                self._give_own = _find_runs(held, rows)
+            elif len(rows) or len(held):
+                self._links.append(_Link(rank, rows, held))
         self._traffic: dict[int, _Traffic] = {}
 
     @property
@@ -104,12 +110,12 @@ class Plan:
         traffic = self._find_traffic(cells.shape[1])
         MPI.Prequest.Startall(traffic.take_held)
         for link, (owned, _) in zip(self._links, traffic.buffers, strict=True):
-            _pack(cells, link.owned, owned)
+            _copy(cells, owned, link.pack_owned)
         MPI.Prequest.Startall(traffic.give_owned)
-        _copy(cells, self._own.owned, flat, self._own.held)
+        _copy(cells, flat, self._take_own)
         MPI.Prequest.Waitall(traffic.take_held + traffic.give_owned)
         for link, (_, held) in zip(self._links, traffic.buffers, strict=True):
-            _unpack(held, link.held, flat)
+            _copy(held, flat, link.unpack_held)
 
     def deposit(self, field: np.ndarray, cells: np.ndarray) -> None:
         """Set `cells` (n, c) to the sum of every rank's patch `field` (..., c) over the cells (collective)."""
@@ -117,13 +123,13 @@ class Plan:
         traffic = self._find_traffic(cells.shape[1])
         MPI.Prequest.Startall(traffic.take_owned)
         for link, (_, held) in zip(self._links, traffic.buffers, strict=True):
-            _pack(flat, link.held, held)
+            _copy(flat, held, link.pack_held)
         MPI.Prequest.Startall(traffic.give_held)
         cells[:] = 0.0
-        _copy(flat, self._own.held, cells, self._own.owned)
+        _copy(flat, cells, self._give_own)
         MPI.Prequest.Waitall(traffic.take_owned + traffic.give_held)
         for link, (owned, _) in zip(self._links, traffic.buffers, strict=True):
-            _add(owned, link.owned, cells)
+            _add(owned, cells, link.unpack_owned)
 
     def _find_traffic(self, components: int) -> _Traffic:
         if components not in self._traffic:
@@ -133,7 +139,7 @@ class Plan:
 
 def _open_traffic(comm: MPI.Comm, links: list[_Link], components: int) -> _Traffic:
     """Buffers and persistent requests, made once for each number of components."""
-    buffers = [(np.empty((len(k.owned), components)), np.empty((len(k.held), components))) for k in links]
+    buffers = [(np.empty((k.owned_count, components)), np.empty((k.held_count, components))) for k in links]
     pairs = list(zip(links, buffers, strict=True))
     return _Traffic(
         buffers,
@@ -154,29 +160,31 @@ def _places(patch: Patch, cells: np.ndarray) -> np.ndarray:
     return (z * ny + y) * nx + x
 
 
-@compiled
-def _pack(source, rows, buffer):
-    for n in range(len(rows)):
-        for c in range(source.shape[1]):
-            buffer[n, c] = source[rows[n], c]
+def _find_runs(sources: np.ndarray, targets: np.ndarray) -> np.ndarray:
+    """Rows (n, 3) of source, target and length: stretches where both places go up by one, which copy as one block."""
+    if len(sources) == 0:
+        return np.empty((0, 3), np.int64)
+    breaks = np.flatnonzero((np.diff(sources) != 1) | (np.diff(targets) != 1)) + 1
+    starts = np.concatenate([[0], breaks])
+    lengths = np.diff(np.concatenate([starts, [len(sources)]]))
+    return np.column_stack([sources[starts], targets[starts], lengths]).astype(np.int64)
 
 
 @compiled
-def _unpack(buffer, rows, target):
-    for n in range(len(rows)):
-        for c in range(target.shape[1]):
-            target[rows[n], c] = buffer[n, c]
+def _copy(source, target, runs):
+    width = source.shape[1]
+    here, there = source.ravel(), target.ravel()
+    for n in range(len(runs)):
+        given, taken = here[runs[n, 0] * width :], there[runs[n, 1] * width :]
+        for q in range(runs[n, 2] * width):
+            taken[q] = given[q]
 
 
 @compiled
-def _add(buffer, rows, target):
-    for n in range(len(rows)):
-        for c in range(target.shape[1]):
-            target[rows[n], c] += buffer[n, c]
-
-
-@compiled
-def _copy(source, rows, target, places):
-    for n in range(len(rows)):
-        for c in range(target.shape[1]):
-            target[places[n], c] = source[rows[n], c]
+def _add(source, target, runs):
+    width = source.shape[1]
+    here, there = source.ravel(), target.ravel()
+    for n in range(len(runs)):
+        given, taken = here[runs[n, 0] * width :], there[runs[n, 1] * width :]
+        for q in range(runs[n, 2] * width):
+            taken[q] += given[q]

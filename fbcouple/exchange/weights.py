@@ -20,7 +20,7 @@ class Weights:
         grid = patch.grid
         self._box = 1.0 / grid.spacing, np.array(patch.low), np.array(patch.high), np.array(grid.cells)
         self._room: int = 0
-        self._base = np.empty(0, np.int64)
+        self._base = np.empty(0, np.uint64)
         self._upper = np.empty((0, 3))
         self.base, self.upper = self._base, self._upper
 
@@ -32,7 +32,7 @@ class Weights:
         n = len(positions)
         if n > self._room:
             self._room = n + n // 4
-            self._base, self._upper = np.empty(self._room, np.int64), np.empty((self._room, 3))
+            self._base, self._upper = np.empty(self._room, np.uint64), np.empty((self._room, 3))
         self.base, self.upper = self._base[:n], self._upper[:n]
         stray = _locate(positions, *self._box, self.base, self.upper)
         if stray >= 0:
@@ -78,15 +78,15 @@ def _locate(positions, scale, low, high, cells, base, upper):
 
 
 @inlined
-def corner_weight(corner, w):
-    """Trilinear weight of corner 0-7 (bits: x, y, z) for upper weights `w` (3,)."""
-    wx = w[0] if corner & 1 else 1.0 - w[0]
-    wy = w[1] if corner & 2 else 1.0 - w[1]
-    wz = w[2] if corner & 4 else 1.0 - w[2]
-    return wx * wy * wz
+def corner_weight(corner, x, y, z):
+    """Trilinear weight of corner 0-7 (bits: x, y, z) for the weights x, y, z of the upper cells."""
+    along_x = x if corner & 1 else 1.0 - x
+    along_y = y if corner & 2 else 1.0 - y
+    along_z = z if corner & 4 else 1.0 - z
+    return along_x * along_y * along_z
 
 
 def corner_offsets(patch: Patch) -> np.ndarray:
     """Flat steps (8,) from the lower cell of a stencil to its corners, in the order of `corner_weight`."""
     nx, ny, _ = patch.shape
-    return np.array([(c >> 2 & 1) * ny * nx + (c >> 1 & 1) * nx + (c & 1) for c in range(8)])
+    return np.array([(c >> 2 & 1) * ny * nx + (c >> 1 & 1) * nx + (c & 1) for c in range(8)], dtype=np.uint64)

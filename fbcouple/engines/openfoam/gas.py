@@ -108,4 +108,4 @@ class Gas:
 def _pointer(array: np.ndarray) -> ctypes._Pointer:
     if array.dtype != np.float64 or not array.flags.c_contiguous:
         raise TypeError(f"the adapter takes contiguous float64 arrays, not {array.dtype}")
-    return array.ctypes.data_as(_double)
+    return ctypes.cast(array.ctypes.data, _double)
