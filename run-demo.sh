@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs what is missing, then runs the shipped demonstration case and draws its figures.
-# A finished run is only drawn again, a stopped one goes on; --fresh begins anew.
+# A finished run is only drawn again, an unfinished one starts again; --fresh begins anew.
 set -euo pipefail
 
 cd "$(dirname "${BASH_SOURCE[0]}")"
@@ -35,8 +35,6 @@ bash scripts/install.sh
 mkdir -p runs
 if [ -z "$fresh" ] && is_finished; then
     echo "$run is finished: only its figures are drawn again (run-demo.sh --fresh runs it anew)"
-elif [ -z "$fresh" ] && [ -n "$(ls -A "$run/checkpoints" 2>/dev/null)" ]; then
-    fbcouple run "$run" -n "$ranks" --resume
 else
     rm -f "$run/results.nc" # set-up replaces a run folder only if it holds no results
     fbcouple setup patil/demo -o "$run"

@@ -59,10 +59,11 @@ def move(scene: Scene) -> None:
     scene.look_at_particles()
     with scene.watch("wait"):
         scene.comm.Barrier()
-    if scene.coupling:
-        scene.balance.receive(scene.grains.gas_force, scene.dt)
-    else:
-        scene.balance.count(scene.grains.count)
+    with scene.watch("react"):
+        if scene.coupling:
+            scene.balance.receive(scene.grains.gas_force, scene.dt)
+        else:
+            scene.balance.count(scene.grains.count)
 
 
 def map_solids(scene: Scene) -> None:
