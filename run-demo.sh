@@ -36,7 +36,7 @@ mkdir -p runs
 if [ -z "$fresh" ] && is_finished; then
     echo "$run is finished: only its figures are drawn again (run-demo.sh --fresh runs it anew)"
 else
-    rm -f "$run/results.nc" # set-up replaces a run folder only if it holds no results
+    rm -rf "$run" # set-up replaces no run that has begun
     fbcouple setup patil/demo -o "$run"
     fbcouple run "$run" -n "$ranks"
 fi

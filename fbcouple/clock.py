@@ -17,14 +17,15 @@ class Clock:
     """
 
     def __init__(self, end: float, dem_step: float | None, first_step: float) -> None:
+        """`first_step` [s] stands until `choose` is called; with particles it is rounded down to whole DEM steps."""
         self.time = 0.0
         self.steps = 0
-        self.substeps = 0
-        self.dt = 0.0
         self._end = end
         self._dem_step = dem_step
         self._substeps_done = 0
-        self._choose(first_step)
+        self.substeps = max(1, int(first_step / dem_step * (2.0 - _ALMOST))) if dem_step else 0
+        self.dt = first_step
+        self._end_in_time()
 
     @property
     def running(self) -> bool:
@@ -39,22 +40,27 @@ class Clock:
         else:
             self._substeps_done += self.substeps
             self.time = self._substeps_done * self._dem_step
+        self._end_in_time()
 
     def choose(self, courant: float, fourier: float, max_courant: float, max_fourier: float) -> None:
         """Choose the next step from the numbers of the last one and their limits; it grows by a fifth at most."""
         room = min(max_courant / max(courant, _TINY), max_fourier / max(fourier, _TINY))
-        self._choose(self.dt * room)
+        if self._dem_step is None:
+            self.dt *= min(room, _GROWTH)
+        else:
+            # One more sub-step is always a growth allowed, or a few sub-steps could never grow by a fifth.
+            growth = max(int(_GROWTH * self.substeps), self.substeps + 1)
+            self.substeps = max(1, min(int(room * self.dt / self._dem_step), growth))
+        self._end_in_time()
 
-    def _choose(self, limit: float) -> None:
+    def _end_in_time(self) -> None:
+        """Cut the next step where the end comes before it."""
         left = self._end - self.time
         if self._dem_step is None:
-            self.dt = min(limit, _GROWTH * self.dt if self.steps else limit, left if left > 0 else limit)
-            return
-        # One more sub-step is always a growth allowed, or a few sub-steps could never grow by a fifth.
-        growth = max(int(_GROWTH * self.substeps), self.substeps + 1)
-        most = max(1, math.ceil(left / self._dem_step - 1e-6))
-        self.substeps = max(1, min(int(limit / self._dem_step), growth, most))
-        self.dt = self.substeps * self._dem_step
+            self.dt = min(self.dt, left) if left > 0 else self.dt
+        else:
+            self.substeps = min(self.substeps, max(1, math.ceil(left / self._dem_step - 1e-6)))
+            self.dt = self.substeps * self._dem_step
 
 
 class Cadence:

@@ -13,8 +13,10 @@ def find_max_overlap(positions: np.ndarray, radii: np.ndarray, count: int) -> fl
     """
     if count == 0:
         return 0.0
-    reach = 2.0 * float(radii.max())
     low = positions.min(axis=0)
+    extent = np.maximum(np.ptp(positions, axis=0), 2.0 * radii.max())
+    # Bins no smaller than a contact, and no more of them than particles.
+    reach = max(2.0 * float(radii.max()), float(np.prod(extent) / len(positions)) ** (1 / 3))
     bins = np.floor((positions - low) / reach).astype(np.int64)
     shape = bins.max(axis=0) + 1
     flat = (bins[:, 0] * shape[1] + bins[:, 1]) * shape[2] + bins[:, 2]

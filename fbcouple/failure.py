@@ -8,6 +8,7 @@ from pathlib import Path
 
 _NOTE = "logs/failure.json"
 _TAIL = 15
+SOLVER_LOGS = {"grains.log": "LIGGGHTS", "grains.screen": "LIGGGHTS", "fluid.log": "OpenFOAM"}
 
 
 def write_failure(run: Path, text: str, exit_code: int) -> None:
@@ -33,7 +34,7 @@ def read_failure(run: Path, launcher_words: str) -> tuple[str, int]:
             return known["text"], known["exit_code"]
         except json.JSONDecodeError:
             pass
-    for name, solver in (("grains.log", "LIGGGHTS"), ("grains.screen", "LIGGGHTS"), ("fluid.log", "OpenFOAM")):
+    for name, solver in SOLVER_LOGS.items():
         words = _find_last_error(run / "logs" / name)
         if words:
             return f"{solver}: {words} (in logs/{name})", 3

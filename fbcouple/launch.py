@@ -18,11 +18,12 @@ from fbcouple.case.schema import Case
 from fbcouple.decks.needs import find_needs
 from fbcouple.decks.render import make_environment
 from fbcouple.errors import CaseError, DivergedError, FbcoupleError, SolverError
-from fbcouple.failure import forget_failure, read_failure
+from fbcouple.failure import SOLVER_LOGS, forget_failure, read_failure
 from fbcouple.results import read_line
 
 _ERRORS: dict[int, type[FbcoupleError]] = {1: CaseError, 4: DivergedError}
 _PAUSE = 0.25
+_TAIL = 12
 _PRODUCTS = ("results.nc", "figures", "report.html", "report.json")
 
 Watch = Callable[[dict[str, Any]], None]
@@ -40,7 +41,8 @@ def launch(run: Path, ranks: int, until: float | None, fresh: bool, watch: Watch
         _remove(run / name)
     forget_failure(run)
     log = run / "logs/run.jsonl"
-    log.unlink(missing_ok=True)
+    for old in (log, *(run / "logs" / name for name in SOLVER_LOGS)):
+        old.unlink(missing_ok=True)
     if case.gas:
         prepare_mesh(case, run, ranks)
     command = mpi_command(ranks, [sys.executable, "-m", "fbcouple.worker", str(run.resolve()), repr(end)])
@@ -84,9 +86,10 @@ def _run_tool(tool: list[str], fluid: Path, log: Any) -> None:
         raise SolverError(f"{tool[0]} is not on the PATH; mend: sudo apt-get install openfoam") from error
     log.write(done.stdout + done.stderr)
     if done.returncode:
-        words = done.stdout + done.stderr
-        start = words.find("FATAL")
-        raise SolverError(f"{tool[0]} failed (logs/mesh.log): {words[max(start, 0) :].strip()[:600]}")
+        words = (done.stdout + done.stderr).strip()
+        start = words.find("--> FOAM FATAL")
+        told = words[start:] if start >= 0 else "\n".join(words.splitlines()[-_TAIL:])
+        raise SolverError(f"{tool[0]} failed with code {done.returncode} (logs/mesh.log): {told[:800]}")
 
 
 def _time_folders(fluid: Path) -> Iterator[Path]:
@@ -147,7 +150,7 @@ def _watch_job(command: list[str], run: Path, log: Path, watch: Watch) -> None:
             job.terminate()
             job.wait()
             raise
-    if job.returncode:
+    if job.returncode or not (run / "results.nc").exists():
         text, code = read_failure(run, launcher_log.read_text(errors="replace"))
         raise CaseError([text]) if code == 1 else _ERRORS.get(code, SolverError)(text)
 

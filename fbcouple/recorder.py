@@ -19,6 +19,7 @@ from fbcouple.scene import Scene
 _DENSE = 0.2
 _CLOSEST_PACKING = 0.74048
 _VOLUME_LIMIT = 1e-9
+_MOMENTUM_LIMIT = 1e-9
 
 
 class Recorder:
@@ -51,13 +52,18 @@ class Recorder:
             self.save(scene)
 
     def _check(self, scene: Scene) -> None:
-        """Keep the extremes since the last row; raise DivergedError if a particle is lost."""
+        """Keep the extremes since the last row; raise DivergedError if momentum or a particle is lost."""
         state, balance = scene.gas_state, scene.balance
         if state:
             self._courant = max(self._courant, state.courant)
             self._mass_error = max(self._mass_error, state.mass_error)
         self._momentum_error = max(self._momentum_error, balance.momentum_error)
         self._particles = self._particles or balance.particles
+        if not balance.momentum_error <= _MOMENTUM_LIMIT:
+            raise DivergedError(
+                f"gas and particles disagree on the momentum exchanged up to t = {scene.clock.time:.6g} s: "
+                f"{balance.momentum_error:.3g} of the drag impulse, allowed {_MOMENTUM_LIMIT:.0e}"
+            )
         if balance.particles != self._particles:
             lost = self._particles - balance.particles
             raise DivergedError(
@@ -66,7 +72,7 @@ class Recorder:
             )
 
     def _measure(self, scene: Scene) -> dict[str, Any]:
-        row: dict[str, Any] = {"time": scene.clock.time, "steps": scene.clock.steps, "substeps": scene.clock.substeps}
+        row: dict[str, Any] = {"time": scene.clock.time, "steps": scene.clock.steps, "substeps": scene.substeps}
         if scene.grains:
             row |= self._measure_grains(scene)
         if scene.gas_state:
@@ -156,7 +162,7 @@ def find_bed_height(profile: np.ndarray, centres: np.ndarray) -> float:
 
 def _gather(scene: Scene, means: Means) -> dict[str, np.ndarray]:
     """Means and standard errors of all ranks on rank 0, (z, y, x) or (component, z, y, x) each."""
-    collected = means.collect()
+    collected = means.collect(final=scene.clock.time >= scene.case.end_time * (1 - 1e-9))
     parts = scene.comm.gather((scene.owned, collected))
     gathered: dict[str, np.ndarray] = {}
     if parts is None:

@@ -74,7 +74,7 @@ def write_results(
     for axis, name in enumerate("xyz"):
         coordinates[name] = (name, grid.centres(axis), {"units": "m", "long_name": f"cell centre {name}"})
     times = np.array([row["time"] for row in history], dtype=float)
-    coordinates["time"] = ("time", times, {"long_name": "simulated time [s]"})
+    coordinates["time"] = ("time", times, {"units": "s", "long_name": "simulated time"})
     dataset = xr.Dataset(data, coordinates, {"Conventions": "CF-1.10"} | attributes)
     fresh = path.with_suffix(".tmp")
     dataset.to_netcdf(fresh)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,8 +22,8 @@ from fbcouple.grid import Grid
 from fbcouple.results import STAGES
 from fbcouple.stopwatch import Stopwatch
 
-# Interstitial velocity over superficial in a packed bed: for the first step only, the Courant number takes over.
-_PACKED = 2.5
+# Gas velocity [m/s] that the first step of a gas without inflow is chosen for; the Courant number takes over.
+_SLOWEST = 1e-3
 
 
 @dataclass
@@ -55,6 +56,8 @@ class Scene:
     gas_state: GasState | None = None
     dt: float = 0.0
     """The coupling step under way [s]."""
+    substeps: int = 0
+    """Its DEM steps."""
 
     def look_at_particles(self) -> None:
         """See this rank's particles as they are now, in `particles`; valid until the next move."""
@@ -82,11 +85,12 @@ def open_scene(case: Case, run: Path, comm: MPI.Comm, end: float) -> Scene:
 
 
 def _start_clock(case: Case, end: float) -> Clock:
+    """With both phases the first step is one DEM step, and the Courant number takes over from there."""
     dem_step = derived.dem_step(case.contact, case.particles) if case.contact and case.particles else None
-    first = case.output.record_every
+    first = min(case.output.record_every, case.averages.every if case.averages else math.inf)
     if case.gas:
-        speed = _PACKED * max(case.gas.inlet_velocity, 1e-3)
-        first = case.gas.max_courant * float(derived.cell_size(case).min()) / speed
+        speed = max(derived.open_velocity(case), _SLOWEST)
+        first = dem_step or case.gas.max_courant * float(derived.cell_size(case).min()) / speed
     return Clock(end, dem_step, first)
 
 

@@ -51,7 +51,7 @@ def start(scene: Scene) -> None:
 
 def move(scene: Scene) -> None:
     """The particles take their sub-steps with the impulse that the gas gave up last time."""
-    scene.dt = scene.clock.dt
+    scene.dt, scene.substeps = scene.clock.dt, scene.clock.substeps
     if scene.grains is None:
         return
     with scene.watch("grains"):

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
+from fbcouple.errors import DivergedError
 from fbcouple.exchange.plan import Patch, Plan
 
 SOLIDS_COLUMNS = 6
@@ -100,8 +101,13 @@ class Means:
         self._block[:] = 0.0
         self._block_samples = 0
 
-    def collect(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-        """Name -> mean and standard error, (cells, components) each; the error is nan before two blocks are full."""
+    def collect(self, final: bool) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """Name -> mean and standard error, (cells, components) each; the error is nan before two blocks are full.
+
+        `final`: the window is over, and its last block is full.
+        """
+        if final:
+            self._close_block()
         return {name: (self._mean(quantity), self._error(name)) for name, quantity in self._quantities.items()}
 
     def _mean(self, quantity: Quantity) -> np.ndarray:
@@ -127,8 +133,10 @@ class SolidsSampler:
         """Rows (cells, SOLIDS_COLUMNS) of this rank's cells (collective)."""
         patch: Patch = self._plan.patch
         self._field.fill(0.0)
-        low, cells = np.array(patch.low), np.array(patch.grid.cells)
-        _bin(positions, velocities, radii, patch.grid.spacing, low, cells, self._field)
+        box = 1.0 / patch.grid.spacing, np.array(patch.low), np.array(patch.high), np.array(patch.grid.cells)
+        stray = _bin(positions, velocities, radii, *box, self._field)
+        if stray >= 0:
+            raise DivergedError(f"a particle at {positions[stray]} m is outside the cells {patch.low} to {patch.high}")
         self._plan.deposit(self._field, self._rows)
         volume, momentum, energy = self._rows[:, :1], self._rows[:, 1:4], self._rows[:, 4:5]
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -142,12 +150,13 @@ def sample_gas(voidage: np.ndarray, velocity: np.ndarray, pressure: np.ndarray) 
 
 
 @njit(cache=True)
-def _bin(positions, velocities, radii, spacing, low, cells, field):
+def _bin(positions, velocities, radii, scale, low, high, cells, field):
     for p in range(len(positions)):
-        # A centre on a wall belongs to the cell inside.
-        i = min(max(np.int64(positions[p, 0] / spacing[0]), 0), cells[0] - 1) - low[0]
-        j = min(max(np.int64(positions[p, 1] / spacing[1]), 0), cells[1] - 1) - low[1]
-        k = min(max(np.int64(positions[p, 2] / spacing[2]), 0), cells[2] - 1) - low[2]
+        i = _find_cell(positions[p, 0] * scale[0], low[0], high[0], cells[0])
+        j = _find_cell(positions[p, 1] * scale[1], low[1], high[1], cells[1])
+        k = _find_cell(positions[p, 2] * scale[2], low[2], high[2], cells[2])
+        if i < 0 or j < 0 or k < 0:
+            return p
         volume = 4.0 / 3.0 * np.pi * radii[p] ** 3
         square = 0.0
         field[k, j, i, 0] += volume
@@ -155,3 +164,13 @@ def _bin(positions, velocities, radii, spacing, low, cells, field):
             field[k, j, i, 1 + axis] += volume * velocities[p, axis]
             square += velocities[p, axis] ** 2
         field[k, j, i, 4] += volume * square
+    return -1
+
+
+@njit(inline="always")
+def _find_cell(place, low, high, cells):
+    """Cell in the patch, or -1 if it is not in it; a centre on a wall belongs to the cell inside."""
+    if not (-1.0 < place <= cells):
+        return -1
+    cell = min(max(int(place), 0), cells - 1)
+    return cell - low if low <= cell < high else -1

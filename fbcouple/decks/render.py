@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -90,31 +91,38 @@ def set_up(case: Case, run: Path, read_positions: Callable[[Case], np.ndarray] =
     Everything is written beside it first and moved in at the end. Raises CaseError if `run` holds results or
     anything that an earlier set-up did not write.
     """
+    run = run.resolve()
     refuse_foreign(run)
     decks = render_decks(case)
-    fresh = run.with_name(run.name + ".setting-up")
-    shutil.rmtree(fresh, ignore_errors=True)
-    for name, text in decks.items():
-        place = fresh / name
-        place.parent.mkdir(parents=True, exist_ok=True)
-        place.write_text(text)
-    if case.particles:
-        with (fresh / "grains/particles.data").open("w") as file:
-            file.writelines(format_particles(case, read_positions(case)))
-    write_case(case, fresh / "case.toml")
-    (fresh / "manifest.json").write_text(json.dumps(_describe(case, decks), indent=2) + "\n")
-    (fresh / "logs").mkdir()
-    if run.exists():
-        shutil.rmtree(run)
-    fresh.rename(run)
+    lines = list(format_particles(case, read_positions(case))) if case.particles else []
+    fresh = run.with_name(f".{run.name}.setting-up-{os.getpid()}")
+    try:
+        for name, text in decks.items():
+            _write(fresh / name, text)
+        if case.particles:
+            _write(fresh / "grains/particles.data", "".join(lines))
+        write_case(case, fresh / "case.toml")
+        _write(fresh / "manifest.json", json.dumps(_describe(case, decks), indent=2) + "\n")
+        (fresh / "logs").mkdir()
+        if run.exists():
+            shutil.rmtree(run)
+        fresh.rename(run)
+    finally:
+        shutil.rmtree(fresh, ignore_errors=True)
+
+
+def _write(place: Path, text: str) -> None:
+    place.parent.mkdir(parents=True, exist_ok=True)
+    place.write_text(text)
 
 
 def refuse_foreign(run: Path) -> None:
     """Raise CaseError unless `run` is free or holds an earlier set-up without results."""
     if not run.exists():
         return
-    if (run / "results.nc").exists():
-        raise CaseError([f"{run}: holds results (results.nc); give another folder with -o, or remove it first"])
+    for trace in ("results.nc", "logs/run.jsonl"):
+        if (run / trace).exists():
+            raise CaseError([f"{run}: holds a run ({trace}); give another folder with -o, or remove it first"])
     if not run.is_dir() or (any(run.iterdir()) and not (run / "manifest.json").exists()):
         raise CaseError([f"{run}: is not a run folder of fbcouple; give another folder with -o"])
 

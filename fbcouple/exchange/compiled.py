@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from numba import f8, njit, types
+from numba import f8, njit, types, u8
 
 compiled = njit(cache=True, fastmath=True, error_model="numpy")
 inlined = njit(inline="always", fastmath=True, error_model="numpy")
 
 VECTOR = types.Array(f8, 1, "C")
+ROWS = types.Array(f8, 2, "C")
+PLACES = types.Array(u8, 1, "C")
 LAW = types.void(VECTOR, VECTOR, VECTOR, f8, f8, VECTOR)
 """Drag law: voidage, slip, diameter (n,), gas density and viscosity, beta (n,) to fill."""
 SCHEME = types.void(VECTOR, VECTOR, f8)

@@ -59,7 +59,7 @@ class Coupling:
         self._fields = {c: patch.make_field(c) for c in (1, 4, 6)}
         self._scratch = {c: patch.make_field(c) for c in (1, 4, 6)} if case.exchange.filter_passes else self._fields
         self._voidage_field = patch.make_field(1)
-        self._room = 0
+        self._room = -1
 
     def map(self, particles: Particles) -> None:
         """Voidage of the cells from the particles' places: eps = 1 - sum w V_p/dV (eqs 30, 33, 34)."""

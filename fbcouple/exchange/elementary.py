@@ -1,7 +1,8 @@
 """Elementary functions that the compiler can run on several particles at once, to rounding of the double.
 
 libm's scalar `pow` and `atan` were half of the coupling's time. These are branch-free series on reduced arguments, so
-that loops over particles become SIMD loops: a fifth of the time. They agree with NumPy's to 4e-15 relative (tested).
+that loops over particles become SIMD loops: a fifth of the time. They agree with NumPy's to 5e-15 relative for
+exponents up to 20 in magnitude, 3e-14 up to 700 (tested).
 """
 
 from __future__ import annotations

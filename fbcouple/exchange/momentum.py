@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from numba import f8, types
 
-from fbcouple.exchange.compiled import SCHEME, compile_as, compiled
+from fbcouple.exchange.compiled import LAW, PLACES, ROWS, SCHEME, VECTOR, compile_as, compiled
 from fbcouple.exchange.elementary import decay
 from fbcouple.exchange.weights import corner_weight
 
@@ -58,7 +59,15 @@ def keep_beta(beta, masses, dt):
     """beta~ = beta: the value at the start of the step, for gas and particles alike (the paper's form)."""
 
 
-@compiled
+_LAW, _SCHEME = types.FunctionType(LAW), types.FunctionType(SCHEME)
+_STENCIL = PLACES, ROWS, PLACES
+
+
+@compile_as(
+    types.void(
+        *(_LAW, _SCHEME, types.boolean, *_STENCIL, ROWS, VECTOR, VECTOR, ROWS, ROWS, f8, f8, f8, VECTOR, ROWS),
+    )
+)
 def exert(
     law,
     scheme,

@@ -11,6 +11,7 @@ from fbcouple.exchange.plan import Patch
 from fbcouple.grid import Grid
 
 Hats = Callable[[Grid, np.ndarray], np.ndarray]
+Inside = Callable[[np.ndarray], np.ndarray]
 
 
 @pytest.fixture
@@ -28,6 +29,12 @@ def whole() -> Callable[..., Patch]:
         return Patch(Grid(cells, size), (0, 0, 0), cells)
 
     return make
+
+
+@pytest.fixture
+def inside() -> Inside:
+    """View (x, y, z, c) of a patch field's cells, without the extra upper layers."""
+    return lambda field: field[:-1, :-1, :-1].transpose(2, 1, 0, 3)
 
 
 @pytest.fixture

@@ -29,14 +29,14 @@ def in_patch(patch, owned):
     return np.all((owned >= patch.low) & (owned < patch.high), axis=1)
 
 
-def test_fetch_puts_every_cell_in_its_place(plan, owned, rng):
+def test_fetch_puts_every_cell_in_its_place(plan, owned, rng, inside):
     cells = rng.standard_normal((len(owned), 2))
     field = plan.patch.make_field(2)
     plan.fetch(cells, field)
     for cell, value in zip(owned, cells, strict=True):
         place = tuple(cell - plan.patch.low)
         if (cell >= plan.patch.low).all() and (cell < plan.patch.high).all():
-            assert (field[place] == value).all()
+            assert (inside(field)[place] == value).all()
 
 
 def test_fetch_leaves_the_extra_upper_layers_alone(plan, owned):
@@ -56,13 +56,14 @@ def test_deposit_of_a_fetch_is_the_patchs_cells(plan, owned, rng):
     assert (back == expected).all()
 
 
-def test_deposit_is_the_transpose_of_fetch(plan, owned, rng):
+def test_deposit_is_the_transpose_of_fetch(plan, owned, rng, inside):
     cells = rng.standard_normal((len(owned), 1))
-    field, fetched = rng.standard_normal((*plan.patch.shape, 1)), plan.patch.make_field(1)
+    field, fetched = plan.patch.make_field(1), plan.patch.make_field(1)
+    field[:] = rng.standard_normal(field.shape)
     deposited = np.empty((len(owned), 1))
     plan.fetch(cells, fetched)
     plan.deposit(field, deposited)
-    assert np.sum(field[:-1, :-1, :-1] * fetched[:-1, :-1, :-1]) == pytest.approx(np.sum(deposited * cells), rel=1e-13)
+    assert np.sum(inside(field * fetched)) == pytest.approx(np.sum(deposited * cells), rel=1e-13)
 
 
 def test_one_process_sends_no_message(plan, owned):

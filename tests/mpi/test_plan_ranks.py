@@ -26,7 +26,7 @@ def found(request):
     ranks, scatter, passes = request.param
     command = ["mpirun", "-n", str(ranks), "--oversubscribe", "--bind-to", "none"]
     done = subprocess.run(
-        [*command, sys.executable, PROGRAM, scatter, str(passes)],
+        [*command, sys.executable, "-m", "mpi4py", PROGRAM, scatter, str(passes)],
         env=os.environ | ENVIRONMENT,
         capture_output=True,
         text=True,

@@ -34,7 +34,8 @@ IOobject described(const word& name, const fvMesh& mesh, IOobject::readOption re
 
 class Gas
 {
-    argList args_;
+    // Never destroyed, like the gas itself: its end would end the process, also while a constructor throws.
+    argList& args_;
     Time time_;
     fvMesh mesh_;
     volVectorField U_;
@@ -74,7 +75,7 @@ public:
 
 Gas::Gas(int argc, char** argv, double rho, int correctors)
 :
-    args_(argc, argv),
+    args_(*new argList(argc, argv)),
     time_(Time::controlDictName, args_),
     mesh_(IOobject(fvMesh::defaultRegion, time_.timeName(), time_, IOobject::MUST_READ)),
     U_(described("U", mesh_, IOobject::MUST_READ), mesh_),
