@@ -17,6 +17,8 @@ class Balance:
         self.momentum_error = 0.0
         """Imbalance of the last step over its drag impulse (the sum of the magnitudes)."""
         self.particles = 0
+        self.support = 0.0
+        """Upward force [N] of the gas on all particles in the last step."""
 
     def give(self, loss: np.ndarray, drag: float, dt: float) -> None:
         """The gas of this rank lost the force `loss` (3,) [N] over `dt` [s]; its drag magnitudes add up to `drag`."""
@@ -26,9 +28,10 @@ class Balance:
         """The particles of this rank were under the gas force `forces` (n, 3) [N] for `dt` [s] (collective)."""
         received = np.zeros(3)
         add_rows(forces, received)
-        totals = np.array([*(self._given - received * dt), self._drag, len(forces)])
+        totals = np.array([*(self._given - received * dt), self._drag, len(forces), received[2]])
         self._comm.Allreduce(MPI.IN_PLACE, totals)
         self.particles = round(totals[4])
+        self.support = float(totals[5])
         imbalance = float(np.abs(totals[:3]).max())
         self.momentum_error = imbalance / totals[3] if totals[3] > 0 else imbalance
 

@@ -74,6 +74,12 @@ def take_settings(command: Callable[..., Any]) -> Callable[..., Any]:
     return click.option("--set", "sets", multiple=True, metavar="KEY=VALUE", help=text)(command)
 
 
+def take_trust(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add `--trust`, without which no code that a case brings is run."""
+    text = "Run the Python code that the case brings (exchange.drag_file); read it first."
+    return click.option("--trust", "trusted", is_flag=True, help=text)(command)
+
+
 @click.group(cls=Commands)
 @click.version_option(__version__)
 def cli() -> None:
@@ -92,12 +98,17 @@ def cases() -> None:
 @cli.command()
 @click.argument("case")
 @take_settings
-def check(case: str, sets: tuple[str, ...]) -> None:
+@take_trust
+def check(case: str, sets: tuple[str, ...], trusted: bool) -> None:
     """Tell every mistake of CASE at once, and the pre-flight numbers; starts no solver."""
     from fbcouple.case.load import load_case
     from fbcouple.case.preflight import estimate
+    from fbcouple.case.source import find_case
 
-    numbers = estimate(load_case(case, sets))
+    loaded = load_case(case, sets)
+    brings_code = loaded.exchange is not None and loaded.exchange.drag_file is not None
+    law = read_own_law(loaded, find_case(case).parent) if brings_code and trusted else None
+    numbers = estimate(loaded, law)
     rows = [
         (
             number.name,
@@ -110,6 +121,15 @@ def check(case: str, sets: tuple[str, ...]) -> None:
         for number in numbers
     ]
     print_table(["number", "value", "unit", "wanted", "verdict", "meaning"], rows)
+    if brings_code and not trusted:
+        click.echo("exchange.drag_file is not run: no numbers of the drag; --trust runs it")
+
+
+def read_own_law(case: Case, folder: Path) -> Any:
+    """The drag law that `case` brings, if it brings one, from its file in `folder`, which is run."""
+    from fbcouple.exchange.drag import choose_law
+
+    return choose_law(case.exchange, folder) if case.exchange and case.exchange.drag_file else None
 
 
 @cli.command()
@@ -117,13 +137,17 @@ def check(case: str, sets: tuple[str, ...]) -> None:
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Run folder; by default runs/<name of the case>.")
 @take_settings
 @click.option("--explain", "explained", is_flag=True, help="List what is in the decks, what is left out, and why.")
-def setup(case: str, output: Path | None, sets: tuple[str, ...], explained: bool) -> None:
+@take_trust
+def setup(case: str, output: Path | None, sets: tuple[str, ...], explained: bool, trusted: bool) -> None:
     """Write the run folder of CASE: effective case, decks, start positions."""
+    from fbcouple.case.drag_file import require_trust
     from fbcouple.case.load import load_case
     from fbcouple.case.source import find_case
     from fbcouple.decks.needs import explain
 
     loaded, source = load_case(case, sets), find_case(case)
+    require_trust(loaded, trusted)
+    read_own_law(loaded, source.parent)
     run = output or Path("runs") / name_run(case, source)
     lay_out_run(loaded, source.parent, run)
     if explained:
@@ -143,7 +167,7 @@ def name_run(case: str, source: Path) -> str:
 
 
 def lay_out_run(case: Case, folder: Path, run: Path) -> None:
-    """Set up `run` and keep the positions file (which lies in `folder`) beside the effective case."""
+    """Set up `run` and keep the case's own files (which lie in `folder`) beside the effective case."""
     from fbcouple.case.positions import start_positions
     from fbcouple.decks.render import set_up
 
@@ -151,6 +175,8 @@ def lay_out_run(case: Case, folder: Path, run: Path) -> None:
         set_up(case, run, lambda wanted: start_positions(wanted, folder))
         if case.particles and case.particles.positions:
             shutil.copyfile(folder / case.particles.positions, run / case.particles.positions)
+        if case.exchange and case.exchange.drag_file:
+            shutil.copyfile(folder / case.exchange.drag_file, run / case.exchange.drag_file)
     except OSError as error:
         raise CaseError([f"{run}: cannot be written ({error.strerror}); give another folder with -o."]) from error
 
@@ -165,14 +191,18 @@ def lay_out_run(case: Case, folder: Path, run: Path) -> None:
     help="Stop at this simulated time [s].",
 )
 @click.option("--fresh", is_flag=True, help="Start again and remove the results of an earlier run.")
-def run(run: Path, ranks: int, until: float | None, fresh: bool) -> None:
+@take_trust
+def run(run: Path, ranks: int, until: float | None, fresh: bool, trusted: bool) -> None:
     """Run the simulation that lies in the folder RUN."""
     require_run(run)
+    from fbcouple.case.drag_file import require_trust
     from fbcouple.case.load import load_case
     from fbcouple.launch import launch
     from fbcouple.progress import RunProgress
 
-    end = load_case(str(run)).end_time
+    case = load_case(str(run))
+    require_trust(case, trusted)
+    end = case.end_time
     console = Console()
     with RunProgress(console, min(end, until or end)) as progress:
         launch(run, ranks, until, fresh, progress.show)

@@ -31,6 +31,7 @@ class Recorder:
         self._rows: list[dict[str, Any]] = []
         self._cadence = Cadence(scene.case.output.record_every)
         self._momentum_error = self._mass_error = self._courant = 0.0
+        self._elapsed = self._pressure_time = self._support_time = 0.0
         self._particles = 0
         self._volume = 0.0
         self._begin = self._saved = time.monotonic()
@@ -57,6 +58,9 @@ class Recorder:
         if state:
             self._courant = max(self._courant, state.courant)
             self._mass_error = max(self._mass_error, state.mass_error)
+            self._elapsed += scene.dt
+            self._pressure_time += state.inlet_pressure * scene.dt
+            self._support_time += balance.support * scene.dt
         self._momentum_error = max(self._momentum_error, balance.momentum_error)
         self._particles = self._particles or balance.particles
         if not balance.momentum_error <= _MOMENTUM_LIMIT:
@@ -75,17 +79,21 @@ class Recorder:
         row: dict[str, Any] = {"time": scene.clock.time, "steps": scene.clock.steps, "substeps": scene.substeps}
         if scene.grains:
             row |= self._measure_grains(scene)
-        if scene.gas_state:
-            row |= {"pressure_drop": scene.gas_state.inlet_pressure, "gas_mass_error": self._mass_error}
-        elif scene.gas:
-            row |= {"pressure_drop": float("nan"), "gas_mass_error": 0.0}
         if scene.gas:
-            row["max_courant"] = self._courant
+            mean = self._pressure_time / self._elapsed if self._elapsed else float("nan")
+            row |= {"pressure_drop": mean, "gas_mass_error": self._mass_error, "max_courant": self._courant}
         if scene.coupling:
             row |= self._measure_voidage(scene)
             row["momentum_error"] = self._momentum_error
+            row["gas_support"] = self._support_time / self._elapsed / self._weight(scene) if self._elapsed else 0.0
         self._momentum_error = self._mass_error = self._courant = 0.0
+        self._elapsed = self._pressure_time = self._support_time = 0.0
         return row
+
+    def _weight(self, scene: Scene) -> float:
+        """Weight of all particles [N]; 1 without gravity."""
+        assert scene.grains is not None
+        return scene.comm.allreduce(float(scene.grains.masses.sum())) * scene.case.gravity or 1.0
 
     def _measure_grains(self, scene: Scene) -> dict[str, Any]:
         grains, comm = scene.grains, scene.comm

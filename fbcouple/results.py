@@ -29,7 +29,8 @@ MEANS: dict[str, tuple[str, str]] = {
 }
 HISTORIES: dict[str, tuple[str, str]] = {
     "bed_height": ("m", "height up to which the layer-mean solids fraction exceeds 0.2"),
-    "pressure_drop": ("Pa", "mean dynamic pressure over the open floor, against the outlet"),
+    "pressure_drop": ("Pa", "dynamic pressure over the open floor against the outlet, mean since the last row"),
+    "gas_support": ("1", "upward force of the gas over the weight of the particles, mean since the last row"),
     "solids_volume": ("m3", "solids volume that the gas sees"),
     "solids_centre_z": ("m", "height of the particles' centre of mass"),
     "particles": ("1", "number of particles"),

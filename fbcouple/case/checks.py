@@ -13,10 +13,11 @@ from pathlib import Path
 import numpy as np
 
 from fbcouple.case.derived import dem_step, particle_count, particle_volume
+from fbcouple.case.drag_file import OWN, examine_drag_file
 from fbcouple.case.lattice import lattice_height, lay_out
 from fbcouple.case.positions import read_positions
 from fbcouple.case.problems import Problem, show, suggest
-from fbcouple.case.schema import Case
+from fbcouple.case.schema import Case, Exchange
 from fbcouple.errors import CaseError
 
 RANDOM_PACKING = 0.64
@@ -177,7 +178,7 @@ def check_lattice(case: Case, folder: Path) -> Iterator[Problem]:
 @check("contact.stiffness", "contact.restitution", "contact.steps_per_contact", "end_time", *BED[:2])
 def check_contact(case: Case, folder: Path) -> Iterator[Problem]:
     """The DEM step is a number that time can advance by."""
-    if case.contact is not None and case.particles is not None:
+    if case.contact is not None and case.particles is not None and case.contact.model == "hooke":
         step = dem_step(case.contact, case.particles)
         if not (math.isfinite(step) and case.end_time + step > case.end_time):
             text = f"{case.contact.stiffness:g} N/m gives a DEM step of {step:g} s, which time cannot advance by"
@@ -217,18 +218,39 @@ def check_averages(case: Case, folder: Path) -> Iterator[Problem]:
         yield Problem("averages.every", f"{text} {blocks}; sample more often or take fewer blocks.")
 
 
-@check("exchange.drag")
+@check("exchange.drag", "exchange.drag_file")
 def check_drag(case: Case, folder: Path) -> Iterator[Problem]:
-    """The drag law is in the registry."""
+    """The drag law is in the registry, or the case brings a file with its own."""
     if case.exchange is None:
+        return
+    if case.exchange.drag == OWN or case.exchange.drag_file is not None:
+        yield from check_drag_file(case.exchange, folder)
         return
     from fbcouple.exchange.drag import DRAG_LAWS  # noqa: PLC0415  (loads numba)
 
     if case.exchange.drag not in DRAG_LAWS:
         close = suggest(case.exchange.drag, DRAG_LAWS)
         hint = f"; did you mean `{close}`" if close else ""
-        text = f"{show(case.exchange.drag)} is given, allowed are: {', '.join(DRAG_LAWS)}"
+        text = f"{show(case.exchange.drag)} is given, allowed are: {', '.join(DRAG_LAWS)}, {OWN} (with drag_file)"
         yield Problem("exchange.drag", f"{text}{hint}; give the name of one of these drag laws.")
+
+
+def check_drag_file(options: Exchange, folder: Path) -> Iterator[Problem]:
+    """A case's own drag law is named as such, and its file is a Python file beside the case with the function."""
+    key, name = "exchange.drag_file", options.drag_file
+    if name is None:
+        yield Problem(key, f"exchange.drag is {show(OWN)} and no file is given; give the .py file that holds the law.")
+    elif options.drag != OWN:
+        text = f"{show(name)} is given and exchange.drag is {show(options.drag)}"
+        yield Problem(key, f"{text}; give exchange.drag = {show(OWN)} or remove the file.")
+    elif Path(name).name != name or "\\" in name or "\0" in name or not name.endswith(".py"):
+        text = f"{show(name)} is given, the bare name of a .py file is allowed"
+        yield Problem(key, f"{text}; put the file beside the case file and give its name only.")
+    else:
+        try:
+            examine_drag_file(folder / name)
+        except CaseError as error:
+            yield from (Problem(key, problem) for problem in error.problems)
 
 
 @check("particles.positions", *BED)

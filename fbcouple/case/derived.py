@@ -11,6 +11,9 @@ import numpy as np
 
 from fbcouple.case.schema import Case, Contact, Particles
 
+# 2 times the integral of dx/sqrt(1 - x^(5/2)) from 0 to 1.
+_HERTZ_DURATION = 4.0 * math.sqrt(math.pi) * math.gamma(0.4) / (5.0 * math.gamma(0.9))
+
 
 def particle_volume(particles: Particles) -> float:
     """Volume of one sphere [m3]."""
@@ -41,9 +44,42 @@ def contact_time(stiffness: float, mass: float, restitution: float) -> float:
     return math.pi / math.sqrt(stiffness / mass - normal_damping(stiffness, mass, restitution) ** 2)
 
 
+def hertz_modulus(contact: Contact) -> float:
+    """Effective modulus E* [Pa] of two bodies of the same material: 1/E* = 2 (1 - nu^2)/E (Johnson 1985, eq. 4.20)."""
+    assert contact.youngs_modulus is not None and contact.poisson_ratio is not None
+    return contact.youngs_modulus / (2.0 * (1.0 - contact.poisson_ratio**2))
+
+
+def hertz_overlap(modulus: float, mass: float, radius: float, speed: float) -> float:
+    """Largest overlap [m] of an elastic Hertz impact: (15 m v^2/(16 R^(1/2) E*))^(2/5) (Johnson 1985, eq. 11.23).
+
+    modulus: E* [Pa]; mass [kg] and radius [m] are the effective ones of the two bodies; speed [m/s].
+    """
+    return (15.0 * mass * speed**2 / (16.0 * math.sqrt(radius) * modulus)) ** 0.4
+
+
+def hertz_contact_time(modulus: float, mass: float, radius: float, speed: float) -> float:
+    """Duration T_C [s] of an elastic Hertz impact: 2.9432 delta_max/v (Johnson 1985, eq. 11.24)."""
+    return _HERTZ_DURATION * hertz_overlap(modulus, mass, radius, speed) / speed
+
+
 def pair_contact_time(contact: Contact, particles: Particles) -> float:
-    """T_C [s] between two particles, the shortest contact of a monodisperse bed."""
+    """T_C [s] between two particles, the shortest contact of a monodisperse bed (hertz: at `impact_speed`)."""
+    if contact.model == "hertz":
+        assert contact.impact_speed is not None
+        mass, radius = particle_mass(particles) / 2.0, particles.diameter / 4.0
+        return hertz_contact_time(hertz_modulus(contact), mass, radius, contact.impact_speed)
     return contact_time(contact.stiffness, particle_mass(particles) / 2.0, contact.restitution)
+
+
+def tangential_stiffness(contact: Contact) -> float:
+    """k_t/k_n of the tangential spring; 2/7 makes both directions of a rolling sphere equally fast."""
+    return 2.0 / 7.0 if contact.tangential_stiffness is None else contact.tangential_stiffness
+
+
+def tangential_damping(contact: Contact) -> float:
+    """Tangential over normal damping rate, 1/2 where the case does not say."""
+    return 0.5 if contact.tangential_damping is None else contact.tangential_damping
 
 
 def dem_step(contact: Contact, particles: Particles) -> float:

@@ -10,6 +10,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+import fbcouple.case.contact_checks  # noqa: F401  (registers its checks)
 from fbcouple.case.checks import list_problems
 from fbcouple.case.options import list_sections
 from fbcouple.case.problems import Problem, show, word_errors

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Literal
+from functools import partial
+from typing import Any, Literal
 
 import numpy as np
 
@@ -13,6 +14,8 @@ from fbcouple.case.checks import machine_memory, needed_memory
 from fbcouple.case.derived import (
     cell_size,
     dem_step,
+    hertz_modulus,
+    hertz_overlap,
     normal_damping,
     open_velocity,
     pair_contact_time,
@@ -20,10 +23,13 @@ from fbcouple.case.derived import (
     particle_mass,
     particle_volume,
 )
+from fbcouple.case.drag_file import OWN
 from fbcouple.case.schema import Case, Contact, Particles
 from fbcouple.errors import CaseError
 
 Verdict = Literal["fit", "warn", "unfit"]
+Law = Callable[..., Any]
+"""A drag law: beta [kg/s] of voidage, slip, diameter, gas density and viscosity."""
 
 PACKED = 0.42
 """Voidage of a packed bed, where the gas responds fastest."""
@@ -47,8 +53,10 @@ class Number:
     meaning: str
 
 
-def estimate(case: Case) -> list[Number]:
+def estimate(case: Case, law: Law | None = None) -> list[Number]:
     """Return the pre-flight numbers of a case that passed its checks; a scene gets only those that apply to it.
+
+    law: the case's own drag law; without it a case that has one gets no numbers of its drag.
 
     Raises: CaseError if a value is so large or small that they cannot be calculated.
     """
@@ -60,7 +68,9 @@ def estimate(case: Case) -> list[Number]:
     if case.gas:
         parts.append(_time_gas)
     if case.gas and case.particles and case.exchange:
-        parts += [_time_exchange, _measure_cells, _fluidize]
+        parts.append(_measure_cells)
+        if law or case.exchange.drag != OWN:
+            parts += [partial(_time_exchange, law=law), partial(_fluidize, law=law)]
     try:
         with np.errstate(over="raise", divide="raise", invalid="raise"):
             return [number for part in parts for number in part(case)]
@@ -78,44 +88,46 @@ def gas_step(case: Case) -> float:
     return min(fourier, case.gas.max_courant * float(cell[2]) / speed) if speed > 0.0 else fourier
 
 
-def minimum_fluidization(case: Case, voidage: float = EXPANDED) -> float:
+def minimum_fluidization(case: Case, voidage: float = EXPANDED, law: Law | None = None) -> float:
     """Superficial velocity [m/s] at which the case's drag carries the weight of a bed of `voidage`.
 
     n beta u/eps = (1 - eps)(rho_p - rho) g with u = U/eps and (1 - eps)/V_p particles per volume (model A).
     """
-    return voidage * _balance(case, voidage)
+    return voidage * _balance(case, voidage, law)
 
 
-def terminal_velocity(case: Case) -> float:
+def terminal_velocity(case: Case, law: Law | None = None) -> float:
     """Speed [m/s] at which the case's drag carries the weight of a lone particle."""
-    return _balance(case, 1.0)
+    return _balance(case, 1.0, law)
 
 
-def _balance(case: Case, voidage: float) -> float:
+def _balance(case: Case, voidage: float, law: Law | None) -> float:
     """Slip [m/s] at which beta(u) u = eps V_p (rho_p - rho) g, by bisection."""
     assert case.gas is not None and case.particles is not None
     weight = voidage * particle_volume(case.particles) * (case.particles.density - case.gas.density) * case.gravity
     low, high = 0.0, 1e-9
-    while _drag(case, voidage, high) * high < weight:
+    while _drag(case, voidage, high, law) * high < weight:
         high *= 2.0
     for _ in range(100):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if _drag(case, voidage, middle) * middle < weight else (low, middle)
+        low, high = (middle, high) if _drag(case, voidage, middle, law) * middle < weight else (low, middle)
     return high
 
 
-def _drag(case: Case, voidage: float, slip: float) -> float:
-    """Drag coefficient beta [kg/s] of one particle."""
+def _drag(case: Case, voidage: float, slip: float, law: Law | None) -> float:
+    """Drag coefficient beta [kg/s] of one particle by `law`, or by the case's law of the registry."""
     from fbcouple.exchange.drag import DRAG_LAWS  # noqa: PLC0415  (loads numba)
 
     assert case.gas is not None and case.particles is not None and case.exchange is not None
-    law = DRAG_LAWS[case.exchange.drag]
+    law = law or DRAG_LAWS[case.exchange.drag]
     return float(law(voidage, slip, case.particles.diameter, case.gas.density, case.gas.viscosity))
 
 
 def _largest_overlap(contact: Contact, particles: Particles, speed: float) -> float:
-    """Overlap [m] of a head-on contact at relative speed `speed` [m/s] (linear spring-dashpot, eqs 43-45)."""
+    """Overlap [m] of a head-on contact at relative speed `speed` [m/s] (eqs 43-45; elastic for hertz)."""
     mass = particle_mass(particles) / 2.0
+    if contact.model == "hertz":
+        return hertz_overlap(hertz_modulus(contact), mass, particles.diameter / 4.0, speed)
     damping = normal_damping(contact.stiffness, mass, contact.restitution)
     swing = math.sqrt(contact.stiffness / mass - damping**2)
     return speed / math.sqrt(contact.stiffness / mass) * math.exp(-damping / swing * math.atan2(swing, damping))
@@ -170,10 +182,10 @@ def _time_gas(case: Case) -> Iterator[Number]:
     yield Number("open inlet velocity", open_velocity(case), "m s-1", None, None, meaning)
 
 
-def _time_exchange(case: Case) -> Iterator[Number]:
+def _time_exchange(case: Case, law: Law | None) -> Iterator[Number]:
     assert case.gas is not None and case.particles is not None and case.exchange is not None
     step, particles = gas_step(case), case.particles
-    beta = _drag(case, PACKED, case.gas.inlet_velocity / PACKED)
+    beta = _drag(case, PACKED, case.gas.inlet_velocity / PACKED, law)
     per_volume = (1.0 - PACKED) / particle_volume(particles) * beta
     times = {"tau_g": PACKED * case.gas.density / per_volume, "tau_p": particle_mass(particles) / beta}
     for name, time in times.items():
@@ -198,12 +210,12 @@ def _measure_cells(case: Case) -> Iterator[Number]:
         yield Number(f"cell size {axis}", float(size), "d", limit, verdict, meaning)
 
 
-def _fluidize(case: Case) -> Iterator[Number]:
+def _fluidize(case: Case, law: Law | None) -> Iterator[Number]:
     assert case.gas is not None and case.particles is not None
     if case.gravity == 0.0 or case.particles.density <= case.gas.density:
         return
     inlet = case.gas.inlet_velocity
-    onset, terminal = minimum_fluidization(case), terminal_velocity(case)
+    onset, terminal = minimum_fluidization(case, law=law), terminal_velocity(case, law)
     meaning = "U_mf of the case's drag law at voidage 0.40; below it the bed stays packed."
     yield Number("minimum fluidization", onset, "m s-1", f"below U_f = {inlet:g}", _judge(onset < inlet), meaning)
     meaning = "Fall speed of a lone particle; with more gas than that the particles leave with it."

@@ -82,6 +82,43 @@ class Contact(Section):
     friction: float = option("Coulomb friction between particles, mu_p.", ge=0.0, le=10.0)
     wall_friction: float = option("Coulomb friction against walls, mu_w.", ge=0.0, le=10.0)
     steps_per_contact: int = option("DEM steps in one contact time T_C (paper: 6).", default=6, ge=3, le=1000)
+    tangential: Literal["no-history", "history"] = option(
+        "Friction: Coulomb sliding with a viscous limit (paper), or a tangential spring that remembers the contact.",
+        default="no-history",
+    )
+    tangential_stiffness: float | None = option(
+        "k_t/k_n of the tangential spring (hooke with history; hertz has it from its moduli); absent: 2/7.",
+        default=None,
+        gt=0.0,
+        le=2.0,
+    )
+    tangential_damping: float | None = option(
+        "Damping along the tangential spring over that along the normal (hooke with history); absent: 1/2.",
+        default=None,
+        ge=0.0,
+        le=20.0,
+    )
+    rolling_friction: float = option(
+        "Rolling resistance mu_r: torque mu_r F_n R against the rolling (constant directional torque); 0: none.",
+        default=0.0,
+        ge=0.0,
+        le=10.0,
+    )
+    model: Literal["hooke", "hertz"] = option(
+        "Normal force: linear spring of `stiffness` (paper), or Hertz from the moduli below.", default="hooke"
+    )
+    youngs_modulus: float | None = option(
+        "Young's modulus of particles and walls (hertz only).", "Pa", None, ge=1e3, le=1e13
+    )
+    poisson_ratio: float | None = option(
+        "Poisson's ratio of particles and walls (hertz only).", default=None, ge=0.0, le=0.5
+    )
+    impact_speed: float | None = option(
+        "Relative speed whose contact time T_C sets the DEM step (hertz only): the fastest that the bed will see.",
+        "m s-1",
+        None,
+        **Positive,
+    )
 
 
 class Start(Section):
@@ -93,7 +130,13 @@ class Start(Section):
 
 
 class Exchange(Section):
-    drag: str = option("Drag law, a name of the registry in fbcouple/exchange/drag.py.", default="huilin-gidaspow")
+    drag: str = option(
+        'Drag law, a name of the registry in fbcouple/exchange/drag_laws.py, or "own".', default="huilin-gidaspow"
+    )
+    drag_file: str | None = option(
+        'Python file beside the case with the case\'s own law, for drag = "own"; it runs only with --trust.',
+        default=None,
+    )
     scheme: Literal["exponential", "semi-implicit", "explicit"] = option(
         "Drag over a fluid step: averaged exactly, backward Euler, or the value at the start (paper).",
         default="exponential",

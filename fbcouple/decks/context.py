@@ -13,6 +13,9 @@ _MULTIGRID_FROM = 10_000
 # feels it 3.5-fold.
 _STICK_PER_STEP = 0.5
 _ROLLING_FACTOR = 3.5
+# Skin of the neighbour lists over diameter (measured fastest; history is copied at each new list).
+_SKIN = 0.5
+_SKIN_WITH_HISTORY = 0.4
 
 
 def build_context(case: Case, needs: dict[str, bool]) -> dict[str, Any]:
@@ -49,16 +52,37 @@ def _nozzle_box(case: Case, closed: tuple[int, int]) -> dict[str, float]:
 
 
 def _grains_context(particles: Particles, contact: Contact) -> dict[str, Any]:
-    """Contact laws as LIGGGHTS wants them: gamman = 2 gamma_n [1/s], once for pairs and once for walls (eqs 17-18)."""
-    mass = derived.particle_mass(particles)
+    """What every contact law shares: the step, and neighbour lists as they are fastest with and without history."""
     step = derived.dem_step(contact, particles)
-    stick = _STICK_PER_STEP / step / (_ROLLING_FACTOR if particles.rotation else 1.0)
-    return {
+    remembers = contact.tangential == "history"
+    skin = (_SKIN_WITH_HISTORY if remembers else _SKIN) * particles.diameter
+    context: dict[str, Any] = {
         "dem_step": step,
-        "pair_damping": 2 * derived.normal_damping(contact.stiffness, mass / 2, contact.restitution),
-        "wall_damping": 2 * derived.normal_damping(contact.stiffness, mass, contact.wall_restitution),
-        "tangential_damping": stick,
-        "skin": 0.5 * particles.diameter,
-        "bin_size": 1.5 * particles.diameter,
+        "normal_model": "hertz" if contact.model == "hertz" else "hooke/stiffness",
+        "tangential_model": "history" if remembers else "no_history",
+        "newton": "off" if remembers else "on",
+        "skin": skin,
+        "bin_size": particles.diameter + skin,
         "processors": "* 1 1",
     }
+    return context if contact.model == "hertz" else context | _spring_context(particles, contact, step)
+
+
+def _spring_context(particles: Particles, contact: Contact, step: float) -> dict[str, Any]:
+    """Linear springs as LIGGGHTS wants them: gamman = 2 gamma_n [1/s], once for pairs and once for walls (eqs 17-18).
+
+    Without history gammat is the viscous limit of Coulomb friction, with history the dashpot beside its spring.
+    """
+    mass = derived.particle_mass(particles)
+    pair = 2 * derived.normal_damping(contact.stiffness, mass / 2, contact.restitution)
+    wall = 2 * derived.normal_damping(contact.stiffness, mass, contact.wall_restitution)
+    stick = _STICK_PER_STEP / step / (_ROLLING_FACTOR if particles.rotation else 1.0)
+    tangential = {"tangential_spring": 0.0, "pair_tangential_damping": stick, "wall_tangential_damping": stick}
+    if contact.tangential == "history":
+        ratio = derived.tangential_damping(contact)
+        tangential = {
+            "tangential_spring": derived.tangential_stiffness(contact) * contact.stiffness,
+            "pair_tangential_damping": ratio * pair,
+            "wall_tangential_damping": ratio * wall,
+        }
+    return {"pair_damping": pair, "wall_damping": wall} | tangential

@@ -68,6 +68,24 @@ def _wall_friction(case: Case) -> tuple[bool, str]:
 
 
 @_part
+def _tangential_history(case: Case) -> tuple[bool, str]:
+    tangential = case.contact.tangential if case.contact else "no-history"
+    return tangential == "history", f"contact.tangential = {tangential}"
+
+
+@_part
+def _rolling_friction(case: Case) -> tuple[bool, str]:
+    friction = case.contact.rolling_friction if case.contact else 0.0
+    return friction > 0, f"contact.rolling_friction = {friction}"
+
+
+@_part
+def _hertz(case: Case) -> tuple[bool, str]:
+    model = case.contact.model if case.contact else "hooke"
+    return model == "hertz", f"contact.model = {model}"
+
+
+@_part
 def _damping(case: Case) -> tuple[bool, str]:
     if case.contact is None:
         return False, "no contacts"

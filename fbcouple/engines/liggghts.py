@@ -60,6 +60,11 @@ class Grains:
         return self._count.value
 
     @property
+    def numbers(self) -> np.ndarray:
+        """Numbers of the particles, from 1 in the order of the data file, shape (count,); rows may change places."""
+        return self._atoms("id", ctypes.c_int)
+
+    @property
     def positions(self) -> np.ndarray:
         """Centres [m], shape (count, 3)."""
         return self._atoms("x", ctypes.c_double, 3)
@@ -68,6 +73,11 @@ class Grains:
     def velocities(self) -> np.ndarray:
         """Velocities [m/s], shape (count, 3)."""
         return self._atoms("v", ctypes.c_double, 3)
+
+    @property
+    def angular_velocities(self) -> np.ndarray:
+        """Angular velocities [rad/s], shape (count, 3); they change only where the case asks for rotation."""
+        return self._atoms("omega", ctypes.c_double, 3)
 
     @property
     def forces(self) -> np.ndarray:

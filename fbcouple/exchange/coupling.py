@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from mpi4py import MPI
 
 from fbcouple.case.schema import Case
 from fbcouple.exchange import momentum
-from fbcouple.exchange.drag import DRAG_LAWS
+from fbcouple.exchange.drag import choose_law
 from fbcouple.exchange.filter import filter_field
 from fbcouple.exchange.momentum import DRAG_SCHEMES
 from fbcouple.exchange.plan import Plan, find_patch
@@ -39,7 +40,7 @@ class Coupling:
 
     def __init__(self, case: Case, comm: MPI.Comm, centres: np.ndarray, bounds: np.ndarray, reach: float) -> None:
         """`centres` (cells, 3) [m] of this rank's gas cells; `bounds` (2, 3) [m] of its particles' box, which they
-        may leave by `reach` [m] (collective)."""
+        may leave by `reach` [m]; a drag file lies in the current folder (collective)."""
         assert case.gas is not None and case.exchange is not None
         self._gas, self._options = case.gas, case.exchange
         grid = Grid(case.domain.cells, case.domain.size)
@@ -48,7 +49,7 @@ class Coupling:
         self.weights = Weights(patch)
         self._offsets = corner_offsets(patch)
         self._cell_volume = grid.cell_volume
-        self._law = DRAG_LAWS[case.exchange.drag]
+        self._law = choose_law(case.exchange, Path())
         self._explicit = case.exchange.scheme == "explicit"
         self._push = float(case.exchange.pressure_gradient)
         self._lift = self._push * case.gas.density * case.gravity

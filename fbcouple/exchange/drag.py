@@ -1,72 +1,67 @@
-"""Drag laws by name. To add one: a scalar function under `@drag_law("name")`, and its anchor in the tests.
-
-A law gives beta [kg/s] of one particle, F_D = beta (u - v), for model A: the gas keeps eps grad P and the particle
-gets -V grad P besides. A fixed bed then loses n beta u / eps of pressure per length, n particles per volume and u the
-gas velocity between them.
-
-Equation numbers are those of Hamidouche et al. 2019, Fluids 4(1):51, unless a law says otherwise.
-"""
+"""The drag law that a case names: one of the registry, or its own, a Python file beside the case."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
+import runpy
+from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numba import njit
+from numba.core.errors import NumbaError
 
-from fbcouple.exchange.compiled import LAW, compile_as
-from fbcouple.exchange.elementary import arctangent, power
+from fbcouple.case.drag_file import FUNCTION, OWN
+from fbcouple.case.schema import Exchange
+from fbcouple.errors import CaseError
+from fbcouple.exchange.drag_laws import DRAG_LAWS
+from fbcouple.exchange.law import DragLaw
 
-Kernel = Callable[..., None]
-
-
-class DragLaw:
-    """A drag law, called on numbers or arrays: beta [kg/s] of each particle."""
-
-    def __init__(self, kernel: Kernel) -> None:
-        self.kernel = compile_as(LAW)(kernel)
-        self.__doc__ = kernel.__doc__
-
-    def __call__(
-        self, voidage: ArrayLike, slip: ArrayLike, diameter: ArrayLike, density: float, viscosity: float
-    ) -> np.ndarray:
-        """beta [kg/s]; voidage [1], slip speed |u - v| [m/s], diameter [m], gas density [kg/m3], viscosity [Pa s]."""
-        arrays = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in (voidage, slip, diameter)))
-        beta = np.empty(arrays[0].size)
-        self.kernel(*(np.ascontiguousarray(array).ravel() for array in arrays), density, viscosity, beta)
-        return beta.reshape(arrays[0].shape)
+_TRIED = np.linspace(0.36, 1.0, 9), np.array([[0.0], [1e-3], [1.0], [30.0]])
+"""Voidages and slips [m/s] at which an own law must be finite and not negative, with 1 mm in air."""
+_LONGEST = 300
 
 
-DRAG_LAWS: dict[str, DragLaw] = {}
+def choose_law(options: Exchange, folder: Path) -> DragLaw:
+    """The law of `options`; its own file, if it has one, lies in `folder` and is run.
 
-
-def drag_law(name: str) -> Callable[[Kernel], DragLaw]:
-    """Register a law under `name`: a loop that fills `beta` (n,) [kg/s].
-
-    Its arguments are voidage (n,) [1], slip speed |u - v| (n,) [m/s], diameter (n,) [m], gas density [kg/m3], gas
-    viscosity [Pa s], and `beta`.
+    Raises CaseError, as `read_law`.
     """
-
-    def register(kernel: Kernel) -> DragLaw:
-        DRAG_LAWS[name] = DragLaw(kernel)
-        return DRAG_LAWS[name]
-
-    return register
+    if options.drag != OWN:
+        return DRAG_LAWS[options.drag]
+    assert options.drag_file is not None, "the checks of the case ask for it"
+    return read_law(folder / options.drag_file)
 
 
-@drag_law("huilin-gidaspow")
-def huilin_gidaspow(voidage, slip, diameter, density, viscosity, beta):
-    """Ergun and Wen-Yu joined by Huilin and Gidaspow's switch (eqs 20-25); 0.4 < voidage <= 1, Re_p of any size.
+def read_law(path: Path) -> DragLaw:
+    """Run the Python file `path` and compile its function `beta(voidage, slip, diameter, density, viscosity)`.
 
-    beta = (pi/8) d mu C_D Re_p with Re_p = eps rho |u - v| d/mu. The products C_D Re_p are formed whole, so that
-    slip = 0 gives the Stokes limit and no division by zero.
+    The function gives beta [kg/s] of one particle from numbers, F_D = beta (u - v) without the pressure gradient's
+    force (model A); u is the gas velocity between the particles. It is compiled as the shipped laws are.
+
+    Raises CaseError if the file cannot be run or compiled, or beta is negative or not finite.
     """
-    for p in range(len(beta)):
-        eps = voidage[p]
-        reynolds = eps * density * slip[p] * diameter[p] / viscosity
-        switch = arctangent(150.0 * 1.75 * (0.2 - (1.0 - eps))) / math.pi + 0.5
-        single = 24.0 * (1.0 + 0.15 * power(reynolds, 0.687)) if reynolds < 1000.0 else 0.44 * reynolds
-        wen_yu = single * power(eps, -2.7)
-        ergun = (200.0 * (1.0 - eps) + 7.0 / 3.0 * reynolds) / eps
-        beta[p] = math.pi / 8.0 * diameter[p] * viscosity * (switch * wen_yu + (1.0 - switch) * ergun)
+    key = f"exchange.drag_file: {path.name}"
+    try:
+        beta = njit(error_model="numpy")(runpy.run_path(str(path))[FUNCTION])
+        law = DragLaw(_loop_over(beta), cache=False)
+        tried = law(*_TRIED, 1e-3, 1.2, 1.8e-5)
+    except NumbaError as error:
+        words = " ".join(str(error).split())[:_LONGEST]
+        text = f"cannot be compiled by numba ({words}); use numbers, `math` and NumPy's scalar functions only."
+        raise CaseError([f"{key}: {text}"]) from error
+    except Exception as error:  # whatever the user's file raises is the user's to read
+        raise CaseError([f"{key}: fails ({type(error).__name__}: {error}); mend the file."]) from error
+    if not (np.isfinite(tried).all() and (tried >= 0.0).all()):
+        text = "beta is negative or not finite within voidage 0.36-1 and slip 0-30 m/s (1 mm in air); mend it."
+        raise CaseError([f"{key}: {text}"])
+    return law
+
+
+def _loop_over(function):
+    """The loop over particles around a compiled function of one."""
+
+    def own(voidage, slip, diameter, density, viscosity, beta):
+        """The case's own drag law."""
+        for p in range(len(beta)):
+            beta[p] = function(voidage[p], slip[p], diameter[p], density, viscosity)
+
+    return own

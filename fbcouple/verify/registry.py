@@ -9,12 +9,20 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from importlib import import_module
-from pathlib import Path
 from typing import Any
 
-from mpi4py import MPI
-
-MODULES = ("contact",)
+MODULES = (
+    "contact",
+    "friction",
+    "oblique",
+    "hertz",
+    "gas",
+    "manufactured",
+    "bed",
+    "fall",
+    "conservation",
+    "fluidization",
+)
 
 
 @dataclass(frozen=True)
@@ -40,27 +48,41 @@ class Number:
         return row | {"tolerance": self.tolerance * abs(self.expected) if self.relative else self.tolerance}
 
 
-Function = Callable[[Path, MPI.Comm], Iterator[Number]]
+Function = Callable[..., Iterator[Number]]
+Judge = Callable[[dict[str, list[Number]]], Iterator[Number]]
 
 
 @dataclass(frozen=True)
 class Scene:
-    """A scene of the suite: what it does, on how many ranks, and whether it is in the fast subset."""
+    """A scene of the suite: what it does, on how many ranks, and whether it is in the fast subset.
+
+    With `variants` the function runs once for each, in a process of its own, and `judge` makes the scene's numbers
+    from theirs: an order of convergence from the errors of several meshes.
+    """
 
     name: str
     function: Function
     ranks: tuple[int, ...]
     fast: bool
+    variants: tuple[str, ...] = ()
+    judge: Judge | None = None
 
 
 SCENES: dict[str, Scene] = {}
 
 
-def scene(name: str, ranks: tuple[int, ...] = (1,), fast: bool = True) -> Callable[[Function], Function]:
-    """Register a scene; its function gets an empty folder and the communicator, and yields its numbers on rank 0."""
+def scene(
+    name: str,
+    ranks: tuple[int, ...] = (1,),
+    fast: bool = True,
+    variants: tuple[str, ...] = (),
+    judge: Judge | None = None,
+) -> Callable[[Function], Function]:
+    """Register a scene; its function gets an empty folder, the communicator and its variant if there are variants,
+    and yields its numbers, the same on all ranks."""
 
     def register(function: Function) -> Function:
-        SCENES[name] = Scene(name, function, ranks, fast)
+        SCENES[name] = Scene(name, function, ranks, fast, variants, judge)
         return function
 
     return register

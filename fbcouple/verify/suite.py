@@ -41,18 +41,26 @@ def run_scenes(scenes: Sequence[Scene]) -> Iterator[dict[str, Any]]:
         for ranks in scene.ranks:
             label = scene.name if len(scene.ranks) == 1 else f"{scene.name} -n {ranks}"
             begin = time.monotonic()
-            with tempfile.TemporaryDirectory(prefix="fbcouple-verify-") as place:
-                numbers = _run_scene(scene, ranks, Path(place))
+            numbers = _run_scene(scene, ranks)
             seconds = time.monotonic() - begin
             for number in numbers:
                 yield number.as_row(label, seconds)
 
 
-def _run_scene(scene: Scene, ranks: int, place: Path) -> list[Number]:
-    command = mpi_command(ranks, [sys.executable, "-m", "fbcouple.verify.process", scene.name, str(place)])
-    environment = mpi_environment() | {"PWD": os.getcwd()}
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
-    if done.returncode:
-        words = "\n".join((done.stdout + done.stderr).strip().splitlines()[-_TAIL:])
-        raise SolverError(f"verify {scene.name} on {ranks} ranks failed:\n{words}")
-    return [Number(**row) for row in json.loads((place / NUMBERS).read_text())]
+def _run_scene(scene: Scene, ranks: int) -> list[Number]:
+    if scene.judge is None:
+        return _run_process(scene, ranks, [])
+    measured = {variant: _run_process(scene, ranks, [variant]) for variant in scene.variants}
+    return list(scene.judge(measured))
+
+
+def _run_process(scene: Scene, ranks: int, variant: list[str]) -> list[Number]:
+    with tempfile.TemporaryDirectory(prefix="fbcouple-verify-") as place:
+        program = [sys.executable, "-m", "fbcouple.verify.process", scene.name, place, *variant]
+        environment = mpi_environment() | {"PWD": os.getcwd()}
+        command = mpi_command(ranks, program)
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+        if done.returncode:
+            words = "\n".join((done.stdout + done.stderr).strip().splitlines()[-_TAIL:])
+            raise SolverError(f"verify {scene.name} on {ranks} ranks failed:\n{words}")
+        return [Number(**row) for row in json.loads((Path(place) / NUMBERS).read_text())]

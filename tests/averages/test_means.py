@@ -37,7 +37,7 @@ def test_means_of_the_gas_are_numpys(rng):
     voidage, velocity, pressure = make_gas(rng, 40)
     for n in range(40):
         means.add(sample_gas(voidage[n], velocity[n], pressure[n]), 1.0 + 0.05 * (n + 0.5))
-    found = {name: mean for name, (mean, _) in means.collect().items()}
+    found = {name: mean for name, (mean, _) in means.collect(final=False).items()}
     assert means.samples == 40
     assert found["voidage"][:, 0] == pytest.approx(voidage.mean(axis=0), rel=1e-13)
     assert found["gas_velocity"] == pytest.approx(velocity.mean(axis=0), rel=1e-12)
@@ -58,7 +58,7 @@ def test_standard_error_is_that_of_the_full_blocks(rng, per_block):
         means.add(sample_gas(voidage[n], velocity[n], pressure[n]), 0.5 + width * (block + (within + 0.5) / per_block))
     if part == 0:
         means.add(np.zeros((5, GAS_COLUMNS)), 3.2)
-    errors = {name: error for name, (_, error) in means.collect().items()}
+    errors = {name: error for name, (_, error) in means.collect(final=False).items()}
     for name, series in (
         ("voidage", voidage[..., None]),
         ("gas_velocity", velocity),
@@ -82,7 +82,7 @@ def test_standard_error_of_correlated_samples_is_larger_than_the_naive_one(rng):
     for step in range(n):
         means.add(sample_gas(np.ones(cells), np.zeros((cells, 3)), series[step]), (step + 0.5) / n)
     means.add(np.zeros((cells, GAS_COLUMNS)), 1.0 + 1e-9)
-    _, error = means.collect()["pressure"]
+    _, error = means.collect(final=False)["pressure"]
     exact = np.sqrt(39.0 / (1 - correlation**2) / n)
     assert np.sqrt(np.mean(error**2)) == pytest.approx(exact, rel=0.1)
     assert np.sqrt(np.mean(error**2)) > 5 * np.sqrt(1 / (1 - correlation**2) / n)
@@ -93,14 +93,14 @@ def test_no_error_is_known_before_two_blocks_are_full(rng):
     voidage, velocity, pressure = make_gas(rng, 3)
     for n, time in enumerate((0.1, 0.2, 0.3)):
         means.add(sample_gas(voidage[n], velocity[n], pressure[n]), time)
-    for mean, error in means.collect().values():
+    for mean, error in means.collect(final=False).values():
         assert np.isfinite(mean).all() and np.isnan(error).all()
 
 
 def test_without_a_sample_there_is_nothing():
     means = Means("solids", 5, GLASS, (0.0, 1.0), 4)
     assert means.samples == 0
-    assert np.isnan(means.collect()["solids_velocity"][0]).all()
+    assert np.isnan(means.collect(final=False)["solids_velocity"][0]).all()
 
 
 class Crowd:
@@ -136,7 +136,7 @@ def found(crowd, sampler):
     means = Means("solids", len(CELLS), GLASS, (0.0, 1.0), 2)
     for n, (positions, velocities) in enumerate(zip(crowd.positions, crowd.velocities, strict=True)):
         means.add(sampler.sample(positions, velocities, crowd.radii), (n + 0.5) / 6)
-    return {name: mean for name, (mean, _) in means.collect().items()}
+    return {name: mean for name, (mean, _) in means.collect(final=False).items()}
 
 
 def test_means_of_the_solids_are_those_of_loops_over_particles(crowd, found, owned):
@@ -193,7 +193,7 @@ def test_error_of_a_ratio_uses_the_blocks_that_have_particles(sampler, owned):
     for block, speed in enumerate((1.0, 2.0, None, 6.0, None)):
         here = nowhere if speed is None else place
         means.add(sampler.sample(here, np.full_like(here, speed or 0.0), radii[: len(here)]), (block + 0.5) / 5)
-    mean, error = means.collect()["solids_velocity"]
+    mean, error = means.collect(final=False)["solids_velocity"]
     row = int(np.flatnonzero((owned == 0).all(axis=1))[0])
     assert mean[row] == pytest.approx([3.0] * 3, rel=1e-13)
     assert error[row] == pytest.approx([np.sqrt(7.0 / 3.0)] * 3, rel=1e-12)

@@ -144,13 +144,14 @@ def test_run_hands_its_options_to_the_launcher(call, tmp_path, monkeypatch):
     def launch(run, ranks, until, fresh, watch):
         asked.append((run, ranks, until, fresh))
         for step in range(3):
-            watch({"time": 0.01 * step, "steps": step})
+            watch({"time": 0.01 * step, "steps": step, "wall": {"grains": 2.0, "gas": 1.0, "map": 1.0}})
 
     monkeypatch.setattr("fbcouple.launch.launch", launch)
     assert call("setup", "patil/demo", "-o", "run").exit_code == 0
     result = call("run", "run", "-n", 2, "--until", 0.02, "--fresh")
     assert result.exit_code == 0 and asked == [(Path("run"), 2, 0.02, True)]
-    assert result.stdout.splitlines()[0] == "t = 0.0000 s after 0 steps" and len(result.stdout.splitlines()) == 2
+    assert ["grains", "6.0", "50.0", "%"] in [line.split() for line in result.stdout.splitlines()]
+    assert "not in a solver" in result.stdout and "25.0 %" in result.stdout
 
 
 @pytest.mark.parametrize(

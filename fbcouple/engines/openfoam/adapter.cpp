@@ -19,6 +19,7 @@
 #include "fvCFD.H"
 #include "PhaseIncompressibleTurbulenceModel.H"
 #include "singlePhaseTransportModel.H"
+#include "wallFvPatch.H"
 
 namespace
 {
@@ -58,6 +59,7 @@ class Gas
 
     void fill(volScalarField& field, const double* values);
     void fill(volVectorField& field, const double* values);
+    tmp<fvVectorMatrix> viscousForce();
     void setVelocity();
     void correctPressure(const fvVectorMatrix& UEqn);
 
@@ -145,6 +147,23 @@ void Gas::setVelocity()
     U_.correctBoundaryConditions();
 }
 
+// div(eps nu (grad U + grad U^T - 2/3 div U)). Along a wall the velocity normal to it is zero everywhere, so its
+// tangential derivatives there are too; the value of the cell in their place would be a false shear stress on it.
+tmp<fvVectorMatrix> Gas::viscousForce()
+{
+    const volScalarField epsNu("voidageNu", eps_*turbulence_->nuEff());
+    volTensorField gradU(fvc::grad(U_));
+    forAll(mesh_.boundary(), patchi)
+    {
+        if (!isA<wallFvPatch>(mesh_.boundary()[patchi])) continue;
+        const vectorField n(mesh_.boundary()[patchi].nf());
+        tensorField& atWall = gradU.boundaryFieldRef()[patchi];
+        const vectorField normal(atWall & n);
+        atWall -= (normal - n*(n & normal))*n;
+    }
+    return fvm::laplacian(epsNu, U_) + fvc::div(epsNu*dev2(gradU.T()), "div(viscousStress)");
+}
+
 // The momentum equation of a cell, A U = H - eps grad(p), read on both halves of the way between two cells, with one
 // flux q = eps U.S and one pressure at the face, gives q (A/eps^2)_f = (H/eps)_f.S - dp/dn. Drag and voidage may jump
 // between the cells: a packed bed with a sharp surface stays exact, where the usual interpolation of H/A and a Gauss
@@ -153,17 +172,24 @@ void Gas::setVelocity()
 void Gas::correctPressure(const fvVectorMatrix& UEqn)
 {
     const volScalarField A(UEqn.A());
+    const volScalarField local("local", eps_/time_.deltaT() + dragK_/rho_);
     const surfaceScalarField epsf(fvc::interpolate(eps_));
     const surfaceScalarField conductance("conductance", 1.0/fvc::interpolate(A/sqr(eps_)));
-    // A face keeps its own old flux; the mean over the cells' old velocities would diffuse it.
+    // What a face carries itself is not taken from the mean over the cells, which would diffuse it: its old flux, and
+    // its part in the diagonal of convection and diffusion, so that these act as they do in the cells. What is taken
+    // away is interpolated as H/eps is, or the difference, O(dx^2), would be divided by dt or dx^2.
+    const volScalarField carried("carried", A - local);
+    const surfaceScalarField transport(fvc::interpolate(carried/sqr(eps_)));
     const surfaceScalarField oldFlux
     (
-        (epsPhi_.oldTime() - fvc::flux(eps_.oldTime()*U_.oldTime()))/(time_.deltaT()*epsf)
+        (epsPhi_.oldTime()*fvc::interpolate(1.0/eps_) - fvc::flux(eps_.oldTime()*U_.oldTime()/eps_))/time_.deltaT()
     );
     for (int corr = 0; corr < correctors_; ++corr)
     {
         const volVectorField H(UEqn.H());
-        surfaceScalarField predicted("predicted", conductance*(fvc::flux(H/eps_) + oldFlux));
+        const vectorField before(U_.primitiveField());
+        const surfaceScalarField ownFlux(oldFlux + transport*epsPhi_ - fvc::flux(carried*U_/eps_));
+        surfaceScalarField predicted("predicted", conductance*(fvc::flux(H/eps_) + ownFlux));
         forAll(U_.boundaryField(), patchi)
         {
             const fvPatchVectorField& Up = U_.boundaryField()[patchi];
@@ -176,7 +202,10 @@ void Gas::correctPressure(const fvVectorMatrix& UEqn)
         iterations_ += pEqn.solve(mesh_.solver(p_.select(last))).nIterations();
         epsPhi_ = predicted - pEqn.flux();
         setVelocity();
-        if (last) gradP_.primitiveFieldRef() = (H.primitiveField() - A.primitiveField()*U_.primitiveField())/eps_.primitiveField();
+        if (!last) continue;
+        const scalarField& near = local.primitiveField();
+        gradP_.primitiveFieldRef() =
+            (H.primitiveField() - carried.primitiveField()*before - near*U_.primitiveField())/eps_.primitiveField();
     }
     phi_ = epsPhi_/epsf;
 }
@@ -199,7 +228,7 @@ void Gas::step(double dt, const double* voidage, const double* dragK, const doub
     (
         fvm::ddt(eps_, U_) + fvm::div(epsPhi_, U_)
       - fvm::Sp(fvc::ddt(eps_) + fvc::div(epsPhi_), U_)
-      + turbulence_->divDevRhoReff(U_)
+      - viscousForce()
       + fvm::Sp(dragK_/rho_, U_)
      ==
         dragS_/rho_

@@ -1,0 +1,68 @@
+"""A small bed that fluidizes: nothing is lost between gas and particles, whatever the number of ranks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from mpi4py import MPI
+
+from fbcouple.case import derived
+from fbcouple.scene import Scene
+from fbcouple.verify.bench import FRICTIONLESS, GAS, GLASS, open_bench
+from fbcouple.verify.registry import Number, scene
+from fbcouple.worker import choose_step, exert_drag, map_solids, move, react, start, step_gas
+
+_BED: dict[str, Any] = {
+    "domain": {"size": [0.02, 0.01, 0.06], "cells": [8, 4, 24]},
+    "gas": GAS | {"inlet_velocity": 1.2, "pressure_tolerance": 1e-12},
+    "particles": GLASS | {"count": 2000},
+    "contact": FRICTIONLESS | {"friction": 0.1, "wall_friction": 0.1},
+    "start": {},
+    "exchange": {"filter_passes": 1},
+}
+_STEPS = 1000
+
+
+@scene("conservation", ranks=(1, 2, 4), fast=False)
+def conservation(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+    """Largest errors over 1000 coupled steps: momentum 1e-10 of the drag, solids volume 1e-12, gas mass 1e-8."""
+    bench = open_bench(place, comm, _BED)
+    start(bench)
+    momentum = solids = gas = 0.0
+    for _ in range(_STEPS):
+        move(bench)
+        momentum = max(momentum, bench.balance.momentum_error)
+        map_solids(bench)
+        solids = max(solids, abs(_solids_volume(bench) - 1.0))
+        exert_drag(bench)
+        step_gas(bench)
+        assert bench.gas_state is not None
+        gas = max(gas, bench.gas_state.mass_error)
+        choose_step(bench)
+        react(bench)
+    yield Number("momentum, of the drag", momentum, 0.0, 1e-10)
+    yield Number("solids volume", solids, 0.0, 1e-12)
+    yield Number("gas mass, of the inflow", gas, 0.0, 1e-8)
+    yield Number("particles lost", bench.balance.particles - _BED["particles"]["count"], 0.0, 0.0)
+    yield Number("particles move", float(_fastest(bench) > _LIVELY), 1.0, 0.0)
+
+
+_LIVELY = 0.05
+"""Speed [m/s] that some particle must have at the end, or the scene shows nothing."""
+
+
+def _solids_volume(bench: Scene) -> float:
+    """Solids in the cells over the volume of the particles."""
+    assert bench.coupling is not None and bench.case.particles is not None
+    own = np.sum(1.0 - bench.coupling.voidage) * bench.grid.cell_volume
+    particles = derived.particle_count(bench.case.particles) * derived.particle_volume(bench.case.particles)
+    return bench.comm.allreduce(float(own)) / particles
+
+
+def _fastest(bench: Scene) -> float:
+    assert bench.grains is not None
+    speeds = np.linalg.norm(bench.grains.velocities, axis=1)
+    return bench.comm.allreduce(float(speeds.max(initial=0.0)), MPI.MAX)

@@ -1,0 +1,84 @@
+"""Lone particles that fall from rest through gas at rest: their terminal velocity."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from mpi4py import MPI
+
+from fbcouple.verify.bench import FRICTIONLESS, GAS, GLASS, Edit, open_bench
+from fbcouple.verify.registry import Number, scene
+from fbcouple.worker import exert_drag, map_solids, move, react, start, step_gas
+
+# Fall speed [m/s] of glass spheres by diameter [m]: drag of a lone sphere (Schiller and Naumann 1933) balanced with
+# the weight less that of the gas.
+_SCHILLER_NAUMANN = {50e-6: 0.1565, 100e-6: 0.5161, 200e-6: 1.3609, 500e-6: 3.6312, 1e-3: 6.749}
+# The same for 1 mm and the paper's law, whose switch leaves a rest of Ergun at voidage 1.
+_PAPER = {1e-3: 6.680}
+
+_CELL = 0.1
+"""Edge [m] of the cells, a column for each particle: a particle drags its cell's gas along and so loses the part
+(pi/8) C_D (d/cell)^2 of its slip, 1e-4 at most."""
+_CELLS_UP = 240
+"""Height of the box: 1 mm falls 21 m in `_TIME`."""
+_TIME, _STEP = 3.5, 2e-3
+"""Seven response times of 1 mm; DEM and coupling step, an eighth of the response time of 50 um."""
+
+
+def fall(place: Path, comm: MPI.Comm, exchange: dict[str, Any], expected: dict[float, float]) -> Iterator[Number]:
+    """Let spheres of the expected diameters fall from rest side by side, and compare their last speed within 1 %."""
+    diameters = np.array(list(expected))
+    cells = [len(diameters), 1, _CELLS_UP]
+    pair_mass = math.pi / 12 * GLASS["diameter"] ** 3 * GLASS["density"]
+    soft = {"stiffness": pair_mass * (math.pi / (6 * _STEP)) ** 2, "restitution": 1.0, "wall_restitution": 1.0}
+    sections = {
+        "domain": {"size": [_CELL * n for n in cells], "cells": cells},
+        "gas": GAS | {"walls": "slip", "pressure_tolerance": 1e-10},
+        "contact": FRICTIONLESS | soft,
+        "exchange": exchange,
+    }
+    top = (_CELLS_UP - 0.5) * _CELL
+    positions = np.array([[(n + 0.5) * _CELL, 0.5 * _CELL, top] for n in range(cells[0])])
+    edits: dict[str, Edit] = {"grains/in.grains": _coarsen_bins}
+    bench = open_bench(place, comm, sections, positions, edits)
+    grains = bench.grains
+    assert grains is not None
+    start(bench)
+    column = (grains.positions[:, 0] / _CELL).astype(int)
+    grains.radii[:] = diameters[column] / 2
+    grains.masses[:] = math.pi / 6 * diameters[column] ** 3 * GLASS["density"]
+    for _ in range(round(_TIME / _STEP)):
+        move(bench)
+        map_solids(bench)
+        exert_drag(bench)
+        step_gas(bench)
+        bench.clock.tick()
+        react(bench)
+    speeds = -grains.velocities[np.argsort(grains.positions[:, 0]), 2]
+    for (diameter, speed), found in zip(expected.items(), speeds.tolist(), strict=True):
+        yield Number(f"fall speed of {diameter * 1e6:g} um", found, speed, 0.01, "m s-1", relative=True)
+
+
+def _coarsen_bins(deck: str) -> str:
+    """LIGGGHTS bins the box by skin and bin size: 24 000 diameters up, bins as small as a particle are too many."""
+    deck = re.sub(r"neighbor( +)\S+ bin", f"neighbor {_CELL / 4} bin", deck)
+    return re.sub(r"binsize \S+", f"binsize {_CELL / 2}", deck)
+
+
+@scene("terminal-velocity")
+def terminal_velocity(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+    """50 um to 1 mm with the drag of lone spheres."""
+    # Drag averaged over the step assumes that nothing else acts: a step of an eighth of the response time then costs
+    # a sixteenth of the fall speed. The drag at the step's start has the right balance at any step.
+    yield from fall(place, comm, {"drag": "schiller-naumann", "scheme": "explicit"}, _SCHILLER_NAUMANN)
+
+
+@scene("terminal-velocity-paper")
+def terminal_velocity_paper(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+    """1 mm with the paper's law and the default scheme."""
+    yield from fall(place, comm, {}, _PAPER)

@@ -1,0 +1,96 @@
+"""A bed of 1 mm glass under less and less gas: the velocity at which it comes to rest."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from mpi4py import MPI
+
+from fbcouple.scene import Scene
+from fbcouple.verify.bench import FRICTIONLESS, GAS, GLASS, open_bench
+from fbcouple.verify.published import PUBLISHED, Bed
+from fbcouple.verify.registry import Number, scene
+from fbcouple.worker import choose_step, exert_drag, map_solids, move, react, start, step_gas
+
+_GRAVITY = 9.81
+_SIDE, _CELL, _CELLS_UP = 0.008, 0.002, 34
+_PLENUM = 2
+"""Cells of clear gas below the floor of the bed, so that the inlet's velocity is the superficial one."""
+_SITES, _LAYERS = 7, 40
+_FAST, _SLOW = 0.9, 0.3
+_SETTLE, _RAMP = 0.15, 0.8
+"""The gas holds `_FAST` [m/s] for `_SETTLE` [s], then falls to `_SLOW` over `_RAMP`."""
+_AT_REST, _CERTAIN = 0.85, 0.5
+"""Part of the weight, and velocity [m/s], below which the gas certainly leaves the bed at rest: there the pressure law
+is fitted."""
+
+
+def _open(place: Path, comm: MPI.Comm) -> Scene:
+    floor = _PLENUM * _CELL
+    pitch = (_SIDE - 2e-5) / _SITES
+    row = 1e-5 + pitch * (np.arange(_SITES) + 0.5)
+    x, y, z = np.meshgrid(row, row, floor + pitch * (np.arange(_LAYERS) + 0.5), indexing="ij")
+    shift = np.random.default_rng(1).uniform(-0.03, 0.03, (x.size, 3)) * GLASS["diameter"]
+    sections: dict[str, Any] = {
+        "domain": {"size": [_SIDE, _SIDE, _CELL * _CELLS_UP], "cells": [1, 1, _CELLS_UP]},
+        "gas": GAS | {"inlet_velocity": _FAST, "walls": "slip", "pressure_tolerance": 1e-10},
+        "contact": FRICTIONLESS | {"friction": 0.1},
+        "exchange": {},
+    }
+    times = f"((0 (0 0 {_FAST})) ({_SETTLE} (0 0 {_FAST})) ({_SETTLE + _RAMP} (0 0 {_SLOW})))"
+    ramp = f"inlet\n    {{\n        type uniformFixedValue;\n        uniformValue table {times};\n    }}\n    outlet"
+    edits = {
+        "grains/in.grains": lambda deck: re.sub(r"zplane 0\.0$", f"zplane {floor}", deck, flags=re.MULTILINE),
+        "fluid/0/U": lambda deck: re.sub(r"inlet\s*\{.*?\}\s*outlet", ramp, deck, flags=re.DOTALL),
+    }
+    return open_bench(place, comm, sections, np.column_stack([x.ravel(), y.ravel(), z.ravel()]) + shift, edits)
+
+
+def _run_ramp(bench: Scene) -> np.ndarray:
+    """Rows of superficial velocity [m/s], pressure drop [Pa] and the voidage of each cell, one a coupled step."""
+    assert bench.gas is not None and bench.coupling is not None
+    order = np.argsort(bench.gas.centres[:, 2])
+    rows = []
+    while bench.clock.time < _SETTLE + _RAMP:
+        move(bench)
+        map_solids(bench)
+        exert_drag(bench)
+        step_gas(bench)
+        choose_step(bench)
+        react(bench)
+        voidage = bench.coupling.voidage[order]
+        velocity = (voidage * bench.gas.velocity[order, 2])[0]
+        pressure = bench.gas.pressure[order]
+        rows.append((velocity, pressure[0] - pressure[-1], *voidage))
+    return np.array(rows)
+
+
+@scene("minimum-fluidization", fast=False)
+def minimum_fluidization(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+    """Where the pressure of the bed at rest meets its weight, against Ergun at its own voidage in each cell, 5 %."""
+    bench = _open(place, comm)
+    start(bench)
+    rows = _run_ramp(bench)
+    velocity, pressure = rows[:, 0], rows[:, 1]
+    mass = np.pi / 6 * GLASS["diameter"] ** 3 * (GLASS["density"] - GAS["density"])
+    weight = float(_SITES**2 * _LAYERS * mass * _GRAVITY / _SIDE**2)
+    rest = (pressure < _AT_REST * weight) & (velocity < _CERTAIN)
+    laminar, inertial = np.linalg.lstsq(np.stack([velocity, velocity**2], axis=1)[rest], pressure[rest])[0]
+    found = 2 * weight / (laminar + np.sqrt(laminar**2 + 4 * inertial * weight))
+    expected = _ergun_onset(rows[rest, 2:].mean(axis=0), weight)
+    yield Number("minimum fluidization", float(found), expected, 0.05, "m s-1", relative=True)
+
+
+def _ergun_onset(voidages: np.ndarray, weight: float) -> float:
+    """Superficial velocity [m/s] at which Ergun's pressure loss over the cells is the weight [Pa], by bisection."""
+    low, high = 0.01, 10.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        beds = [Bed(eps, middle, GLASS["diameter"], GAS["density"], GAS["viscosity"]) for eps in voidages.tolist()]
+        lost = sum(PUBLISHED["ergun"](bed) for bed in beds) * _CELL
+        low, high = (middle, high) if lost < weight else (low, middle)
+    return high

@@ -1,0 +1,102 @@
+"""A bed that is held: layers of one lattice with fewer and fewer spheres, each of a uniform voidage, that never move.
+
+A cell is three face-centred cubes side by side with 12 sites; a layer takes 12, 10, 8, 6, 4 or 2 of them, in pairs
+that weigh the same on both of the cell's neighbours. The mesh is one cell wide, so that every cell of a layer holds
+the same solids; nothing overlaps, down to voidage 0.4.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from mpi4py import MPI
+
+from fbcouple.scene import Scene
+from fbcouple.verify.bench import GAS, GLASS, open_bench
+from fbcouple.worker import choose_step, exert_drag, map_solids, react, start, step_gas
+
+VOIDAGES = (0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
+LAYER = 8
+"""Cells of each layer: in the middle ones the gas knows nothing of the layers above and below."""
+_MIDDLE = LAYER // 2
+_PAIRS = 6
+_CUBE = (4 * np.pi / 6 / (1 - VOIDAGES[0])) ** (1 / 3) * GLASS["diameter"]
+SIZE = np.array([3 * _CUBE, _CUBE, _CUBE])
+"""Edges of a cell [m]."""
+
+
+def lattice_sites() -> np.ndarray:
+    """Centres [m], shape (particles, 3), the layers one above the other."""
+    low = np.array([[0.25, 0.25, 0.25], [0.75, 0.75, 0.25]])
+    high = np.array([[0.75, 0.25, 0.75], [0.25, 0.75, 0.75]])
+    pairs = [[low[i] + [cube, 0, 0], high[i] + [cube, 0, 0]] for i in (0, 1) for cube in (0, 1, 2)]
+    cells = [
+        np.concatenate(pairs[: _PAIRS - layer]) + np.array([0, 0, layer * LAYER + cell])
+        for layer in range(len(VOIDAGES))
+        for cell in range(LAYER)
+    ]
+    return np.concatenate(cells) * _CUBE
+
+
+class HeldBed:
+    """The layers in an upward flow of `inlet` [m/s], with their drag by `law`."""
+
+    def __init__(self, place: Path, comm: MPI.Comm, law: str, inlet: float) -> None:
+        cells = [1, 1, LAYER * len(VOIDAGES)]
+        sections: dict[str, Any] = {
+            "domain": {"size": [float(edge) for edge in SIZE * cells], "cells": cells},
+            "gas": GAS | {"inlet_velocity": inlet, "walls": "slip", "pressure_tolerance": 1e-12},
+            "exchange": {"drag": law},
+        }
+        edits = {"grains/in.grains": lambda text: text.replace("fix             motion", "# fix             motion")}
+        self.scene: Scene = open_bench(place, comm, sections, lattice_sites(), edits)
+        self.inlet = inlet
+        start(self.scene)
+        self.scene.dt = self.scene.clock.dt
+        assert self.scene.grains is not None
+        height = self.scene.grains.positions[:, 2] / SIZE[2]
+        self._layer = (height // LAYER).astype(int)
+        self._inner = np.abs(height - self._layer * LAYER - _MIDDLE) < 1
+
+    def flow(self, superficial: np.ndarray, steps: int = 3) -> None:
+        """Let the gas pass each layer with this superficial slip [m/s], shape (layers,), for some coupled steps.
+
+        The gas comes up with the inlet's velocity; what is wanted beyond that the layer's particles make up by a
+        velocity of their own, without moving: the slip counts, not the frame.
+        """
+        assert self.scene.grains is not None
+        voidages = np.array(VOIDAGES)
+        self.scene.grains.velocities[:, 2] = ((self.inlet - superficial) / voidages)[self._layer]
+        for _ in range(steps):
+            self.scene.dt = self.scene.clock.dt
+            map_solids(self.scene)
+            exert_drag(self.scene)
+            step_gas(self.scene)
+            choose_step(self.scene)
+            react(self.scene)
+
+    @property
+    def pressure_losses(self) -> np.ndarray:
+        """Pressure per length [Pa/m] in the middle of each layer, shape (layers,)."""
+        assert self.scene.gas is not None
+        p = self.scene.gas.pressure[np.argsort(self.scene.gas.centres[:, 2])].reshape(-1, LAYER)
+        return (p[:, _MIDDLE - 1] - p[:, _MIDDLE]) / SIZE[2]
+
+    @property
+    def gas_forces(self) -> np.ndarray:
+        """Upward force of the gas on a particle [N] in the middle of each layer, the lift of its volume included,
+        shape (layers,)."""
+        scene = self.scene
+        assert scene.grains is not None
+        # react hands over the impulse of the step for the next one, which may be longer.
+        force = scene.grains.gas_force[:, 2] * scene.clock.dt / scene.dt
+        return np.array([force[self._inner & (self._layer == n)].mean() for n in range(len(VOIDAGES))])
+
+    @property
+    def voidages(self) -> np.ndarray:
+        """Voidage in the middle of each layer, shape (layers,)."""
+        assert self.scene.gas is not None and self.scene.coupling is not None
+        order = np.argsort(self.scene.gas.centres[:, 2])
+        return self.scene.coupling.voidage[order].reshape(-1, LAYER)[:, _MIDDLE]
