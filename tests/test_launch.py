@@ -187,7 +187,9 @@ def test_openfoams_own_words_about_what_it_reads_at_the_start(coupled, ranks, de
 
 def test_words_of_a_mesh_tool(coupled):
     spoil(coupled / "fluid/system/blockMeshDict", "vertices", "corners")
-    with pytest.raises(SolverError, match=r"(?s)blockMesh failed \(logs/mesh\.log\): FATAL.*vertices"):
+    with pytest.raises(
+        SolverError, match=r"(?s)blockMesh failed with code 1 \(logs/mesh\.log\): --> FOAM FATAL.*vertices"
+    ):
         start(coupled)
     assert "vertices" in (coupled / "logs/mesh.log").read_text()
 
