@@ -33,7 +33,6 @@ class Recorder:
         self._momentum_error = self._mass_error = self._courant = 0.0
         self._elapsed = self._pressure_time = self._support_time = 0.0
         self._particles = 0
-        self._volume = 0.0
         self._begin = self._saved = time.monotonic()
         self._log = (run / "logs/run.jsonl").open("w") if scene.comm.rank == 0 else None
 

@@ -329,14 +329,6 @@ extern "C"
 
 const char* gas_error() { return reason.c_str(); }
 
-// Version, bytes of a label, bytes of a scalar: to be compared with what the caller expects.
-void gas_build(int64_t* values)
-{
-    values[0] = OPENFOAM;
-    values[1] = sizeof(Foam::label);
-    values[2] = sizeof(Foam::scalar);
-}
-
 int gas_open(int argc, char** argv, const char* logName, double rho, int correctors)
 {
     return guarded([&]

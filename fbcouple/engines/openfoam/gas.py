@@ -17,7 +17,6 @@ from fbcouple.errors import SolverError
 _double = ctypes.POINTER(ctypes.c_double)
 _FUNCTIONS: dict[str, Signature] = {
     "gas_error": (ctypes.c_char_p, []),
-    "gas_build": (None, [ctypes.POINTER(ctypes.c_int64)]),
     "gas_open": (
         ctypes.c_int,
         [ctypes.c_int, ctypes.POINTER(ctypes.c_char_p), ctypes.c_char_p, ctypes.c_double, ctypes.c_int],
