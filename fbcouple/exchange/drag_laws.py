@@ -119,7 +119,8 @@ def di_felice(voidage, slip, diameter, density, viscosity, beta):
 
     Di Felice 1994, Int. J. Multiphase Flow 20:153: the force that balances the weight less the buoyancy of the
     suspension, so without the pressure gradient, drag of model A as it stands. With U = eps |u - v|,
-    beta = (pi/8) d mu C_D Re eps^(1 - chi). Creeping limit of a lone sphere: 23.04/24 of Stokes (Dallavalle's).
+    beta = (pi/8) d mu C_D Re eps^(1 - chi); so has CFDEMcoupling's DiFeliceDrag, its model B over eps. Creeping limit
+    of a lone sphere: 23.04/24 of Stokes (Dallavalle's).
     """
     for p in range(len(beta)):
         eps = voidage[p]
@@ -138,7 +139,7 @@ def beetstra(voidage, slip, diameter, density, viscosity, beta):
         + 0.413 Re/(24 eps^2) (1/eps + 3 eps phi + 8.4 Re^-0.343)/(1 + 10^(3 phi) Re^-(1 + 4 phi)/2).
 
     Beetstra, van der Hoef and Kuipers 2007, AIChE J. 53:489, their final fit for monodisperse arrays: drag without the
-    pressure gradient, so beta = 3 pi mu d eps F.
+    pressure gradient, so beta = 3 pi mu d eps F, as OpenFOAM's Beetstra has it (C_D Re = 24 eps F).
     """
     for p in range(len(beta)):
         eps = voidage[p]
@@ -179,7 +180,8 @@ def tang(voidage, slip, diameter, density, viscosity, beta):
         + (0.11 phi (1 + phi) - 0.00456/eps^4 + (0.169 eps + 0.0644/eps^4) Re^-0.343) Re.
 
     Tang, Peters, Kuipers, Kriebitzsch and van der Hoef 2015, AIChE J. 61:688: drag without the pressure gradient, so
-    beta = 3 pi mu d eps F. Above Re = 9e4, far beyond its range, F of a lone sphere turns negative.
+    beta = 3 pi mu d eps F, as pfmFOAM's Tang has it. Above Re = 9e4, far beyond its range, F of a lone sphere turns
+    negative.
     """
     for p in range(len(beta)):
         eps = voidage[p]
@@ -223,7 +225,8 @@ def syamlal_obrien(voidage, slip, diameter, density, viscosity, beta):
     B = 0.8 eps^1.28 up to eps = 0.85 and eps^2.65 above.
 
     Syamlal and O'Brien 1988, Int. J. Multiphase Flow 14:473; Syamlal, Rogers and O'Brien 1993, MFIX Theory Guide: drag
-    of model A, as it stands. Creeping limit of a lone sphere: 23.04/24 of Stokes (Dallavalle's).
+    of model A, as it stands and as OpenFOAM's SyamlalOBrien has it. Slip over lone fall of a settling suspension is
+    then Garside and Al-Dibouni's V_r. Creeping limit of a lone sphere: 23.04/24 of Stokes (Dallavalle's).
     """
     for p in range(len(beta)):
         eps = voidage[p]
