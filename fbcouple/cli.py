@@ -88,11 +88,13 @@ def cli() -> None:
 
 @cli.command()
 def cases() -> None:
-    """List the shipped cases."""
+    """List the shipped cases, and the sets of them that `setup` takes in place of a case."""
     from fbcouple.case.load import load_case
-    from fbcouple.case.source import list_shipped
+    from fbcouple.case.source import list_sets, list_shipped
 
-    print_table(["case", "title"], [(name, load_case(name).title) for name in list_shipped()])
+    rows = [(name, load_case(name).title) for name in list_shipped()]
+    sets = [(name, f"{len(members)} cases: {', '.join(members)}") for name, members in list_sets().items()]
+    print_table(["case", "title"], [*rows, *sets])
 
 
 @cli.command()
@@ -139,28 +141,39 @@ def read_own_law(case: Case, folder: Path) -> Any:
 @click.option("--explain", "explained", is_flag=True, help="List what is in the decks, what is left out, and why.")
 @take_trust
 def setup(case: str, output: Path | None, sets: tuple[str, ...], explained: bool, trusted: bool) -> None:
-    """Write the run folder of CASE: effective case, decks, start positions."""
+    """Write the run folder of CASE: effective case, decks, start positions. Of a set, one folder of run folders."""
     from fbcouple.case.drag_file import require_trust
     from fbcouple.case.load import load_case
-    from fbcouple.case.source import find_case
+    from fbcouple.case.source import find_case, list_sets
     from fbcouple.decks.needs import explain
+    from fbcouple.decks.render import refuse_foreign
 
-    loaded, source = load_case(case, sets), find_case(case)
-    require_trust(loaded, trusted)
-    read_own_law(loaded, source.parent)
-    run = output or Path("runs") / name_run(case, source)
-    lay_out_run(loaded, source.parent, run)
-    if explained:
-        rows = [(part.name, "in" if part.is_in else "out", part.why) for part in explain(loaded)]
-        print_table(["part", "", "why"], rows)
-    click.echo(f"{run}: set up; start it with `fbcouple run {run}`")
+    members = list_sets().get(case)
+    place = output or Path("runs") / name_run(case, None if members else find_case(case))
+    runs: dict[Path, tuple[Case, Path]] = {}
+    for name in members or [case]:
+        loaded, source = load_case(name, sets), find_case(name)
+        require_trust(loaded, trusted)
+        read_own_law(loaded, source.parent)
+        runs[place / name_run(name, source) if members else place] = loaded, source.parent
+    for run in runs:
+        refuse_foreign(run)
+    for run, (loaded, folder) in runs.items():
+        lay_out_run(loaded, folder, run)
+        if explained:
+            rows = [(part.name, "in" if part.is_in else "out", part.why) for part in explain(loaded)]
+            print_table(["part", "", "why"], rows)
+        click.echo(f"{run}: set up; start it with `fbcouple run {run}`")
 
 
-def name_run(case: str, source: Path) -> str:
-    """Name a run after its case: patil/c2 gives patil-c2; a file gives its stem, or its folder if it is a case.toml."""
+def name_run(case: str, source: Path | None) -> str:
+    """Name a run after its case: patil/c2 gives patil-c2; a file gives its stem, or its folder if it is a case.toml.
+
+    source: the case file; None for a set of shipped cases.
+    """
     from fbcouple.case.source import FILE_NAME, list_shipped
 
-    if case in list_shipped():
+    if source is None or case in list_shipped():
         return case.replace("/", "-")
     source = source.resolve()
     return source.parent.name if source.name == FILE_NAME else source.stem

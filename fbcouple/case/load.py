@@ -15,7 +15,7 @@ from fbcouple.case.checks import list_problems
 from fbcouple.case.options import list_sections
 from fbcouple.case.problems import Problem, show, word_errors
 from fbcouple.case.schema import Case, as_tuple
-from fbcouple.case.source import apply_settings, find_case, read_toml
+from fbcouple.case.source import apply_settings, find_case, read_case
 from fbcouple.errors import CaseError
 
 
@@ -29,7 +29,7 @@ def load_case(name: str, sets: Sequence[str] = ()) -> Case:
     """
     path = find_case(name)
     place = _word_place(name, path)
-    raw = read_toml(path, place)
+    raw = read_case(path, place)
     set_keys, problems = apply_settings(raw, sets)
     unread = len(problems)
     case, spoiled = _validate(raw, problems)

@@ -1,4 +1,4 @@
-"""Where a case comes from: shipped cases, case files, and what `--set` puts on top."""
+"""Where a case comes from: shipped cases and sets of them, case files, and what `base` and `--set` do to them."""
 
 from __future__ import annotations
 
@@ -12,13 +12,33 @@ from fbcouple.case.problems import Problem, show, suggest
 from fbcouple.errors import CaseError
 
 FILE_NAME = "case.toml"
+SETS_NAME = "sets.toml"
 LARGEST_FILE = 50_000_000
+BASE = "base"
+"""Key at the top of a case file: the shipped case that the file's own keys go on top of, section by section."""
+MOST_BASES = 5
 
 
 def list_shipped() -> dict[str, Path]:
-    """Return the case files that come with fbcouple, by name (`patil/c2`)."""
-    found = sorted(places.CASES.glob(f"**/{FILE_NAME}"))
-    return {path.parent.relative_to(places.CASES).as_posix(): path for path in found}
+    """Return the case files that come with fbcouple, by name: patil/c2/case.toml and patil/c2.toml are `patil/c2`."""
+    found = [path for path in places.CASES.glob("**/*.toml") if path.name != SETS_NAME]
+    named = {_name_shipped(path): path for path in found}
+    return {name: named[name] for name in sorted(named)}
+
+
+def _name_shipped(path: Path) -> str:
+    inner = path.parent if path.name == FILE_NAME else path.with_name(path.name.removesuffix(".toml"))
+    return inner.relative_to(places.CASES).as_posix()
+
+
+def list_sets() -> dict[str, list[str]]:
+    """Return the sets of shipped cases, by name (`patil/all`): the lists in the `sets.toml` files."""
+    sets = {}
+    for path in sorted(places.CASES.glob(f"**/{SETS_NAME}")):
+        folder = path.parent.relative_to(places.CASES).as_posix()
+        for name, members in read_toml(path, f"{folder}/{SETS_NAME}").items():
+            sets[f"{folder}/{name}"] = [f"{folder}/{member}" for member in members]
+    return sets
 
 
 def find_case(name: str) -> Path:
@@ -41,14 +61,15 @@ def find_case(name: str) -> Path:
         raise CaseError([f"{show(name)}: the folder holds no {FILE_NAME}; {_word_shipped(name)}"])
     if exists:
         raise CaseError([f"{show(name)}: is not a plain file; give a case file or the folder that holds one."])
+    if name in list_sets():
+        raise CaseError([f"{show(name)}: is a set of cases, which only `fbcouple setup` takes; give one of its cases."])
     raise CaseError([f"{show(name)}: neither a shipped case nor a file or folder; {_word_shipped(name)}"])
 
 
 def _word_shipped(name: str) -> str:
-    shipped = list(list_shipped())
-    close = suggest(name, shipped)
+    close = suggest(name, [*list_shipped(), *list_sets()])
     hint = f"; did you mean `{close}`" if close else ""
-    return f"shipped cases are: {', '.join(shipped)}{hint}."
+    return f"`fbcouple cases` lists the shipped cases{hint}."
 
 
 def _reason(error: Exception) -> str:
@@ -75,6 +96,35 @@ def read_toml(path: Path, place: str) -> dict[str, Any]:
     except ValueError as error:
         problem = f"holds a value that cannot be read ({str(error)[:100]}); mend it."
     raise CaseError([f"{place}: {problem}"])
+
+
+def read_case(path: Path, place: str) -> dict[str, Any]:
+    """Read a case file, and what it leaves out from the shipped case that its `base` names, if it names one.
+
+    A section of the file goes on top of the section of its base, key by key; anything else replaces what stood there.
+
+    Raises: CaseError naming `place`.
+    """
+    raw = read_toml(path, place)
+    for _ in range(MOST_BASES):
+        if BASE not in raw:
+            return raw
+        base = raw.pop(BASE)
+        shipped = list_shipped()
+        if not isinstance(base, str) or base not in shipped:
+            close = suggest(base, shipped) if isinstance(base, str) else None
+            hint = f"did you mean `{close}`" if close else "`fbcouple cases` lists them"
+            raise CaseError([f"{place}: {BASE}: {show(base)} is given, the name of a shipped case is allowed; {hint}."])
+        raw = _put_on_top(read_toml(shipped[base], base), raw)
+    raise CaseError([f"{place}: {BASE}: more than {MOST_BASES} cases stand on each other; name one lower down."])
+
+
+def _put_on_top(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
+    merged = below | above
+    for key in below.keys() & above.keys():
+        if isinstance(below[key], dict) and isinstance(above[key], dict):
+            merged[key] = below[key] | above[key]
+    return merged
 
 
 def _hint_overwrite(error: Exception) -> str:

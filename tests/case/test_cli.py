@@ -12,7 +12,7 @@ import pytest
 import fbcouple
 from fbcouple import doctor
 from fbcouple.case.load import load_case
-from fbcouple.case.source import list_shipped
+from fbcouple.case.source import list_sets, list_shipped
 from fbcouple.errors import CaseError, DivergedError, SolverError
 
 BROKEN = {
@@ -62,7 +62,8 @@ def test_several_mistakes_in_a_process_of_its_own(spoil, tmp_path):
 def test_missing_file_in_a_process_of_its_own(tmp_path):
     done = start(tmp_path, "check", "nowhere.toml")
     assert done.returncode == 1 and done.stdout == ""
-    assert done.stderr.startswith('"nowhere.toml": neither a shipped case nor a file') and "patil/c2" in done.stderr
+    assert done.stderr.startswith('"nowhere.toml": neither a shipped case nor a file')
+    assert "fbcouple cases" in done.stderr
     assert len(done.stderr.splitlines()) == 1 and list(tmp_path.iterdir()) == []
 
 
@@ -88,8 +89,32 @@ def test_check_prints_the_numbers(call):
 def test_cases_lists_the_shipped_ones(call):
     result = call("cases")
     assert result.exit_code == 0
-    for name in list_shipped():
+    for name in (*list_shipped(), *list_sets()):
         assert name in result.stdout
+
+
+def test_setup_of_a_set_is_one_folder_of_runs(call, tmp_path):
+    result = call("setup", "patil/turbulence", "--set", "end_time=2.0")
+    assert result.exit_code == 0, result.stderr
+    runs = tmp_path / "runs/patil-turbulence"
+    assert sorted(path.name for path in runs.iterdir()) == ["patil-a1", "patil-c6"]
+    cases = [load_case(str(runs / name)) for name in ("patil-a1", "patil-c6")]
+    assert [case.gas.turbulence for case in cases] == ["none", "smagorinsky"]
+    assert [case.end_time for case in cases] == [2.0, 2.0]
+
+
+def test_setup_of_a_set_with_a_mistake_writes_nothing(call, tmp_path):
+    assert call("setup", "patil/turbulence", "--set", "gas.densty=1").exit_code == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_setup_of_a_set_keeps_a_run_that_has_results(call, tmp_path):
+    kept = tmp_path / "set/patil-a1"
+    kept.mkdir(parents=True)
+    (kept / "results.nc").write_bytes(b"kept")
+    result = call("setup", "patil/turbulence", "-o", tmp_path / "set")
+    assert result.exit_code == 1 and "patil-a1" in result.stderr
+    assert [path.name for path in (tmp_path / "set").iterdir()] == ["patil-a1"]
 
 
 def test_setup_names_the_run_after_the_case(call):

@@ -10,8 +10,9 @@ import pytest
 from fbcouple.case.contact_checks import HERTZ_KEYS, SPRING_KEYS
 from fbcouple.case.load import load_case, write_case
 from fbcouple.case.options import list_options, list_sections
-from fbcouple.case.source import list_shipped
+from fbcouple.case.source import SETS_NAME, list_sets, list_shipped
 from fbcouple.errors import CaseError
+from fbcouple.places import CASES
 
 PARTICLE = 'title = "one particle"\nend_time = 1\n[domain]\nsize = [1, 1, 1]\ncells = [4, 4, 4]\n'
 PARTICLE += "[particles]\ndiameter = 0.1\ndensity = 1000\ncount = 1\n[start]\n"
@@ -35,8 +36,114 @@ def test_shipped_case_loads_and_survives_writing(name, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["case.toml"]
 
 
-def test_shipped_cases_are_the_four():
-    assert list(list_shipped()) == ["patil/c1", "patil/c2", "patil/c3", "patil/demo"]
+# Table 3 of Hamidouche et al. 2019: bed mass [kg], U_f [m/s], mu_p, mu_w, cells, and whether there is a sub-grid model.
+MIDDLE = (35, 6, 110)
+PAPER = {
+    "c1": (0.075, 1.20, 0.2, 0.2, (17, 3, 55), True),
+    "c2": (0.075, 1.20, 0.2, 0.2, MIDDLE, True),
+    "c3": (0.075, 1.20, 0.2, 0.2, (70, 12, 220), True),
+    "c4-0.0": (0.075, 1.20, 0.1, 0.0, MIDDLE, True),
+    "c4-0.1": (0.075, 1.20, 0.1, 0.1, MIDDLE, True),
+    "c4-0.2": (0.075, 1.20, 0.1, 0.2, MIDDLE, True),
+    "c4-0.4": (0.075, 1.20, 0.1, 0.4, MIDDLE, True),
+    "c5-0.0": (0.075, 1.20, 0.0, 0.1, MIDDLE, True),
+    "c5-0.1": (0.075, 1.20, 0.1, 0.1, MIDDLE, True),
+    "c5-0.2": (0.075, 1.20, 0.2, 0.1, MIDDLE, True),
+    "c5-0.4": (0.075, 1.20, 0.4, 0.1, MIDDLE, True),
+    "c6": (0.075, 1.71, 0.1, 0.1, MIDDLE, True),
+    "c7": (0.125, 1.54, 0.1, 0.1, MIDDLE, True),
+    "a1": (0.075, 1.71, 0.1, 0.1, MIDDLE, False),
+}
+
+
+@pytest.mark.parametrize("name", PAPER)
+def test_case_of_the_paper_is_as_its_table_says(name):
+    case = load_case(f"patil/{name}")
+    friction = case.contact.friction, case.contact.wall_friction
+    has_model = case.gas.turbulence != "none"
+    assert (case.particles.mass, case.gas.inlet_velocity, *friction, case.domain.cells, has_model) == PAPER[name]
+    assert (case.domain.size, case.end_time) == ((0.08, 0.015, 0.25), 20.0)
+    assert case.contact.restitution == case.contact.wall_restitution == 0.97
+    assert name.upper().split("-")[0] in case.title
+
+
+def test_set_of_all_is_the_table():
+    assert list_sets()["patil/all"] == [f"patil/{name}" for name in PAPER]
+
+
+@pytest.mark.parametrize("name", list_sets())
+def test_set_has_shipped_members_once(name):
+    members = list_sets()[name]
+    assert len(set(members)) == len(members) and set(members) <= set(list_shipped())
+
+
+def test_shipped_cases_have_a_readme_and_one_name_each():
+    files = [path for path in CASES.glob("**/*.toml") if path.name != SETS_NAME]
+    assert len(list_shipped()) == len(files)
+    for path in list_shipped().values():
+        readmes = [folder / "README.md" for folder in (path.parent, path.parent.parent) if folder != CASES]
+        assert any(readme.is_file() for readme in readmes), path
+
+
+@pytest.mark.parametrize(
+    ("name", "base", "keys"),
+    [
+        ("c2-slip", "c2", {"gas.walls": "slip"}),
+        ("c3-slip", "c3", {"gas.walls": "slip"}),
+        ("a1", "c6", {"gas.turbulence": "none"}),
+        ("paper-numerics/c1", "c1", {"contact.restitution": 1.0, "contact.wall_restitution": 1.0}),
+        ("paper-numerics/c5-0.0", "c5-0.0", {"contact.restitution": 1.0, "contact.wall_restitution": 1.0}),
+    ],
+)
+def test_variant_differs_from_its_base_in_nothing_else(name, base, keys):
+    variant, plain = (load_case(f"patil/{case}").model_dump() for case in (name, base))
+    for key, value in keys.items():
+        section, option = key.split(".")
+        assert plain[section][option] != value
+        plain[section][option] = value
+    plain["title"] = variant["title"]
+    assert variant == plain
+
+
+def test_own_file_on_a_shipped_base(tmp_path):
+    (tmp_path / "case.toml").write_text('base = "patil/c7"\nend_time = 3\n[particles]\ndensity = 2000\n')
+    case = load_case(str(tmp_path), ["gas.walls=slip"])
+    assert (case.end_time, case.particles.density, case.particles.mass) == (3.0, 2000.0, 0.125)
+    assert (case.gas.inlet_velocity, case.gas.walls) == (1.54, "slip")
+    write_case(case, tmp_path / "case.toml")
+    assert "base" not in tomllib.loads((tmp_path / "case.toml").read_text())
+    assert load_case(str(tmp_path)) == case
+
+
+@pytest.mark.parametrize(
+    ("base", "words"),
+    [
+        ('"patil/c22"', "did you mean `patil/c2`"),
+        ('"../../secret"', "the name of a shipped case is allowed"),
+        ('"case.toml"', "the name of a shipped case is allowed"),
+        ("3", "3 is given, the name of a shipped case is allowed"),
+        ('["patil/c2"]', "the name of a shipped case is allowed"),
+    ],
+)
+def test_base_that_is_no_shipped_case(tmp_path, base, words):
+    (tmp_path / "case.toml").write_text(f"base = {base}\n")
+    (problem,) = problems_of(tmp_path)
+    assert "case.toml: base: " in problem and words in problem
+
+
+def test_bases_that_go_round_are_told(tmp_path, monkeypatch):
+    monkeypatch.setattr("fbcouple.places.CASES", tmp_path)
+    (tmp_path / "a.toml").write_text('base = "b"\n')
+    (tmp_path / "b.toml").write_text('base = "a"\n')
+    (problem,) = problems_of("a")
+    assert "more than 5 cases stand on each other" in problem
+
+
+def test_mistake_in_what_stands_on_a_base(tmp_path):
+    (tmp_path / "case.toml").write_text('base = "patil/c2"\ngas = 3\n[contact]\nfrction = 0.1\n')
+    problems = problems_of(tmp_path)
+    assert len(problems) == 2 and all(problem.startswith(f"{tmp_path}/case.toml: ") for problem in problems)
+    assert "gas: 3 is given, a section is allowed" in problems[0] and "did you mean `friction`" in problems[1]
 
 
 def test_written_case_says_every_default(tmp_path):
@@ -118,7 +225,12 @@ def test_setting_cannot_smuggle_in_another_key():
 
 def test_unknown_shipped_name_is_suggested():
     (problem,) = problems_of("patil/c22")
-    assert "did you mean `patil/c2`" in problem and "patil/demo" in problem
+    assert "did you mean `patil/c2`" in problem and "fbcouple cases" in problem
+
+
+def test_set_is_no_case():
+    (problem,) = problems_of("patil/all")
+    assert "is a set of cases" in problem
 
 
 def test_name_does_not_leave_the_shipped_cases():
