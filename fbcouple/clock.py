@@ -16,11 +16,15 @@ class Clock:
     then exceeds the limit, which `max_courant` in the results shows.
     """
 
-    def __init__(self, end: float, dem_step: float | None, first_step: float) -> None:
-        """`first_step` [s] stands until `choose` is called; with particles it is rounded down to whole DEM steps."""
+    def __init__(self, end: float, dem_step: float | None, first_step: float, longest: float = math.inf) -> None:
+        """`first_step` [s] stands until `choose` is called; with particles it is rounded down to whole DEM steps.
+
+        No chosen step is longer than `longest` [s].
+        """
         self.time = 0.0
         self.steps = 0
         self._end = end
+        self._longest = longest
         self._dem_step = dem_step
         self._substeps_done = 0
         self.substeps = max(1, int(first_step / dem_step * (2.0 - _ALMOST))) if dem_step else 0
@@ -46,11 +50,11 @@ class Clock:
         """Choose the next step from the numbers of the last one and their limits; it grows by a fifth at most."""
         room = min(max_courant / max(courant, _TINY), max_fourier / max(fourier, _TINY))
         if self._dem_step is None:
-            self.dt *= min(room, _GROWTH)
+            self.dt = min(self.dt * min(room, _GROWTH), self._longest)
         else:
             # One more sub-step is always a growth allowed, or a few sub-steps could never grow by a fifth.
             growth = max(int(_GROWTH * self.substeps), self.substeps + 1)
-            self.substeps = max(1, min(int(room * self.dt / self._dem_step), growth))
+            self.substeps = max(1, min(int(min(room * self.dt, self._longest) / self._dem_step), growth))
         self._end_in_time()
 
     def _end_in_time(self) -> None:

@@ -85,13 +85,18 @@ def open_scene(case: Case, run: Path, comm: MPI.Comm, end: float) -> Scene:
 
 
 def _start_clock(case: Case, end: float) -> Clock:
-    """With both phases the first step is one DEM step, and the Courant number takes over from there."""
+    """With both phases the first step is one DEM step, and the Courant number takes over from there.
+
+    It knows nothing of a ramp's gas to come: steps are then never longer than the ramp's fastest gas allows.
+    """
     dem_step = derived.dem_step(case.contact, case.particles) if case.contact and case.particles else None
     first = min(case.output.record_every, case.averages.every if case.averages else math.inf)
+    longest = math.inf
     if case.gas:
         speed = max(derived.open_velocity(case), _SLOWEST)
-        first = dem_step or case.gas.max_courant * float(derived.cell_size(case).min()) / speed
-    return Clock(end, dem_step, first)
+        room = case.gas.max_courant * float(derived.cell_size(case).min()) / speed
+        first, longest = dem_step or room, room if case.gas.inlet_ramp else longest
+    return Clock(end, dem_step, first, longest)
 
 
 def _own_cells(grid: Grid, grains: Grains | None) -> np.ndarray:

@@ -50,11 +50,15 @@ class Results:
 
     @property
     def gas_flux(self) -> float | None:
-        """Inlet mass flux of the gas, rho U_f [kg m-2 s-1], the paper's unit of flux; None without an inlet flow."""
+        """Inlet mass flux of the gas, rho U_f [kg m-2 s-1], the paper's unit of flux; None without an inlet flow.
+
+        A ramp counts with its last velocity.
+        """
         gas = self.case.get("gas")
-        if gas is None or gas["inlet_velocity"] == 0.0:
+        if gas is None:
             return None
-        return float(gas["density"] * gas["inlet_velocity"])
+        velocity = gas["inlet_velocity"] if "inlet_velocity" in gas else gas["inlet_ramp"][-1][1]
+        return float(gas["density"] * velocity) or None
 
     @property
     def weight_per_area(self) -> float | None:

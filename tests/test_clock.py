@@ -31,6 +31,13 @@ def test_the_sharper_limit_chooses_and_growth_is_a_fifth_at_most(courant, fourie
     assert clock.dt == pytest.approx(2e-3 * factor, rel=1e-14)
 
 
+@pytest.mark.parametrize("dem_step", [None, DEM])
+def test_no_step_is_longer_than_the_longest(dem_step):
+    clock = Clock(end=1.0, dem_step=dem_step, first_step=DEM, longest=10.4 * DEM)
+    take(clock, 100)
+    assert clock.dt == pytest.approx((10.4 if dem_step is None else 10.0) * DEM, rel=1e-12)
+
+
 def test_without_particles_the_last_step_ends_at_the_end():
     clock = Clock(end=0.01, dem_step=None, first_step=3e-3)
     sizes = []

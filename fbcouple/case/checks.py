@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Collection, Iterator
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -183,6 +184,22 @@ def check_contact(case: Case, folder: Path) -> Iterator[Problem]:
         if not (math.isfinite(step) and case.end_time + step > case.end_time):
             text = f"{case.contact.stiffness:g} N/m gives a DEM step of {step:g} s, which time cannot advance by"
             yield Problem("contact.stiffness", f"{text}; give the stiffness in N/m and the particle in SI units.")
+
+
+@check("gas.inlet_velocity", "gas.inlet_ramp")
+def check_inlet(case: Case, folder: Path) -> Iterator[Problem]:
+    """The inlet has one velocity or a ramp, and the times of the ramp go up; a time may stand twice, not more."""
+    if case.gas is None:
+        return
+    if (case.gas.inlet_velocity is None) == (case.gas.inlet_ramp is None):
+        given = "neither it nor inlet_ramp is" if case.gas.inlet_velocity is None else "it and inlet_ramp are both"
+        yield Problem("gas.inlet_velocity", f"{given} given; give one of them (in m/s).")
+    times = [time for time, _ in case.gas.inlet_ramp or ()]
+    for row, (before, after) in enumerate(pairwise(times), start=2):
+        if after < before or times.count(after) > 2:
+            text = f"row {row} is at {after:g} s, {'before' if after < before else 'as are two more than'} the last"
+            yield Problem("gas.inlet_ramp", f"{text}; order the rows by time, two at most at one time (a jump).")
+            return
 
 
 @check("gas.closed_nozzle", "domain.cells")

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from fbcouple.case.schema import Case, Contact, Particles
+from fbcouple.case.schema import Case, Contact, Gas, Particles
 
 # 2 times the integral of dx/sqrt(1 - x^(5/2)) from 0 to 1.
 _HERTZ_DURATION = 4.0 * math.sqrt(math.pi) * math.gamma(0.4) / (5.0 * math.gamma(0.9))
@@ -92,9 +92,28 @@ def cell_size(case: Case) -> np.ndarray:
     return np.array(case.domain.size) / np.array(case.domain.cells)
 
 
-def open_velocity(case: Case) -> float:
-    """Superficial velocity [m/s] through the open faces of the floor: U_f A/(A - A_closed)."""
+def inlet_ramp(gas: Gas) -> tuple[tuple[float, float], ...]:
+    """Times [s] and superficial velocities [m/s] over the whole floor; a constant inlet is a ramp of one row."""
+    if gas.inlet_ramp is not None:
+        return gas.inlet_ramp
+    assert gas.inlet_velocity is not None, "the checks ask for one of the two"
+    return ((0.0, gas.inlet_velocity),)
+
+
+def fastest_inlet(gas: Gas) -> float:
+    """Largest superficial speed [m/s] at the inlet in the whole run, up or down."""
+    return max(abs(velocity) for _, velocity in inlet_ramp(gas))
+
+
+def open_share(case: Case) -> float:
+    """Area of the whole floor over that of its open faces: A/(A - A_closed)."""
     assert case.gas is not None
     nx, ny, _ = case.domain.cells
     closed = case.gas.closed_nozzle[0] * case.gas.closed_nozzle[1] if case.gas.closed_nozzle else 0
-    return case.gas.inlet_velocity * nx * ny / (nx * ny - closed)
+    return nx * ny / (nx * ny - closed)
+
+
+def open_velocity(case: Case) -> float:
+    """Largest superficial speed [m/s] through the open faces of the floor: U_f A/(A - A_closed)."""
+    assert case.gas is not None
+    return fastest_inlet(case.gas) * open_share(case)

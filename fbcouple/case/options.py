@@ -71,6 +71,9 @@ def word_rules(rules: dict[str, Any]) -> str:
         return word_rules(next(r for r in rules["anyOf"] if r.get("type") != "null"))
     if "enum" in rules:
         return " or ".join(f'"{word}"' for word in rules["enum"])
+    if rules["type"] == "array" and "items" in rules:
+        kinds = " and ".join(word_rules(rule) for rule in rules["items"]["prefixItems"])
+        return f"a list of rows, each of {kinds}"
     if rules["type"] == "array":
         return f"a list of {rules['minItems']} values, each {word_rules(rules['prefixItems'][0])}"
     limits = [f"{word} {rules[name]:.10g}" for name, word in _LIMITS.items() if name in rules]

@@ -14,6 +14,7 @@ from fbcouple.case.checks import machine_memory, needed_memory
 from fbcouple.case.derived import (
     cell_size,
     dem_step,
+    fastest_inlet,
     hertz_modulus,
     hertz_overlap,
     normal_damping,
@@ -84,7 +85,7 @@ def gas_step(case: Case) -> float:
     assert case.gas is not None
     cell = cell_size(case)
     fourier = case.gas.max_fourier * case.gas.density / case.gas.viscosity / float((1.0 / cell**2).sum())
-    speed = case.gas.inlet_velocity / (EXPANDED if case.particles else 1.0)
+    speed = fastest_inlet(case.gas) / (EXPANDED if case.particles else 1.0)
     return min(fourier, case.gas.max_courant * float(cell[2]) / speed) if speed > 0.0 else fourier
 
 
@@ -156,8 +157,8 @@ def _time_grains(case: Case) -> Iterator[Number]:
     steps = contact.steps_per_contact
     meaning = "Six keep restitution 0.97 within 0.959-0.990, twenty within 0.970-0.973."
     yield Number("DEM steps per contact", steps, "1", "at least 6", _judge(steps >= 6), meaning)
-    if case.gas and case.gas.inlet_velocity > 0.0:
-        overlap = _largest_overlap(contact, particles, case.gas.inlet_velocity) / particles.diameter
+    if case.gas and (fastest := fastest_inlet(case.gas)) > 0.0:
+        overlap = _largest_overlap(contact, particles, fastest) / particles.diameter
         meaning = "Overlap over diameter of a head-on contact at the inlet velocity; a stiffer spring lowers it."
         verdict = _judge(overlap <= 0.05, "warn" if overlap <= 0.2 else "unfit")
         yield Number("overlap", overlap, "d", "at most 0.05", verdict, meaning)
@@ -185,7 +186,7 @@ def _time_gas(case: Case) -> Iterator[Number]:
 def _time_exchange(case: Case, law: Law | None) -> Iterator[Number]:
     assert case.gas is not None and case.particles is not None and case.exchange is not None
     step, particles = gas_step(case), case.particles
-    beta = _drag(case, PACKED, case.gas.inlet_velocity / PACKED, law)
+    beta = _drag(case, PACKED, fastest_inlet(case.gas) / PACKED, law)
     per_volume = (1.0 - PACKED) / particle_volume(particles) * beta
     times = {"tau_g": PACKED * case.gas.density / per_volume, "tau_p": particle_mass(particles) / beta}
     for name, time in times.items():
@@ -214,7 +215,7 @@ def _fluidize(case: Case, law: Law | None) -> Iterator[Number]:
     assert case.gas is not None and case.particles is not None
     if case.gravity == 0.0 or case.particles.density <= case.gas.density:
         return
-    inlet = case.gas.inlet_velocity
+    inlet = fastest_inlet(case.gas)
     onset, terminal = minimum_fluidization(case, law=law), terminal_velocity(case, law)
     meaning = "U_mf of the case's drag law at voidage 0.40; below it the bed stays packed."
     yield Number("minimum fluidization", onset, "m s-1", f"below U_f = {inlet:g}", _judge(onset < inlet), meaning)

@@ -15,14 +15,17 @@ NonNegative: dict[str, Any] = {"ge": 0.0, "allow_inf_nan": False}
 
 
 def as_tuple(value: Any) -> Any:
-    """Take a TOML array where the schema holds a tuple; anything else is left for the schema to judge."""
-    return tuple(value) if isinstance(value, list) else value
+    """Take a TOML array, or one of arrays, where the schema holds tuples; the rest is for the schema to judge."""
+    return tuple(as_tuple(entry) for entry in value) if isinstance(value, list) else value
 
 
 Length = Annotated[float, Field(gt=0.0, le=1e4, allow_inf_nan=False)]
 CellCount = Annotated[int, Field(ge=1, le=1_000_000)]
 Sizes = Annotated[tuple[Length, Length, Length], BeforeValidator(as_tuple)]
 Cells = Annotated[tuple[CellCount, CellCount, CellCount], BeforeValidator(as_tuple)]
+Moment = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+Velocity = Annotated[float, Field(ge=-1e4, le=1e4, allow_inf_nan=False)]
+Ramp = Annotated[tuple[tuple[Moment, Velocity], ...], BeforeValidator(as_tuple), Field(min_length=1)]
 Faces = Annotated[tuple[CellCount, CellCount], BeforeValidator(as_tuple)]
 
 
@@ -45,8 +48,17 @@ class Domain(Section):
 class Gas(Section):
     density: float = option("Gas density.", "kg m-3", **Positive)
     viscosity: float = option("Dynamic viscosity.", "Pa s", **Positive)
-    inlet_velocity: float = option(
-        "Superficial velocity over the WHOLE floor, a closed nozzle included.", "m s-1", **NonNegative
+    inlet_velocity: float | None = option(
+        "Superficial velocity over the WHOLE floor, a closed nozzle included. Give this or `inlet_ramp`.",
+        "m s-1",
+        None,
+        **NonNegative,
+    )
+    inlet_ramp: Ramp | None = option(
+        "Times [s] and superficial velocities, linear between, the last one from then on; a time given twice is a "
+        "jump, below 0 the gas flows down. Give this or `inlet_velocity`.",
+        "m s-1",
+        None,
     )
     closed_nozzle: Faces | None = option(
         "Faces along x and y in the middle of the floor that let no gas through; absent: the whole floor is open.",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 from fbcouple.case import derived
@@ -33,13 +35,31 @@ def _gas_context(case: Case, gas: Gas) -> dict[str, Any]:
     total = cells[0] * cells[1] * cells[2]
     context: dict[str, Any] = {
         "kinematic_viscosity": gas.viscosity / gas.density,
-        "open_velocity": derived.open_velocity(case),
+        "open_velocity": derived.inlet_ramp(gas)[0][1] * derived.open_share(case),
+        "start_velocity": derived.inlet_ramp(gas)[0][1],
         "multigrid": total >= _MULTIGRID_FROM,
         "first_step": 1e-6,
     }
+    if gas.inlet_ramp:
+        context["inlet_expression"] = write_ramp(gas.inlet_ramp, derived.open_share(case))
     if gas.closed_nozzle:
         context["nozzle"] = _nozzle_box(case, gas.closed_nozzle)
     return context
+
+
+def write_ramp(ramp: Sequence[tuple[float, float]], share: float) -> str:
+    """The ramp (times [s], velocities [m/s]) times `share` as an OpenFOAM expression of time().
+
+    The first velocity, and what each stretch adds to it from its start to its end: a jump is a stretch of no length.
+    """
+    terms = [repr(ramp[0][1] * share)]
+    for (start, before), (end, after) in pairwise(ramp):
+        change = (after - before) * share
+        if change and end == start:
+            terms.append(f"({change!r})*pos0(time() - {end!r})")
+        elif change:
+            terms.append(f"({change / (end - start)!r})*(min(max(time(), {start!r}), {end!r}) - {start!r})")
+    return " + ".join(terms)
 
 
 def _nozzle_box(case: Case, closed: tuple[int, int]) -> dict[str, float]:

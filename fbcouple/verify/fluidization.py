@@ -11,7 +11,7 @@ import numpy as np
 from mpi4py import MPI
 
 from fbcouple.scene import Scene
-from fbcouple.verify.bench import FRICTIONLESS, GAS, GLASS, open_bench
+from fbcouple.verify.bench import FRICTIONLESS, GAS, GLASS, Edit, open_bench
 from fbcouple.verify.published import PUBLISHED, Bed
 from fbcouple.verify.registry import Number, scene
 from fbcouple.worker import choose_step, exert_drag, map_solids, move, react, start, step_gas
@@ -35,17 +35,15 @@ def _open(place: Path, comm: MPI.Comm) -> Scene:
     row = 1e-5 + pitch * (np.arange(_SITES) + 0.5)
     x, y, z = np.meshgrid(row, row, floor + pitch * (np.arange(_LAYERS) + 0.5), indexing="ij")
     shift = np.random.default_rng(1).uniform(-0.03, 0.03, (x.size, 3)) * GLASS["diameter"]
+    ramp = [[0.0, _FAST], [_SETTLE, _FAST], [_SETTLE + _RAMP, _SLOW]]
     sections: dict[str, Any] = {
         "domain": {"size": [_SIDE, _SIDE, _CELL * _CELLS_UP], "cells": [1, 1, _CELLS_UP]},
-        "gas": GAS | {"inlet_velocity": _FAST, "walls": "slip", "pressure_tolerance": 1e-10},
+        "gas": GAS | {"inlet_velocity": None, "inlet_ramp": ramp, "walls": "slip", "pressure_tolerance": 1e-10},
         "contact": FRICTIONLESS | {"friction": 0.1},
         "exchange": {},
     }
-    times = f"((0 (0 0 {_FAST})) ({_SETTLE} (0 0 {_FAST})) ({_SETTLE + _RAMP} (0 0 {_SLOW})))"
-    ramp = f"inlet\n    {{\n        type uniformFixedValue;\n        uniformValue table {times};\n    }}\n    outlet"
-    edits = {
-        "grains/in.grains": lambda deck: re.sub(r"zplane 0\.0$", f"zplane {floor}", deck, flags=re.MULTILINE),
-        "fluid/0/U": lambda deck: re.sub(r"inlet\s*\{.*?\}\s*outlet", ramp, deck, flags=re.DOTALL),
+    edits: dict[str, Edit] = {
+        "grains/in.grains": lambda deck: re.sub(r"zplane 0\.0$", f"zplane {floor}", deck, flags=re.MULTILINE)
     }
     return open_bench(place, comm, sections, np.column_stack([x.ravel(), y.ravel(), z.ravel()]) + shift, edits)
 

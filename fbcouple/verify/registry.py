@@ -22,6 +22,7 @@ MODULES = (
     "fall",
     "conservation",
     "fluidization",
+    "inlet",
 )
 
 

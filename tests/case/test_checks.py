@@ -52,6 +52,16 @@ def test_good_case_has_no_problems(good):
         ),
         ({"gas": {"closed_nozzle": (35, 6)}}, "leaves no face open"),
         ({"gas": {"closed_nozzle": (37, 4)}}, "give 1, 3, ... 35 along x and 2, 4, 6 along y"),
+        ({"gas": {"inlet_velocity": None}}, "gas.inlet_velocity: neither it nor inlet_ramp is given"),
+        ({"gas": {"inlet_ramp": ((0.0, 1.0),)}}, "gas.inlet_velocity: it and inlet_ramp are both given"),
+        (
+            {"gas": {"inlet_velocity": None, "inlet_ramp": ((0.0, 1.0), (2.0, 1.0), (1.0, 3.0))}},
+            "gas.inlet_ramp: row 3 is at 1 s, before the last",
+        ),
+        (
+            {"gas": {"inlet_velocity": None, "inlet_ramp": ((0.0, 1.0), (0.0, 2.0), (0.0, 3.0))}},
+            "gas.inlet_ramp: row 2 is at 0 s, as are two more than the last; order the rows by time, two at most",
+        ),
         ({"averages": {"start": 20.0}}, "averages.start: 20 s is given and the run ends at 20 s"),
         ({"averages": {"every": 2.0}}, "averages.every: 2 s is given, at most 1.9 s is allowed"),
         ({"exchange": {"drag": "huilin"}}, 'exchange.drag: "huilin" is given, allowed are: '),

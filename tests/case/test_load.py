@@ -151,7 +151,7 @@ def test_written_case_says_every_default(tmp_path):
     written = tomllib.loads((tmp_path / "case.toml").read_text())
     given = {f"{section}.{key}" for section, table in written.items() if isinstance(table, dict) for key in table}
     given |= {key for key, value in written.items() if not isinstance(value, dict)}
-    unset = {"particles.count", "particles.positions", "exchange.drag_file"}
+    unset = {"particles.count", "particles.positions", "exchange.drag_file", "gas.inlet_ramp"}
     unset |= {f"contact.{key}" for key in (*HERTZ_KEYS, *SPRING_KEYS)}
     assert set(list_options()) - given == unset
 
@@ -184,6 +184,30 @@ def test_settings_go_on_top():
     case = load_case("patil/c2", [*sets, "domain.cells=[17, 4, 56]", "gas.closed_nozzle=[3,2]", "title=a b c"])
     assert (case.particles.mass, case.gas.inlet_velocity, case.gas.walls) == (0.125, 1.54, "slip")
     assert case.domain.cells == (17, 4, 56) and case.gas.closed_nozzle == (3, 2) and case.title == "a b c"
+
+
+def write_with_ramp(folder, ramp):
+    text = (CASES / "patil/c2/case.toml").read_text()
+    (folder / "case.toml").write_text(text.replace("inlet_velocity = 1.2", f"inlet_ramp = {ramp}"))
+
+
+def test_a_ramp_is_read_and_written(tmp_path):
+    text = (
+        (CASES / "patil/c2/case.toml").read_text().replace("inlet_velocity = 1.2", "inlet_ramp = [[0, 1], [2.0, -0.5]]")
+    )
+    (tmp_path / "case.toml").write_text(text)
+    case = load_case(str(tmp_path))
+    assert case.gas.inlet_ramp == ((0.0, 1.0), (2.0, -0.5)) and case.gas.inlet_velocity is None
+    write_case(case, tmp_path / "again.toml")
+    assert load_case(str(tmp_path / "again.toml")) == case
+
+
+@pytest.mark.parametrize("ramp", ["[]", "[[0, 1], [1]]", "[[-1, 1]]", "[0, 1]", "3", "[[0, nan]]", '[[0, "1"]]'])
+def test_a_ramp_that_is_none_is_refused_with_what_is_allowed(tmp_path, ramp):
+    write_with_ramp(tmp_path, ramp)
+    (problem,) = problems_of(str(tmp_path))
+    assert "gas.inlet_ramp" in problem
+    assert "a list of rows, each of a number at least 0 and a number at least -10000 and at most 10000" in problem
 
 
 @pytest.mark.parametrize(

@@ -87,6 +87,8 @@ NOT_IN_DECKS = {
 }
 # Parts that are out of the full scene: test_contact_decks.py puts each of them in.
 CONTACT_OPTIONS = ("tangential_history", "rolling_friction", "hertz")
+# Likewise, each with the test that puts it in.
+OTHER_OPTIONS = {"inlet_ramp": "test_inlet_decks.py"}
 
 
 def join(decks):
@@ -204,7 +206,13 @@ def test_parts_of_the_loop_leave_the_decks_as_they_are(part):
 
 
 def test_every_part_of_a_scene_is_looked_at():
-    assert {part.name for part in explain(build())} == {*TRACES, *NOT_IN_DECKS, *CONTACT_OPTIONS, "damping"}
+    assert {part.name for part in explain(build())} == {
+        *TRACES,
+        *NOT_IN_DECKS,
+        *CONTACT_OPTIONS,
+        *OTHER_OPTIONS,
+        "damping",
+    }
 
 
 @pytest.mark.parametrize("changes", [{}, *(changes for changes, *_ in TRACES.values())], ids=["full", *TRACES])

@@ -89,3 +89,10 @@ def test_a_hole_in_a_mean_is_counted_not_hidden(dataset, write):
 
 def test_cell_edges_cover_the_length():
     assert cell_edges(np.array([0.01, 0.03]), 0.04) == pytest.approx([0.0, 0.5, 1.0])
+
+
+@pytest.mark.parametrize(("ramp", "flux"), [("[[0, 0.5], [1, 2.0]]", 2.33), ("[[0, 0.5], [1, 0.0]]", None)])
+def test_the_gas_flux_of_a_ramp_is_that_of_its_end(dataset, write, ramp, flux):
+    dataset.attrs["case"] = dataset.attrs["case"].replace("inlet_velocity = 1.2", f"inlet_ramp = {ramp}")
+    found = open_results(write(dataset)).gas_flux
+    assert found is None if flux is None else found == pytest.approx(flux)
