@@ -240,6 +240,22 @@ def post(run: Path) -> None:
 
 
 @cli.command()
+@click.argument("runs", nargs=-1, required=True, metavar="RUN...", type=click.Path(path_type=Path))
+@click.option("--json", "file", type=click.Path(path_type=Path, dir_okay=False), help="Write the table to FILE.")
+def claims(runs: tuple[Path, ...], file: Path | None) -> None:
+    """Tell which statements of the reference paper hold in these RUNs, and which they cannot decide."""
+    import json
+
+    from postproc.claims import tabulate_claims
+
+    rows = tabulate_claims(runs)
+    columns = ["statement", "place", "numerics", "measured", "wanted", "verdict", "why"]
+    print_table(columns, [[row[column] for column in columns] for row in rows])
+    if file:
+        file.write_text(json.dumps({"claims": rows}, indent=2) + "\n")
+
+
+@cli.command()
 @click.argument("names", nargs=-1, metavar="[NAME]...")
 @click.option("--fast", is_flag=True, help="Only the subset that every test run does.")
 @click.option("--json", "file", type=click.Path(path_type=Path, dir_okay=False), help="Write the table to FILE.")

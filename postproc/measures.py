@@ -1,0 +1,159 @@
+"""Numbers of a run that the paper's statements speak of, each with its statistical standard error."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from postproc.dataset import NotDrawableError, Results, depth_average
+from postproc.profiles import vertical_flux
+
+BLOCKS = 10
+DENSE = 0.2
+"""Solids fraction of the dense bed (section 4.2)."""
+FREEBOARD = 0.375
+"""z/H above which the paper sees no particles (section 4.2)."""
+WALL_STRIP = 5e-3
+"""Width [m] of the strips along the side walls that count as near them."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A value and its standard error, in the same unit."""
+
+    value: float
+    error: float
+
+    def __sub__(self, other: Measured) -> Measured:
+        return Measured(self.value - other.value, math.hypot(self.error, other.error))
+
+    def is_above(self, limit: float) -> bool | None:
+        """Whether the value is above `limit`; None if it lies within two standard errors of it."""
+        if abs(self.value - limit) <= 2.0 * self.error:
+            return None
+        return self.value > limit
+
+
+def in_window(results: Results, name: str) -> np.ndarray:
+    """History `name` within the averaging window."""
+    values = results.history(name)
+    if results.window is None:
+        raise NotDrawableError([f"{results.path} has no averaging window."])
+    time = values["time"].values
+    return values.values[(time >= results.window[0]) & (time <= results.window[1])]
+
+
+def mean_of_history(results: Results, name: str) -> Measured:
+    """Mean of a history over the averaging window; the error from the means of `BLOCKS` blocks."""
+    values = in_window(results, name)
+    if len(values) < 2 * BLOCKS:
+        raise NotDrawableError([f"`{name}` in {results.path} has {len(values)} rows in the window; too few."])
+    means = np.array([block.mean() for block in np.array_split(values, BLOCKS)])
+    return Measured(float(values.mean()), float(means.std(ddof=1) / math.sqrt(BLOCKS)))
+
+
+def bed_height(results: Results) -> Measured:
+    """Time-mean height [m] of the bed."""
+    return mean_of_history(results, "bed_height")
+
+
+def unrest(results: Results) -> Measured:
+    """Standard deviation of the height of the particles' centre of mass over its mean: bubbles lift and drop it."""
+    values = in_window(results, "solids_centre_z")
+    mean = mean_of_history(results, "solids_centre_z").value
+    parts = np.array([block.var() for block in np.array_split(values, BLOCKS)])
+    variance, error = float(values.var()), float(parts.std(ddof=1) / math.sqrt(BLOCKS))
+    deviation = math.sqrt(variance)
+    return Measured(deviation / mean, error / (2.0 * deviation) / mean if deviation else 0.0)
+
+
+def freeboard_solids(results: Results) -> Measured:
+    """Solids fraction above z/H = 0.375, mean over the width, of the layer that has most."""
+    field, error = (_rows(results, name) for name in ("solids_fraction", "solids_fraction_stderr"))
+    above = results.data["z"].values >= FREEBOARD * results.size[2]
+    row = int(np.argmax(field[above].mean(axis=1)))
+    return Measured(float(field[above].mean(axis=1)[row]), float(error[above].mean(axis=1)[row]))
+
+
+def agitation_height(results: Results) -> float:
+    """z/H of the layer with most agitation per mass, below z/H = 0.375."""
+    weight, agitation = results.mean("solids_fraction").values, _agitation(results)
+    below = results.data["z"].values < FREEBOARD * results.size[2]
+    mass = weight[below].sum(axis=(1, 2))
+    energy = (weight * agitation)[below].sum(axis=(1, 2))
+    layer = int(np.argmax(np.divide(energy, mass, out=np.zeros_like(mass), where=mass > 0.0)))
+    return float(results.data["z"].values[below][layer]) / results.size[2]
+
+
+def bed_agitation(results: Results) -> Measured:
+    """Mean agitation per mass [m2 s-2] of the dense bed."""
+    weight, agitation = results.mean("solids_fraction").values, _agitation(results)
+    error = results.data["agitation_stderr"].values.astype(float)
+    dense = weight > DENSE
+    total = weight[dense].sum()
+    return Measured(
+        float((weight * agitation)[dense].sum() / total), float((weight * np.nan_to_num(error))[dense].sum() / total)
+    )
+
+
+def middle_flux(results: Results) -> Measured:
+    """Vertical solids flux over rho U_f at z/H = 0.092, mean of the middle third of the width."""
+    profile = vertical_flux(results)
+    middle = np.abs(profile.position - 0.5) < 1.0 / 6.0
+    return Measured(float(profile.value[middle].mean()), _error(profile.stderr, middle))
+
+
+def wall_flux(results: Results) -> Measured:
+    """Vertical solids flux over rho U_f at z/H = 0.092 in the cells next to the side walls, mean of both."""
+    profile = vertical_flux(results)
+    ends = np.zeros(len(profile.value), dtype=bool)
+    ends[[0, -1]] = True
+    return Measured(float(profile.value[ends].mean()), _error(profile.stderr, ends))
+
+
+def flux_magnitude(results: Results) -> Measured:
+    """Magnitude of the depth-mean solids flux [kg m-2 s-1], mean below z/H = 0.375."""
+    components = [_rows(results, "solids_flux", axis) for axis in "xz"]
+    errors = [_rows(results, "solids_flux_stderr", axis) for axis in "xz"]
+    below = results.data["z"].values < FREEBOARD * results.size[2]
+    return Measured(float(np.hypot(*components)[below].mean()), float(np.hypot(*errors)[below].mean()))
+
+
+def wall_solids(results: Results) -> Measured:
+    """Solids fraction within 5 mm of the side walls, mean below z/H = 0.25, the height of the dense bed."""
+    field, error = (_rows(results, name) for name in ("solids_fraction", "solids_fraction_stderr"))
+    x, below = results.data["x"].values, results.data["z"].values < 0.25 * results.size[2]
+    strip = np.minimum(x, results.size[0] - x) < WALL_STRIP
+    return Measured(float(field[below][:, strip].mean()), float(error[below][:, strip].mean()))
+
+
+def map_difference(one: Results, other: Results) -> Measured:
+    """Root mean square difference of two depth-mean solids-fraction maps below z/H = 0.375, over the largest value."""
+    fields = [_rows(results, "solids_fraction") for results in (one, other)]
+    errors = [_rows(results, "solids_fraction_stderr") for results in (one, other)]
+    below = one.data["z"].values < FREEBOARD * one.size[2]
+    top = max(float(field.max()) for field in fields)
+    difference = float(np.sqrt(np.mean((fields[0] - fields[1])[below] ** 2)))
+    return Measured(difference / top, float(np.sqrt(np.mean(errors[0][below] ** 2 + errors[1][below] ** 2))) / top)
+
+
+def _rows(results: Results, name: str, axis: str | None = None) -> np.ndarray:
+    """Depth mean (z, x) of a time mean, or of one component of it."""
+    field = results.mean(name)
+    return depth_average(field.sel(component=axis) if axis else field).values
+
+
+def _agitation(results: Results) -> np.ndarray:
+    """Agitation (z, y, x) [m2 s-2], 0 where no particle ever was."""
+    if "agitation" not in results.data or "agitation_stderr" not in results.data:
+        raise NotDrawableError([f"{results.path} has no `agitation`."])
+    return np.nan_to_num(results.data["agitation"].values.astype(float))
+
+
+def _error(stderr: np.ndarray | None, cells: np.ndarray) -> float:
+    """Bound on the error of a mean over `cells`: reached if they err together."""
+    if stderr is None or not np.isfinite(stderr[cells]).all():
+        raise NotDrawableError(["the vertical flux has no standard error; run longer."])
+    return float(stderr[cells].mean())

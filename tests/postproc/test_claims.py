@@ -1,0 +1,242 @@
+"""Claims are decided by the runs they speak of, told by their parameters, and only beyond their errors."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from click.testing import CliRunner
+
+from fbcouple.case.load import load_case, write_case
+from fbcouple.cli import cli
+from postproc.claims import CLAIMS, NO, UNDECIDED, YES, judge_claims
+from postproc.dataset import Results, open_results
+from postproc.paper_runs import AS_COMPUTED, AS_PRINTED, BEDS, identify
+
+Make = Callable[..., Results]
+
+
+@pytest.fixture
+def make(tmp_path: Path) -> Make:
+    """A run of a shipped case with analytic means: `make("c4-0.1", height=0.0625, unrest=0.06)`."""
+
+    def make_run(name: str, sets: tuple[str, ...] = (), folder: str = "", **shape: float) -> Results:
+        case = load_case(f"patil/{name}", sets)
+        run = tmp_path / (folder or name.replace("/", "-"))
+        run.mkdir()
+        write_case(case, run / "case.toml")
+        data = synthesize(case.domain.cells, case.domain.size, **shape)
+        data.attrs["case"] = (run / "case.toml").read_text()
+        data.to_netcdf(run / "results.nc")
+        return open_results(run)
+
+    return make_run
+
+
+def synthesize(
+    cells: tuple[int, int, int],
+    size: tuple[float, float, float],
+    height: float = 0.0625,
+    unrest: float = 0.06,
+    wall_flux: float = -20.0,
+    wall_solids: float = 0.5,
+    freeboard: float = 0.0,
+    agitation: float = 0.1,
+    end: float = 20.0,
+    noise: float = 1e-3,
+) -> xr.Dataset:
+    """Solids up to `height`, denser along the side walls; flux up in the middle; agitation peaks at z/H = 0.25."""
+    x, y, z = ((np.arange(n) + 0.5) * length / n for n, length in zip(cells, size, strict=True))
+    above, _, across = np.meshgrid(z, y, x, indexing="ij")
+    near = np.minimum(across, size[0] - across) < 5e-3
+    solids = np.where(above < height, np.where(near, wall_solids, 0.4), freeboard)
+    upward = np.where(near, wall_flux, 5.0) * (above < height)
+    time = np.linspace(0.01, end, 2000)
+    swing = np.sqrt(2.0) * unrest * np.sin(40.0 * time)
+    mean, vector = ("z", "y", "x"), ("component", "z", "y", "x")
+    zero = np.zeros_like(upward)
+    return xr.Dataset(
+        {
+            "solids_fraction": (mean, solids),
+            "solids_fraction_stderr": (mean, np.full_like(solids, noise)),
+            "solids_flux": (vector, np.stack([zero, zero, upward])),
+            "solids_flux_stderr": (vector, np.full((3, *upward.shape), noise)),
+            "agitation": (mean, agitation * np.exp(-(((above - 0.0625) / 0.03) ** 2))),
+            "agitation_stderr": (mean, np.full_like(solids, noise * agitation)),
+            "bed_height": ("time", height * (1.0 + 0.5 * swing)),
+            "solids_centre_z": ("time", 0.5 * height * (1.0 + swing)),
+        },
+        coords={"x": x, "y": y, "z": z, "component": ["x", "y", "z"], "time": time},
+        attrs={"averaging_start": 1.0, "averaging_end": end, "complete": 1},
+    )
+
+
+def verdicts(*runs: Results) -> dict[str, str]:
+    return {row.name: row.verdict for row in judge_claims(runs) if row.numerics == AS_PRINTED}
+
+
+@pytest.mark.parametrize("name", BEDS)
+def test_shipped_case_is_known_by_its_parameters(make, name):
+    numerics, names = identify(make(name, folder="any"))
+    assert numerics == AS_PRINTED and name in names
+    assert all(BEDS[other] == BEDS[name] for other in names)
+
+
+def test_variant_with_other_numerics_is_told_apart(make):
+    assert identify(make("paper-numerics/c5-0.0"))[0] == AS_COMPUTED
+
+
+@pytest.mark.parametrize(
+    "setting",
+    [
+        "particles.rotation=true",
+        "exchange.drag=beetstra",
+        "exchange.filter_passes=2",
+        "contact.restitution=0.9",
+        "contact.friction=0.15",
+        "gas.closed_nozzle=[3, 4]",
+        "gas.walls=slip",
+        "particles.mass=0.08",
+        "gas.inlet_velocity=1.3",
+        "domain.cells=[35, 6, 100]",
+    ],
+)
+def test_changed_case_is_no_longer_the_papers(make, setting):
+    _, names = identify(make("c4-0.1", sets=(setting,)))
+    assert names == []
+
+
+def test_bed_by_count_is_the_bed_by_mass(make, tmp_path):
+    run = make("c2")
+    particles = {key: value for key, value in run.case["particles"].items() if key != "mass"} | {"count": 57296}
+    assert identify(Results(run.path, run.data, run.case | {"particles": particles}))[1] == ["c2"]
+
+
+def test_without_runs_nothing_is_told(make):
+    rows = judge_claims([])
+    assert [row.name for row in rows] == list(CLAIMS)
+    assert {row.verdict for row in rows} == {UNDECIDED} and not any(row.measured for row in rows)
+
+
+def test_foreign_run_decides_nothing(make):
+    rows = judge_claims([make("c4-0.1", sets=("particles.rotation=true",))])
+    assert {row.verdict for row in rows} == {UNDECIDED}
+
+
+def test_short_run_decides_nothing_and_is_named(make):
+    row = next(row for row in judge_claims([make("c4-0.1", end=5.5)]) if row.name == "bed-height")
+    assert row.verdict == UNDECIDED and "c4-0.1 averaged 4.5 s" in row.why
+
+
+def test_longer_of_two_runs_counts(make):
+    short, full = make("c4-0.1", folder="a", end=8.0, height=0.09), make("c4-0.1", folder="b", end=20.0)
+    assert verdicts(short, full)["bed-height"] == verdicts(full, short)["bed-height"] == YES
+
+
+@pytest.mark.parametrize(("height", "verdict"), [(0.0625, YES), (0.0650, YES), (0.072, NO), (0.050, NO)])
+def test_bed_height(make, height, verdict):
+    assert verdicts(make("c4-0.1", height=height, unrest=0.01))["bed-height"] == verdict
+
+
+@pytest.mark.parametrize(("unrest", "homogeneous", "bubbles"), [(0.001, YES, NO), (0.06, NO, YES)])
+def test_bubbles_move_the_centre_of_mass(make, unrest, homogeneous, bubbles):
+    found = verdicts(make("c5-0.0", unrest=unrest), make("c4-0.0", unrest=unrest))
+    assert found["homogeneous"] == homogeneous and found["not-homogeneous"] == bubbles
+
+
+@pytest.mark.parametrize(("flux", "noise", "verdict"), [(-20.0, 1e-3, YES), (20.0, 1e-3, NO), (-20.0, 30.0, UNDECIDED)])
+def test_double_loop(make, flux, noise, verdict):
+    assert verdicts(make("c2", wall_flux=flux, noise=noise))["double-loop"] == verdict
+
+
+@pytest.mark.parametrize(
+    ("solids", "noise", "verdict"),
+    [(0.55, 1e-3, YES), (0.45, 1e-3, NO), (0.501, 1e-3, UNDECIDED), (0.55, 0.1, UNDECIDED)],
+)
+def test_denser_walls(make, solids, noise, verdict):
+    runs = make("c2", noise=noise), make("c3", wall_solids=solids, noise=noise)
+    assert verdicts(*runs)["denser-walls"] == verdict
+
+
+@pytest.mark.parametrize(
+    ("heights", "verdict"),
+    [
+        ((0.070, 0.065, 0.060, 0.055), YES),
+        ((0.070, 0.060, 0.065, 0.055), NO),
+        ((0.055, 0.060, 0.065, 0.070), NO),
+        ((0.0600, 0.0600, 0.0600, 0.0600), UNDECIDED),
+    ],
+)
+@pytest.mark.parametrize(("family", "claim"), [("c4", "height-wall-friction"), ("c5", "height-friction")])
+def test_height_against_friction(make, heights, verdict, family, claim):
+    values = ("0.0", "0.1", "0.2", "0.4")
+    runs = [make(f"{family}-{mu}", height=h, unrest=0.01) for mu, h in zip(values, heights, strict=True)]
+    found = verdicts(*runs)
+    assert found[claim] == verdict
+    assert verdicts(*runs[:3])[claim] == UNDECIDED
+
+
+@pytest.mark.parametrize(("best", "verdict"), [("0.2", YES), ("0.4", NO)])
+@pytest.mark.parametrize(
+    ("family", "claims"), [("c4", ("wall-flux-c4", "flux-c4")), ("c5", ("wall-flux-c5", "flux-c5"))]
+)
+def test_largest_flux(make, best, verdict, family, claims):
+    runs = [make(f"{family}-{mu}", wall_flux=-40.0 if mu == best else -20.0) for mu in ("0.0", "0.1", "0.2", "0.4")]
+    found = verdicts(*runs)
+    assert [found[name] for name in claims] == [verdict, verdict]
+
+
+@pytest.mark.parametrize(("last", "verdict"), [(0.05, YES), (0.3, NO)])
+def test_agitation_against_friction(make, last, verdict):
+    values = {"0.0": 0.2, "0.1": 0.15, "0.2": 0.1, "0.4": last}
+    found = verdicts(*(make(f"c5-{mu}", agitation=value) for mu, value in values.items()))
+    assert found["agitation-friction"] == verdict
+
+
+def test_peak_of_agitation_and_freeboard(make):
+    runs = [make(f"{family}-{mu}") for family in ("c4", "c5") for mu in ("0.0", "0.2", "0.4")] + [make("c4-0.1")]
+    found = verdicts(*runs)
+    assert found["agitation-peak"] == YES and found["freeboard"] == YES
+    found = verdicts(*runs[1:], make("c4-0.0", folder="other", freeboard=0.05, end=30.0))
+    assert found["freeboard"] == NO
+
+
+@pytest.mark.parametrize(("one", "other", "claim"), [("c6", "a1", "turbulence"), ("c3", "c3-slip", "walls-fine")])
+def test_pair_without_visible_difference(make, one, other, claim):
+    first = make(one)
+    assert verdicts(first, make(other, folder="same"))[claim] == YES
+    assert verdicts(first, make(other, folder="taller", height=0.085))[claim] == NO
+    unsure = verdicts(make(one, folder="n1", noise=0.3), make(other, folder="n2", height=0.085, noise=0.3))
+    assert unsure[claim] == UNDECIDED
+
+
+def test_best_match_is_never_decided(make):
+    assert verdicts(*(make(name) for name in ("c4-0.1", "c4-0.2", "c5-0.2")))["best-match"] == UNDECIDED
+
+
+def test_runs_with_other_numerics_have_rows_of_their_own(make):
+    rows = judge_claims([make("c5-0.0", unrest=0.06), make("paper-numerics/c5-0.0", unrest=0.001)])
+    found = {(row.numerics, row.verdict) for row in rows if row.name == "homogeneous"}
+    assert found == {(AS_PRINTED, NO), (AS_COMPUTED, YES)}
+    assert [row.name for row in rows if row.numerics == AS_COMPUTED] == ["homogeneous"]
+
+
+def test_lacking_quantity_is_told(make, tmp_path):
+    run = make("c5-0.0")
+    row = judge_claims([Results(run.path, run.data.drop_vars("solids_centre_z"), run.case)])
+    (homogeneous,) = [line for line in row if line.name == "homogeneous"]
+    assert homogeneous.verdict == UNDECIDED and "solids_centre_z" in homogeneous.why
+
+
+def test_table_on_the_command_line(make, tmp_path):
+    make("c4-0.1")
+    done = CliRunner().invoke(cli, ["claims", str(tmp_path / "c4-0.1"), "--json", str(tmp_path / "claims.json")])
+    assert done.exit_code == 0, done.output
+    assert "62.5" in done.stdout and UNDECIDED.split()[0] in done.stdout
+    rows = json.loads((tmp_path / "claims.json").read_text())["claims"]
+    assert {row["name"]: row["verdict"] for row in rows}["bed-height"] == YES
+    assert CliRunner().invoke(cli, ["claims", str(tmp_path)]).exit_code == 1
