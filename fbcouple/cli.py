@@ -183,6 +183,7 @@ def lay_out_run(case: Case, folder: Path, run: Path) -> None:
     """Set up `run` and keep the case's own files (which lie in `folder`) beside the effective case."""
     from fbcouple.case.positions import start_positions
     from fbcouple.decks.render import set_up
+    from fbcouple.reference import parse_reference
 
     try:
         set_up(case, run, lambda wanted: start_positions(wanted, folder))
@@ -190,6 +191,9 @@ def lay_out_run(case: Case, folder: Path, run: Path) -> None:
             shutil.copyfile(folder / case.particles.positions, run / case.particles.positions)
         if case.exchange and case.exchange.drag_file:
             shutil.copyfile(folder / case.exchange.drag_file, run / case.exchange.drag_file)
+        for text in case.output.references:
+            name = parse_reference(text).file
+            shutil.copyfile(folder / name, run / name)
     except OSError as error:
         raise CaseError([f"{run}: cannot be written ({error.strerror}); give another folder with -o."]) from error
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from fbcouple.averages.means import Means
+from fbcouple.averages.snapshots import Snapshots
 from fbcouple.clock import Cadence
 from fbcouple.contacts import find_max_overlap
 from fbcouple.errors import DivergedError
@@ -34,11 +35,16 @@ class Recorder:
         self._elapsed = self._pressure_time = self._support_time = 0.0
         self._particles = 0
         self._begin = self._saved = time.monotonic()
+        every = scene.case.output.snapshots_every
+        self._snapshots = Snapshots(scene.comm, scene.grid, scene.owned, every) if every else None
         self._log = (run / "logs/run.jsonl").open("w") if scene.comm.rank == 0 else None
 
     def observe(self, scene: Scene) -> None:
         """Check the step that was taken; record it if a row is due; save if it is time (collective)."""
         self._check(scene)
+        if self._snapshots and scene.coupling:
+            with scene.watch("record"):
+                self._snapshots.take(scene.coupling.voidage, scene.clock.time)
         if not self._cadence.due(scene.clock.time) and scene.clock.running:
             return
         with scene.watch("record"):
@@ -137,7 +143,8 @@ class Recorder:
                 if phase and phase.samples:
                     means |= _gather(scene, phase)
         if scene.comm.rank == 0:
-            write_results(self._run / "results.nc", scene.grid, means, self._rows, self._describe(scene))
+            taken = self._snapshots.taken if self._snapshots else ()
+            write_results(self._run / "results.nc", scene.grid, means, self._rows, self._describe(scene), taken)
         self._saved = time.monotonic()
 
     def _describe(self, scene: Scene) -> dict[str, Any]:

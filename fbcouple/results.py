@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import zlib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -50,11 +51,12 @@ def write_results(
     means: dict[str, np.ndarray],
     history: list[dict[str, Any]],
     attributes: dict[str, Any],
+    snapshots: Sequence[tuple[float, np.ndarray]] = (),
 ) -> None:
     """Write results.nc under a temporary name and move it into place.
 
     `means`: name -> (z, y, x) or (component, z, y, x), `..._stderr` beside it; `history`: a row a record, `wall`
-    in it the seconds of each stage since the row before.
+    in it the seconds of each stage since the row before; `snapshots`: time [s] and depth-mean voidage (z, x).
     """
     data: dict[str, Any] = {}
     for name, values in means.items():
@@ -76,9 +78,17 @@ def write_results(
         coordinates[name] = (name, grid.centres(axis), {"units": "m", "long_name": f"cell centre {name}"})
     times = np.array([row["time"] for row in history], dtype=float)
     coordinates["time"] = ("time", times, {"units": "s", "long_name": "simulated time"})
+    encoding: dict[str, Any] = {}
+    if snapshots:
+        about = {"units": "1", "long_name": "depth-mean voidage that the gas had at that time"}
+        fields = np.array([field for _, field in snapshots], dtype=np.float32)
+        data["voidage_snapshots"] = (("snapshot_time", "z", "x"), fields, about)
+        times = np.array([time for time, _ in snapshots])
+        coordinates["snapshot_time"] = ("snapshot_time", times, {"units": "s", "long_name": "time of a snapshot"})
+        encoding["voidage_snapshots"] = {"zlib": True, "complevel": 1}
     dataset = xr.Dataset(data, coordinates, {"Conventions": "CF-1.10"} | attributes)
     fresh = path.with_suffix(".tmp")
-    dataset.to_netcdf(fresh)
+    dataset.to_netcdf(fresh, encoding=encoding)
     with fresh.open("rb") as file:
         os.fsync(file.fileno())
     fresh.replace(path)

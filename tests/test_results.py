@@ -158,3 +158,15 @@ def test_a_line_with_one_flipped_bit_is_none():
 @pytest.mark.parametrize("line", ["", "\n", "{}", "no JSON at all", '{"time": 1.0}', '{"time": 1.0, "crc32": }'])
 def test_lines_without_a_checksum_are_none(line):
     assert read_line(line) is None
+
+
+def test_snapshots_come_back_with_times_of_their_own(tmp_path):
+    field = np.linspace(0.4, 1.0, 12, dtype=np.float32).reshape(3, 4)
+    snapshots = [(0.0, field), (0.5, field[::-1])]
+    write_results(tmp_path / "results.nc", GRID, {}, make_history(5), {}, snapshots)
+    with xr.open_dataset(tmp_path / "results.nc") as data:
+        stored = data["voidage_snapshots"]
+        assert stored.dims == ("snapshot_time", "z", "x") and stored.dtype == np.float32
+        np.testing.assert_array_equal(stored.values, [field, field[::-1]])
+        assert stored.attrs["units"] == "1" and stored.attrs["long_name"]
+        assert data["snapshot_time"].values.tolist() == [0.0, 0.5] and data["snapshot_time"].dtype == np.float64

@@ -10,7 +10,8 @@ from typing import Any
 
 from pydantic import ValidationError
 
-import fbcouple.case.contact_checks  # noqa: F401  (registers its checks)
+import fbcouple.case.contact_checks
+import fbcouple.case.output_checks  # noqa: F401  (both register their checks)
 from fbcouple.case.checks import list_problems
 from fbcouple.case.options import list_sections
 from fbcouple.case.problems import Problem, show, word_errors

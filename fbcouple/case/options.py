@@ -72,6 +72,8 @@ def word_rules(rules: dict[str, Any]) -> str:
     if "enum" in rules:
         return " or ".join(f'"{word}"' for word in rules["enum"])
     if rules["type"] == "array" and "items" in rules:
+        if "prefixItems" not in rules["items"]:
+            return f"a list, each entry {word_rules(rules['items'])}"
         kinds = " and ".join(word_rules(rule) for rule in rules["items"]["prefixItems"])
         return f"a list of rows, each of {kinds}"
     if rules["type"] == "array":

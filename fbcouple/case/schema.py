@@ -27,6 +27,7 @@ Moment = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 Velocity = Annotated[float, Field(ge=-1e4, le=1e4, allow_inf_nan=False)]
 Ramp = Annotated[tuple[tuple[Moment, Velocity], ...], BeforeValidator(as_tuple), Field(min_length=1)]
 Faces = Annotated[tuple[CellCount, CellCount], BeforeValidator(as_tuple)]
+Texts = Annotated[tuple[str, ...], BeforeValidator(as_tuple)]
 
 
 def option(text: str, unit: str = "1", default: Any = ..., **limits: Any) -> Any:
@@ -166,6 +167,13 @@ class Averages(Section):
 class Output(Section):
     record_every: float = option("Time between rows of the history.", "s", 1e-2, **Positive)
     save_every: float = option("Wall time between rewrites of results.nc.", "s", 60.0, **Positive)
+    snapshots_every: float | None = option(
+        "Time between snapshots of the depth-mean voidage, for bubbles; absent: none are taken.", "s", None, **Positive
+    )
+    references: Texts = option(
+        "Measured lines for the report: quantity@height=file, height in m, CSV beside the case (x in m, value, error).",
+        default=(),
+    )
 
 
 class Case(Section):

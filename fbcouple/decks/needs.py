@@ -127,6 +127,12 @@ def _averages(case: Case) -> tuple[bool, str]:
     return case.averages is not None, "[averages] in the case" if case.averages else "no [averages]"
 
 
+@_part
+def _voidage_snapshots(case: Case) -> tuple[bool, str]:
+    every = case.output.snapshots_every
+    return every is not None, "no output.snapshots_every" if every is None else f"output.snapshots_every = {every}"
+
+
 def explain(case: Case) -> list[Part]:
     """Every part a scene can have, whether this one has it, and why."""
     return [Part(name, *decide(case)) for name, decide in _DECISIONS.items()]

@@ -205,6 +205,13 @@ def test_parts_of_the_loop_leave_the_decks_as_they_are(part):
     assert not re.search(r"filter|average", join(render_decks(full)), re.IGNORECASE)
 
 
+def test_snapshots_are_out_unless_asked_for_and_never_in_the_decks():
+    case = build()
+    asked = case.model_copy(update={"output": case.output.model_copy(update={"snapshots_every": 0.01})})
+    assert not find_needs(case)["voidage_snapshots"] and find_needs(asked)["voidage_snapshots"]
+    assert render_decks(case) == render_decks(asked)
+
+
 def test_every_part_of_a_scene_is_looked_at():
     assert {part.name for part in explain(build())} == {
         *TRACES,
@@ -212,6 +219,7 @@ def test_every_part_of_a_scene_is_looked_at():
         *CONTACT_OPTIONS,
         *OTHER_OPTIONS,
         "damping",
+        "voidage_snapshots",
     }
 
 

@@ -1,0 +1,53 @@
+"""Whether what [output] asks for can be had from this scene."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from fbcouple.case.checks import check
+from fbcouple.case.problems import Problem, show
+from fbcouple.case.schema import Case
+from fbcouple.errors import CaseError
+from fbcouple.reference import parse_reference, read_points
+
+MOST_SNAPSHOTS = 100_000
+
+
+@check("output.snapshots_every", "gas", "particles", "end_time")
+def check_snapshots(case: Case, folder: Path) -> Iterator[Problem]:
+    """Snapshots of the voidage need both phases, and there are not more of them than a file should hold."""
+    every = case.output.snapshots_every
+    if every is None:
+        return
+    if case.gas is None or case.particles is None:
+        missing = "gas" if case.gas is None else "particles"
+        text = f"{every:g} s is given and the scene has no [{missing}], so no voidage"
+        yield Problem("output.snapshots_every", f"{text}; remove it or add [{missing}].")
+    elif case.end_time / every > MOST_SNAPSHOTS:
+        text = f"{every:g} s is given, at least {case.end_time / MOST_SNAPSHOTS:.3g} s is allowed"
+        yield Problem("output.snapshots_every", f"{text} ({MOST_SNAPSHOTS} snapshots); take them more seldom.")
+
+
+@check("output.references", "domain.size")
+def check_references(case: Case, folder: Path) -> Iterator[Problem]:
+    """Each reference can be read, its file lies beside the case, and its line lies in the box."""
+    key = "output.references"
+    for text in case.output.references:
+        try:
+            reference = parse_reference(text)
+            name = reference.file
+            if Path(name).name != name or "\\" in name or "\0" in name or not name.endswith(".csv"):
+                given = f"{show(name)} is given, the bare name of a .csv file is allowed"
+                yield Problem(key, f"{given}; put the file beside the case file and give its name only.")
+                continue
+            points = read_points(folder / name)
+        except CaseError as error:
+            yield from (Problem(key, problem) for problem in error.problems)
+            continue
+        width, _, height = case.domain.size
+        if reference.height > height:
+            yield Problem(key, f"{show(text)} is at {reference.height:g} m, the box is {height:g} m high; give m.")
+        if points.x[0] < 0.0 or points.x[-1] > width:
+            given = f"{name} has x from {points.x[0]:g} to {points.x[-1]:g} m"
+            yield Problem(key, f"{given}, 0 to {width:g} m is allowed (domain.size); give x in m from the left wall.")

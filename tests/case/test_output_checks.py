@@ -1,0 +1,51 @@
+"""[output]: snapshots that the scene cannot give, references that cannot be read, and their way into the run folder."""
+
+import pytest
+
+from fbcouple.case.load import load_case
+from fbcouple.errors import CaseError
+
+
+def problems_of(name, *sets):
+    with pytest.raises(CaseError) as caught:
+        load_case(str(name), sets)
+    return caught.value.problems
+
+
+def test_snapshots_need_both_phases(spoil):
+    path = spoil()
+    text = path.read_text()
+    path.write_text(text[: text.index("[gas]")] + text[text.index("[particles]") : text.index("[exchange]")])
+    (problem,) = problems_of(path, "output.snapshots_every=0.01")
+    assert "output.snapshots_every: 0.01 s is given and the scene has no [gas]" in problem
+
+
+def test_too_many_snapshots_are_refused():
+    (problem,) = problems_of("patil/c2", "output.snapshots_every=1e-9")
+    assert "at least 0.0002 s is allowed" in problem
+
+
+def test_references_are_copied_into_the_run_folder(spoil, call, tmp_path):
+    path = spoil()
+    (tmp_path / "flux.csv").write_text("x,value\n0.01,1.0\n")
+    done = call("setup", path, "-o", "run", "--set", 'output.references=["solids_flux@0.023=flux.csv"]')
+    assert done.exit_code == 0, done.output
+    assert (tmp_path / "run/flux.csv").read_text() == "x,value\n0.01,1.0\n"
+    assert load_case(str(tmp_path / "run")).output.references == ("solids_flux@0.023=flux.csv",)
+
+
+@pytest.mark.parametrize(
+    ("reference", "told"),
+    [
+        ("flux@0.02=flux.csv", "`flux` in"),
+        ("solids_flux@0.02=none.csv", "none.csv cannot be read"),
+        ("solids_flux@0.02=../flux.csv", "bare name of a .csv file"),
+        ("solids_flux@2.3=flux.csv", "the box is 0.25 m high"),
+        ("solids_flux@0.02=mm.csv", "x from 10 to 20 m, 0 to 0.08 m is allowed"),
+    ],
+)
+def test_references_that_cannot_serve_are_told(spoil, tmp_path, reference, told):
+    (tmp_path / "flux.csv").write_text("x,value\n0.01,1.0\n")
+    (tmp_path / "mm.csv").write_text("x,value\n10,1.0\n20,1.0\n")
+    (problem,) = problems_of(spoil(), f'output.references=["{reference}"]')
+    assert "output.references: " in problem and told in problem
