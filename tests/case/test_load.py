@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import tomllib
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import pytest
 from fbcouple.case.contact_checks import HERTZ_KEYS, SPRING_KEYS
 from fbcouple.case.load import load_case, write_case
 from fbcouple.case.options import list_options, list_sections
-from fbcouple.case.source import SETS_NAME, list_sets, list_shipped
+from fbcouple.case.source import SETS_NAME, find_case, list_sets, list_shipped
 from fbcouple.errors import CaseError
 from fbcouple.places import CASES
 
@@ -29,11 +30,12 @@ def problems_of(name: object, *sets: str) -> list[str]:
 
 @pytest.mark.parametrize("name", list_shipped())
 def test_shipped_case_loads_and_survives_writing(name, tmp_path):
-    case = load_case(name)
+    case, own = load_case(name), find_case(name).parent.glob("*.csv")
+    brought = [shutil.copy(path, tmp_path) for path in own if case.output.references]
     write_case(case, tmp_path / "case.toml")
     assert load_case(str(tmp_path / "case.toml")) == case
     assert load_case(str(tmp_path)) == case
-    assert [path.name for path in tmp_path.iterdir()] == ["case.toml"]
+    assert len(list(tmp_path.iterdir())) == 1 + len(brought)
 
 
 # Table 3 of Hamidouche et al. 2019: bed mass [kg], U_f [m/s], mu_p, mu_w, cells, and whether there is a sub-grid model.
