@@ -20,6 +20,7 @@ from rich.table import Table
 from rich.text import Text
 
 from fbcouple import __version__
+from fbcouple.batch.schedulers import SCHEDULERS
 from fbcouple.errors import CaseError, FbcoupleError, SolverError
 
 if TYPE_CHECKING:
@@ -53,6 +54,17 @@ def require_finite(ctx: click.Context, parameter: click.Parameter, value: float 
     if value is not None and not math.isfinite(value):
         raise click.BadParameter("give a finite number of seconds")
     return value
+
+
+def read_clock(ctx: click.Context, parameter: click.Parameter, value: str) -> int:
+    """Seconds of a time given as HH:MM:SS."""
+    parts = value.split(":")
+    if len(parts) != 3 or not all(part.isascii() and part.isdigit() and len(part) <= 4 for part in parts):
+        raise click.BadParameter("write it as HH:MM:SS")
+    hours, minutes, seconds = map(int, parts)
+    if minutes > 59 or seconds > 59 or hours + minutes + seconds == 0:
+        raise click.BadParameter("minutes and seconds go to 59, and the limit is above 0")
+    return 3600 * hours + 60 * minutes + seconds
 
 
 def print_table(columns: Iterable[str], rows: Iterable[Iterable[str | Text]]) -> None:
@@ -231,6 +243,27 @@ def require_run(run: Path) -> None:
     """Raise CaseError unless `run` is a folder that `setup` wrote."""
     if not (run / "case.toml").is_file():
         raise CaseError([f"{run}: is not a run folder (no case.toml); write one with `fbcouple setup CASE -o {run}`."])
+
+
+@cli.command()
+@click.argument("place", metavar="RUN", type=click.Path(path_type=Path))
+@click.option("--scheduler", required=True, type=click.Choice(list(SCHEDULERS)), help="The batch system.")
+@click.option(
+    "--time", "limit", required=True, metavar="HH:MM:SS", callback=read_clock, help="Wall-time limit of a job."
+)
+@click.option("-n", "--ranks", type=click.IntRange(min=1), default=1, show_default=True, help="MPI ranks.")
+@click.option("--notice", type=click.IntRange(min=1), default=300, show_default=True, help="Stop SECONDS before it.")
+@click.option("--memory", type=click.IntRange(min=1), help="Memory of all ranks [MiB]; by default estimated.")
+@click.option("--module", "modules", multiple=True, help="Load this module first; may be given several times.")
+@click.option("--queue", help="Partition or queue.")
+@click.option("--account", help="Account or project.")
+@click.option("--chain", type=click.IntRange(min=1), help="Hand in so many jobs, one after the other; no requeueing.")
+def batch(place: Path, scheduler: str, **request: Any) -> None:
+    """Write the job script of RUN for a batch system; of a folder of runs, an array job."""
+    from fbcouple.batch.jobs import Request, write_job
+
+    job, submit = write_job(place, scheduler, Request(**request))
+    click.echo(f"{job}: read it; {submit} hands it in")
 
 
 @cli.command()

@@ -1,0 +1,137 @@
+"""Job scripts for a run, or for a folder of runs as an array job: as long as it takes, in pieces that fit the limit."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+import shlex
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from fbcouple.batch.schedulers import SCHEDULERS, Scheduler
+from fbcouple.case.checks import needed_memory
+from fbcouple.case.load import load_case
+from fbcouple.case.problems import show
+from fbcouple.case.source import FILE_NAME
+from fbcouple.decks.render import make_environment
+from fbcouple.errors import CaseError
+
+# Resident memory of a rank with Python, numba and both solvers before it holds anything (measured: 320 MB) [MiB].
+_RANK_MEMORY = 400
+_MARGIN = 1.5
+_SHORTEST = 60
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._/+:=@-]{0,99}")
+_PATH = re.compile(r"/[A-Za-z0-9._/+:=@,-]{1,3000}")
+
+
+@dataclass(frozen=True)
+class Request:
+    """What a job asks for: ranks, wall-time limit and notice before it [s], memory [MiB], modules, queue, account.
+
+    `memory` None: estimated from the case. `chain`: jobs that are handed in one after the other; None: one job that
+    requeues itself until the run is done.
+    """
+
+    ranks: int
+    limit: int
+    notice: int = 300
+    memory: int | None = None
+    modules: tuple[str, ...] = ()
+    queue: str | None = None
+    account: str | None = None
+    chain: int | None = None
+
+
+def find_runs(place: Path) -> list[Path]:
+    """The run folder `place`, or the run folders in it, by name.
+
+    Raises: CaseError if it is none and holds none.
+    """
+    if (place / FILE_NAME).is_file():
+        return [place.resolve()]
+    runs = sorted(path.parent.resolve() for path in place.glob(f"*/{FILE_NAME}")) if place.is_dir() else []
+    if not runs:
+        text = "is neither a run folder nor a folder of runs"
+        raise CaseError([f"{place}: {text}; write one with `fbcouple setup CASE -o {place}`."])
+    return runs
+
+
+def write_job(place: Path, scheduler: str, request: Request) -> tuple[Path, Path]:
+    """Write PLACE/batch/SCHEDULER.sh, the job script, and submit-SCHEDULER.sh, which hands it in.
+
+    Raises: CaseError if `request` cannot be met or a name or path could be taken for something else than a name.
+    """
+    runs, system = find_runs(place), SCHEDULERS[scheduler]
+    _require_sound(place.resolve(), runs, system, scheduler, request)
+    folder = place.resolve() / "batch"
+    job, submit = folder / f"{scheduler}.sh", folder / f"submit-{scheduler}.sh"
+    memory = request.memory or estimate_memory(runs, request.ranks)
+    minutes = request.limit // 60
+    first, then = system.submit(shlex.quote(str(job)))
+    context = {
+        "name": re.sub(r"[^A-Za-z0-9._-]", "-", place.resolve().name)[:60],
+        "runs": [str(run) for run in runs],
+        "folder": str(folder),
+        "index": system.index,
+        "ranks": request.ranks,
+        "memory": memory,
+        "memory_per_rank": math.ceil(memory / request.ranks),
+        "clock_limit": f"{minutes // 60:02d}:{minutes % 60:02d}:{request.limit % 60:02d}",
+        "minutes_limit": minutes,
+        "notice": request.notice,
+        "minutes_notice": math.ceil(request.notice / 60),
+        "limit_option": "" if system.warns else f" --wall-limit {request.limit - request.notice}",
+        "requeues": request.chain is None,
+        "modules": request.modules,
+        "queue": request.queue,
+        "account": request.account,
+        "python": sys.executable,
+        "jobs": request.chain or 1,
+        "first": first,
+        "next": then,
+    }
+    environment = make_environment()
+    environment.filters["shell"] = shlex.quote
+    folder.mkdir(exist_ok=True)
+    for path, template in ((job, f"batch/{scheduler}.sh"), (submit, "batch/submit.sh")):
+        unfinished = path.with_name(path.name + ".part")
+        unfinished.write_text(environment.get_template(template).render(context))
+        unfinished.chmod(0o755)
+        os.replace(unfinished, path)
+    return job, submit
+
+
+def estimate_memory(runs: list[Path], ranks: int) -> int:
+    """Memory [MiB] that the largest of `runs` needs on `ranks` ranks, all of them together."""
+    largest = max(needed_memory(load_case(str(run))) for run in runs)
+    return math.ceil(_RANK_MEMORY * ranks + _MARGIN * largest / 2**20)
+
+
+def _require_sound(place: Path, runs: list[Path], system: Scheduler, scheduler: str, request: Request) -> None:
+    problems = []
+    for option, given in _list_names(request):
+        if not _NAME.fullmatch(given):
+            allowed = "letters, digits and . _ / + : = @ - are allowed"
+            problems.append(f"{option}: {show(given)} is given, {allowed}; give the bare name.")
+    for path in (place, *runs):
+        if not _PATH.fullmatch(str(path)):
+            text = "has characters in its path that a batch script takes for something else"
+            problems.append(f"{show(str(path))}: {text}; move it to a path of letters, digits and . _ / + : = @ , -.")
+    if request.limit < _SHORTEST:
+        problems.append(f"--time: {request.limit} s is given, at least a minute is allowed; give hours.")
+    elif request.notice >= request.limit:
+        text = f"{request.notice} s is given and the limit is {request.limit} s"
+        problems.append(f"--notice: {text}; give less, but enough to write a checkpoint.")
+    if request.chain is None and not system.requeues:
+        text = f"a {scheduler} job cannot start itself again"
+        problems.append(f"--chain: {text}; say how many jobs of this length the run may take.")
+    if problems:
+        raise CaseError(problems)
+
+
+def _list_names(request: Request) -> list[tuple[str, str]]:
+    named = [("--module", module) for module in request.modules]
+    named += [("--queue", request.queue)] if request.queue is not None else []
+    return named + ([("--account", request.account)] if request.account is not None else [])

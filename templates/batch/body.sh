@@ -1,0 +1,42 @@
+{% for module in modules %}
+module load {{ module }}
+{% endfor %}
+set -u
+
+runs=(
+{% for run in runs %}
+    {{ run | shell }}
+{% endfor %}
+)
+run="${runs[{{ index }}]}"
+state="$run/batch/state"
+mkdir -p "$run/batch"
+
+# What the job before left: nothing (this is the first), "running" (it was killed), 75 (stopped with a checkpoint); any
+# other exit code is final, and a job that was handed in to go on has nothing to do.
+left=$(cat "$state" 2>/dev/null)
+case "$left" in
+    "" | running | 75) ;;
+    *) exit "$left" ;;
+esac
+how=()
+if [ -d "$run/checkpoints" ]; then
+    how=(--resume)
+elif [ -n "$left" ]; then
+    how=(--fresh)
+fi
+echo running > "$state"
+
+job=
+trap '[ -z "$job" ] || kill -USR1 "$job" 2>/dev/null' USR1
+trap '[ -z "$job" ] || kill -TERM "$job" 2>/dev/null' TERM
+{{ python | shell }} -m fbcouple.cli run "$run" -n {{ ranks }}{{ limit_option }} ${how[@]+"${how[@]}"} &
+job=$!
+wait "$job"
+code=$?
+# A trapped signal ends `wait` early.
+while kill -0 "$job" 2>/dev/null; do
+    wait "$job"
+    code=$?
+done
+echo "$code" > "$state"

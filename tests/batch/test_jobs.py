@@ -1,0 +1,257 @@
+"""Job scripts: what they ask for, what they do when run, and that nothing but names gets into them."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+from fbcouple.batch.jobs import Request, estimate_memory, write_job
+from fbcouple.batch.schedulers import SCHEDULERS
+from fbcouple.case.load import load_case, write_case
+from fbcouple.cli import cli
+from fbcouple.errors import CaseError
+
+HOUR = 3600
+# Stands in for the interpreter that runs `fbcouple run`: notes its arguments, exits as the file `code` says.
+PYTHON = """#!/bin/bash
+echo "$@" >> {folder}/calls
+trap 'exit 75' USR1
+if [ -e {folder}/waits ]; then touch {folder}/waiting; sleep 30 & wait $!; fi
+exit "$(cat {folder}/code)"
+"""
+NOTE = '#!/bin/bash\necho "$(basename "$0") $*" >> {folder}/calls\necho "{answer}"\n'
+
+
+@pytest.fixture
+def runs(tmp_path: Path) -> Path:
+    """A folder of two runs, as `setup` of a set leaves them (the case file is all that a job looks at)."""
+    for name in ("a", "b"):
+        (tmp_path / "set" / name).mkdir(parents=True)
+        write_case(load_case("patil/c2"), tmp_path / "set" / name / "case.toml")
+    return tmp_path / "set"
+
+
+@pytest.fixture
+def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a stand-in interpreter and the commands of the three batch systems, first on the PATH."""
+    folder = tmp_path / "site"
+    folder.mkdir()
+    answers = {"sbatch": "17;box", "qsub": "17.box", "bsub": "Job <17> is submitted to queue <q>.", "scontrol": ""}
+    texts = {name: NOTE.format(folder=folder, answer=answer) for name, answer in answers.items()}
+    for name, text in ({"python": PYTHON.format(folder=folder)} | texts).items():
+        (folder / name).write_text(text)
+        (folder / name).chmod(0o755)
+    (folder / "code").write_text("0")
+    monkeypatch.setenv("PATH", f"{folder}:{os.environ['PATH']}")
+    monkeypatch.setattr("sys.executable", str(folder / "python"))
+    return folder
+
+
+def read_calls(site: Path) -> list[str]:
+    calls = site / "calls"
+    return calls.read_text().splitlines() if calls.exists() else []
+
+
+def run_job(job: Path, **environment: str) -> int:
+    return subprocess.run([job], env=os.environ | environment, check=False, timeout=30).returncode
+
+
+def batch(*arguments: object) -> Result:
+    return CliRunner().invoke(cli, ["batch", *map(str, arguments)])
+
+
+def request_of(scheduler: str, **more: object) -> Request:
+    chain = {} if SCHEDULERS[scheduler].requeues else {"chain": 3}
+    return Request(**({"ranks": 4, "limit": 2 * HOUR} | chain | more))
+
+
+@pytest.mark.parametrize(
+    ("scheduler", "lines"),
+    [
+        (
+            "slurm",
+            [
+                "#SBATCH --ntasks=4",
+                "#SBATCH --mem-per-cpu=500M",
+                "#SBATCH --time=02:00:00",
+                "#SBATCH --signal=B:USR1@300",
+                "#SBATCH --requeue",
+                "#SBATCH --partition=short",
+                "#SBATCH --account=beds",
+                "#SBATCH --array=0-1",
+            ],
+        ),
+        (
+            "pbs",
+            [
+                "#PBS -l select=1:ncpus=4:mpiprocs=4:mem=2000mb",
+                "#PBS -l walltime=02:00:00",
+                "#PBS -q short",
+                "#PBS -A beds",
+                "#PBS -J 0-1",
+            ],
+        ),
+        (
+            "lsf",
+            [
+                '#BSUB -J "set[1-2]"',
+                "#BSUB -n 4",
+                '#BSUB -R "rusage[mem=2000MB]"',
+                "#BSUB -W 120",
+                "#BSUB -wa USR1",
+                "#BSUB -wt 5",
+                '#BSUB -Q "75"',
+                "#BSUB -q short",
+                "#BSUB -P beds",
+            ],
+        ),
+    ],
+)
+def test_what_a_job_asks_for(runs, scheduler, lines):
+    wanted = request_of(scheduler, memory=2000, modules=("openmpi/4.1",), queue="short", account="beds")
+    job, submit = write_job(runs, scheduler, wanted)
+    text = job.read_text().splitlines()
+    assert text[0] == "#!/bin/bash" and set(lines) <= set(text)
+    assert "module load openmpi/4.1" in text and text.index("module load openmpi/4.1") < text.index("set -u")
+    assert sum(f'run "$run" -n {wanted.ranks} ' in line for line in text) == 1
+    for script in (job, submit):
+        assert subprocess.run(["bash", "-n", script], check=False).returncode == 0
+        assert os.access(script, os.X_OK)
+
+
+@pytest.mark.parametrize("scheduler", SCHEDULERS)
+def test_single_run_is_no_array_and_what_is_not_asked_for_leaves_no_trace(runs, scheduler):
+    text = write_job(runs / "a", scheduler, request_of(scheduler))[0].read_text()
+    for absent in ("--array", "#PBS -J", "[1-", "partition", "account", "#PBS -q", "#BSUB -q", "#BSUB -P", "module"):
+        assert absent not in text
+
+
+def test_memory_is_ranks_and_the_largest_case(runs):
+    write_case(load_case("patil/c3"), runs / "b/case.toml")
+    one, four = (estimate_memory([runs / "a", runs / "b"], ranks) for ranks in (1, 4))
+    assert four - one == 1200
+    assert one == estimate_memory([runs / "b"], 1) > estimate_memory([runs / "a"], 1) > 400
+
+
+@pytest.mark.parametrize(("scheduler", "variable"), [("slurm", "SLURM_ARRAY_TASK_ID"), ("pbs", "PBS_ARRAY_INDEX")])
+def test_array_job_takes_its_own_run(runs, site, scheduler, variable):
+    job, _ = write_job(runs, scheduler, request_of(scheduler))
+    assert [run_job(job, **{variable: str(number)}) for number in (1, 0)] == [0, 0]
+    assert [call.split()[3] for call in read_calls(site)] == [str(runs / "b"), str(runs / "a")]
+
+
+def test_array_job_of_lsf_counts_from_one(runs, site):
+    job, _ = write_job(runs, "lsf", request_of("lsf"))
+    assert [run_job(job, LSB_JOBINDEX=number) for number in ("2", "1")] == [0, 0]
+    assert [call.split()[3] for call in read_calls(site)] == [str(runs / "b"), str(runs / "a")]
+    single, _ = write_job(runs / "a", "lsf", request_of("lsf"))
+    (runs / "a/batch/state").unlink()
+    assert run_job(single, LSB_JOBINDEX="0") == 0 and len(read_calls(site)) == 3
+
+
+@pytest.mark.parametrize("scheduler", SCHEDULERS)
+def test_jobs_go_on_until_the_run_is_done(runs, site, scheduler):
+    run = runs / "a"
+    job, _ = write_job(run, scheduler, request_of(scheduler, chain=3))
+    (site / "code").write_text("75")
+    assert run_job(job) == 75
+    (run / "checkpoints").mkdir()
+    assert run_job(job) == 75
+    (site / "code").write_text("0")
+    assert run_job(job) == 0
+    assert run_job(job) == 0
+    calls = read_calls(site)
+    limit = "" if SCHEDULERS[scheduler].warns else f" --wall-limit {2 * HOUR - 300}"
+    start = f"-m fbcouple.cli run {run} -n 4{limit}"
+    assert calls == [start, f"{start} --resume", f"{start} --resume"]
+
+
+def test_killed_job_without_a_checkpoint_is_started_again(runs, site):
+    run = runs / "a"
+    job, _ = write_job(run, "slurm", request_of("slurm"))
+    (run / "batch/state").write_text("running\n")
+    assert run_job(job) == 0
+    assert read_calls(site)[0].endswith("-n 4 --fresh")
+
+
+@pytest.mark.parametrize("code", ["1", "3", "4"])
+def test_failed_run_is_not_tried_again(runs, site, code):
+    job, _ = write_job(runs / "a", "slurm", request_of("slurm"))
+    (site / "code").write_text(code)
+    assert [run_job(job), run_job(job)] == [int(code), int(code)]
+    assert len(read_calls(site)) == 1
+
+
+@pytest.mark.parametrize("chain", [None, 2])
+def test_notice_becomes_a_checkpoint_and_a_requeue(runs, site, chain):
+    job, _ = write_job(runs / "a", "slurm", request_of("slurm", chain=chain))
+    (site / "waits").touch()
+    started = subprocess.Popen([job], env=os.environ | {"SLURM_JOB_ID": "42"})
+    deadline = time.monotonic() + 20
+    while not (site / "waiting").exists() and time.monotonic() < deadline:
+        time.sleep(0.05)
+    time.sleep(0.2)
+    started.send_signal(signal.SIGUSR1)
+    assert started.wait(timeout=20) == 75
+    assert ("scontrol requeue 42" in read_calls(site)) is (chain is None)
+    assert (runs / "a/batch/state").read_text() == "75\n"
+
+
+@pytest.mark.parametrize(
+    ("scheduler", "calls"),
+    [
+        ("slurm", ["sbatch --parsable {job}", *["sbatch --parsable --dependency=afterany:17 {job}"] * 2]),
+        ("pbs", ["qsub {job}", *["qsub -W depend=afterany:17.box {job}"] * 2]),
+        ("lsf", ["bsub ", *["bsub -w ended(17)"] * 2]),
+    ],
+)
+def test_chain_is_handed_in_one_after_the_other(runs, site, scheduler, calls):
+    job, submit = write_job(runs / "a", scheduler, request_of(scheduler, chain=3))
+    (runs / "a/batch/state").write_text("3\n")
+    assert subprocess.run([submit], check=False, timeout=20).returncode == 0
+    assert read_calls(site) == [call.format(job=job) for call in calls]
+    assert not (runs / "a/batch/state").exists()
+
+
+@pytest.mark.parametrize("option", ["--module", "--queue", "--account"])
+@pytest.mark.parametrize("name", ["a;rm -rf x", "$(touch x)", "a\n#SBATCH --x", "`x`", "-x", "", "a b", "x" * 200])
+def test_name_that_is_none_is_refused(runs, option, name):
+    done = batch(runs / "a", "--scheduler", "slurm", "--time", "01:00:00", f"{option}={name}")
+    assert done.exit_code == 1 and f"{option}: " in done.stderr and len(done.stderr.splitlines()) == 1
+    assert not (runs / "a/batch").exists()
+
+
+@pytest.mark.parametrize("name", ["a b", "$(x)", "a\nb", "a;b", "a%j", "ü", "a'b"])
+def test_path_that_a_script_would_misread_is_refused(tmp_path, name):
+    (tmp_path / name).mkdir()
+    write_case(load_case("patil/c2"), tmp_path / name / "case.toml")
+    with pytest.raises(CaseError, match="move it to a path"):
+        write_job(tmp_path / name, "slurm", request_of("slurm"))
+    assert not (tmp_path / name / "batch").exists()
+
+
+@pytest.mark.parametrize("limit", ["1:2", "a:b:c", "00:00:00", "00:61:00", "01:00:61", "-1:00:00", "", "1e3:0:0"])
+def test_time_that_is_none_is_a_usage_error(runs, limit):
+    assert batch(runs, "--scheduler", "slurm", "--time", limit).exit_code == 2
+
+
+def test_request_that_cannot_be_met_is_told_at_once(runs, tmp_path):
+    done = batch(runs, "--scheduler", "pbs", "--time", "00:04:00", "--queue", "a b")
+    assert done.exit_code == 1
+    assert [line.split(":")[0] for line in done.stderr.splitlines()] == ["--queue", "--notice", "--chain"]
+    assert batch(tmp_path / "nowhere", "--scheduler", "slurm", "--time", "01:00:00").exit_code == 1
+    short = batch(runs, "--scheduler", "slurm", "--time", "00:00:30", "--notice", "5")
+    assert short.exit_code == 1 and "at least a minute" in short.stderr
+
+
+@pytest.mark.parametrize("scheduler", SCHEDULERS)
+def test_command_line_writes_both_scripts(runs: Path, scheduler: str) -> None:
+    done = batch(runs, "--scheduler", scheduler, "--time", "24:00:00", "-n", 2, "--chain", 2)
+    assert done.exit_code == 0, done.stderr
+    assert sorted(path.name for path in (runs / "batch").iterdir()) == [f"{scheduler}.sh", f"submit-{scheduler}.sh"]
