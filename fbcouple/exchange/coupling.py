@@ -10,11 +10,12 @@ from mpi4py import MPI
 
 from fbcouple.case.schema import Case
 from fbcouple.exchange import momentum
+from fbcouple.exchange.corners import corner_offsets
 from fbcouple.exchange.drag import choose_law
-from fbcouple.exchange.filter import filter_field
+from fbcouple.exchange.filter import filtered
 from fbcouple.exchange.momentum import DRAG_SCHEMES
 from fbcouple.exchange.plan import Plan, find_patch
-from fbcouple.exchange.weights import Weights, corner_offsets
+from fbcouple.exchange.weights import Weights
 from fbcouple.grid import Grid
 
 
@@ -59,7 +60,8 @@ class Coupling:
         self._deposit = {1: np.empty((cells, 1)), 4: np.empty((cells, 4))}
         self._fields = {c: patch.make_field(c) for c in (1, 4, 6)}
         self._scratch = {c: patch.make_field(c) for c in (1, 4, 6)} if case.exchange.filter_passes else self._fields
-        self._voidage_field = patch.make_field(1)
+        # Velocity, voidage and pressure gradient of a cell side by side, and one number more: two vectors of four.
+        self._gas_rows = patch.make_field(8)
         self._room = -1
 
     def map(self, particles: Particles) -> None:
@@ -74,7 +76,9 @@ class Coupling:
 
     def drag(self, particles: Particles, dt: float) -> None:
         """K and S of the next gas step from slip and voidage at the particles, averaged over `dt` [s]."""
-        self.plan.fetch(self.voidage[:, None], self._voidage_field)
+        voidage = self._fields[1]
+        self.plan.fetch(self.voidage[:, None], voidage)
+        self._gas_rows[..., 3] = voidage[..., 0]
         self.beta = self._beta[: len(particles.positions)]
         field = self._fields[4]
         field.fill(0.0)
@@ -86,8 +90,7 @@ class Coupling:
             particles.velocities,
             particles.radii,
             particles.masses,
-            self._fields[6].reshape(-1, 6),
-            self._voidage_field.reshape(-1, 1),
+            self._gas_rows.reshape(-1, 8),
             self._gas.density,
             self._gas.viscosity,
             dt,
@@ -107,14 +110,15 @@ class Coupling:
         sub-steps; current (n, 3) [N]: the total force that their next half kick starts from. Returns the summed drag
         magnitude [N] without the factor (collective).
         """
-        before = self._fields[6][..., :3].copy() if self._explicit else None
+        before = self._gas_rows[..., :3].copy() if self._explicit else None
         self.read_gas(gas)
-        field = self._fields[6]
+        rows = self._gas_rows
         if before is not None:
-            field = np.concatenate([before, field[..., 3:]], axis=-1)
+            rows = rows.copy()
+            rows[..., :3] = before
         return momentum.react(
             *self._stencil,
-            field.reshape(-1, 6),
+            rows.reshape(-1, 8),
             self.beta,
             particles.velocities,
             particles.radii,
@@ -128,7 +132,8 @@ class Coupling:
     def read_gas(self, gas: np.ndarray) -> None:
         """Bring velocity and pressure gradient (cells, 6) to the particles' patch, filtered (collective)."""
         self.plan.fetch(gas, self._fields[6])
-        filter_field(self.plan.patch, self._fields[6], self._options.filter_passes, self._scratch[6])
+        field = filtered(self._fields[6], self._options.filter_passes, self._scratch[6])
+        momentum.line_up(field.reshape(-1, 6), self._gas_rows.reshape(-1, 8))
 
     @property
     def gas_input(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -147,8 +152,7 @@ class Coupling:
 
     def _add_up(self, components: int) -> None:
         """Filter a patch field and add it up at the owners of the cells (collective)."""
-        field = self._fields[components]
-        filter_field(self.plan.patch, field, self._options.filter_passes, self._scratch[components])
+        field = filtered(self._fields[components], self._options.filter_passes, self._scratch[components])
         self.plan.deposit(field, self._deposit[components])
 
     def _make_room(self, count: int) -> None:

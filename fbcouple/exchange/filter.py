@@ -10,23 +10,20 @@ from __future__ import annotations
 import numpy as np
 
 from fbcouple.exchange.compiled import compiled, inlined
-from fbcouple.exchange.plan import Patch
 
 
-def filter_field(patch: Patch, field: np.ndarray, passes: int, scratch: np.ndarray) -> None:
-    """Filter patch `field` (z + 1, y + 1, x + 1, c) in place, `passes` times; `scratch` is another field of its shape.
+def filtered(field: np.ndarray, passes: int, scratch: np.ndarray) -> np.ndarray:
+    """Patch `field` (z + 1, y + 1, x + 1, c) filtered `passes` times: in it or in `scratch`, another of its shape.
 
-    Walls reflect. An edge of the patch inside the domain reflects too, which is wrong there: the patch is widened by
-    one cell a pass for that reason.
+    Both are overwritten. Walls reflect. An edge of the patch inside the domain reflects too, which is wrong there: the
+    patch is widened by one cell a pass for that reason.
     """
-    x, y, z = patch.shape
-    components = field.shape[-1]
-    old, new = field.ravel(), scratch.ravel()
-    for _ in range(passes):
-        _smooth(old, new, x * y * components, z)
-        _smooth(new, old, x * components, y)
-        _smooth(old, new, components, x)
-        old[:] = new
+    z, y, x, components = field.shape
+    axes = (x * y * components, z), (x * components, y), (components, x)
+    for stride, layers in axes * passes:
+        _smooth(field.ravel(), scratch.ravel(), stride, layers)
+        field, scratch = scratch, field
+    return field
 
 
 @compiled

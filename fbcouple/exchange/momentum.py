@@ -12,8 +12,8 @@ import numpy as np
 from numba import f8, types
 
 from fbcouple.exchange.compiled import LAW, PLACES, ROWS, SCHEME, VECTOR, compile_as, compiled
+from fbcouple.exchange.corners import add_four, corner_weights, read_four
 from fbcouple.exchange.elementary import decay
-from fbcouple.exchange.weights import corner_weight
 
 _BLOCK = 256
 
@@ -23,8 +23,9 @@ def write_volume(base, upper, offsets, radii, field):
     """Add the particles' volumes [m3] to patch `field` (places, 1)."""
     for p in range(len(base)):
         volume = 4.0 / 3.0 * np.pi * radii[p] ** 3
+        weights = corner_weights(upper[p, 0], upper[p, 1], upper[p, 2])
         for c in range(8):
-            field[base[p] + offsets[c], 0] += corner_weight(c, upper[p, 0], upper[p, 1], upper[p, 2]) * volume
+            field[base[p] + offsets[c], 0] += weights[c] * volume
 
 
 DRAG_SCHEMES: dict[str, Callable[..., None]] = {}
@@ -65,7 +66,7 @@ _STENCIL = PLACES, ROWS, PLACES
 
 @compile_as(
     types.void(
-        *(_LAW, _SCHEME, types.boolean, *_STENCIL, ROWS, VECTOR, VECTOR, ROWS, ROWS, f8, f8, f8, VECTOR, ROWS),
+        *(_LAW, _SCHEME, types.boolean, *_STENCIL, ROWS, VECTOR, VECTOR, ROWS, f8, f8, f8, VECTOR, ROWS),
     )
 )
 def exert(
@@ -79,7 +80,6 @@ def exert(
     radii,
     masses,
     gas,
-    voidage,
     density,
     viscosity,
     dt,
@@ -88,8 +88,8 @@ def exert(
 ):
     """Add beta~ [kg/s] and beta~ v [N] of every particle to patch `field` (places, 4); beta~ stays in `beta` (n,).
 
-    `gas` (places, >= 3) starts with the filtered gas velocity, `voidage` (places, 1) is as the cells have it. The
-    explicit scheme has no implicit part: it adds 0 and beta (v - u). Particles go through in blocks that fit the cache.
+    `gas` (places, >= 4) starts with the filtered gas velocity and the voidage as the cells have it. The explicit
+    scheme has no implicit part: it adds 0 and beta (v - u). Particles go through in blocks that fit the cache.
     """
     eps, slip, size = np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK)
     ux, uy, uz = np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK)
@@ -98,15 +98,8 @@ def exert(
         n = min(_BLOCK, len(base) - first)
         at, up, v = base[first : first + n], upper[first : first + n], velocities[first : first + n]
         for q in range(n):
-            e, x, y, z = 0.0, 0.0, 0.0, 0.0
-            for c in range(8):
-                weight = corner_weight(c, up[q, 0], up[q, 1], up[q, 2])
-                place = at[q] + offsets[c]
-                e += weight * voidage[place, 0]
-                x += weight * gas[place, 0]
-                y += weight * gas[place, 1]
-                z += weight * gas[place, 2]
-            eps[q], ux[q], uy[q], uz[q] = e, x, y, z
+            weights = corner_weights(up[q, 0], up[q, 1], up[q, 2])
+            ux[q], uy[q], uz[q], eps[q] = read_four(gas, np.uint64(0), at[q], offsets, weights)
         for q in range(n):
             rx, ry, rz = ux[q] - v[q, 0], uy[q] - v[q, 1], uz[q] - v[q, 2]
             slip[q] = np.sqrt(rx * rx + ry * ry + rz * rz)
@@ -115,47 +108,30 @@ def exert(
         law(eps[:n], slip[:n], size[:n], density, viscosity, b)
         scheme(b, masses[first : first + n], dt)
         for q in range(n):
-            implicit = b[q] * (1.0 - left)
-            sx, sy, sz = (
+            weights = corner_weights(up[q, 0], up[q, 1], up[q, 2])
+            values = (
+                b[q] * (1.0 - left),
                 b[q] * (v[q, 0] - left * ux[q]),
                 b[q] * (v[q, 1] - left * uy[q]),
                 b[q] * (v[q, 2] - left * uz[q]),
             )
-            for c in range(8):
-                weight = corner_weight(c, up[q, 0], up[q, 1], up[q, 2])
-                place = at[q] + offsets[c]
-                field[place, 0] += weight * implicit
-                field[place, 1] += weight * sx
-                field[place, 2] += weight * sy
-                field[place, 3] += weight * sz
+            add_four(field, np.uint64(0), at[q], offsets, weights, values)
 
 
 @compiled
-def react(base, upper, offsets, field, beta, velocities, radii, push, lift, factor, held, current):
+def react(base, upper, offsets, gas, beta, velocities, radii, push, lift, factor, held, current):
     """Put each particle under `factor` times the force of the gas [N]: beta~ (u - v) - V (push grad P) + V lift.
 
-    `field` (places, 6) holds filtered gas velocity and pressure gradient; `push` is 1 with the pressure-gradient force
-    and 0 without; `lift` [N/m3] is the weight of the displaced gas. The force goes into `held` (n, 3), what the
-    sub-steps hold, and its change into `current` (n, 3), the force of the last sub-step, which the next half kick
-    starts from. Returns the summed drag magnitude [N] without the factor.
+    `gas` (places, 8) holds filtered gas velocity, voidage, pressure gradient and nothing; `push` is 1 with the
+    pressure-gradient force and 0 without; `lift` [N/m3] is the weight of the displaced gas. The force goes into `held`
+    (n, 3), what the sub-steps hold, and its change into `current` (n, 3), the force of the last sub-step, which the
+    next half kick starts from. Returns the summed drag magnitude [N] without the factor.
     """
     total = 0.0
     for p in range(len(base)):
-        ux = 0.0
-        uy = 0.0
-        uz = 0.0
-        gx = 0.0
-        gy = 0.0
-        gz = 0.0
-        for c in range(8):
-            weight = corner_weight(c, upper[p, 0], upper[p, 1], upper[p, 2])
-            place = base[p] + offsets[c]
-            ux += weight * field[place, 0]
-            uy += weight * field[place, 1]
-            uz += weight * field[place, 2]
-            gx += weight * field[place, 3]
-            gy += weight * field[place, 4]
-            gz += weight * field[place, 5]
+        weights = corner_weights(upper[p, 0], upper[p, 1], upper[p, 2])
+        ux, uy, uz, _ = read_four(gas, np.uint64(0), base[p], offsets, weights)
+        gx, gy, gz, _ = read_four(gas, np.uint64(4), base[p], offsets, weights)
         volume = 4.0 / 3.0 * np.pi * radii[p] ** 3
         dx = beta[p] * (ux - velocities[p, 0])
         dy = beta[p] * (uy - velocities[p, 1])
@@ -171,6 +147,15 @@ def react(base, upper, offsets, field, beta, velocities, radii, push, lift, fact
         held[p, 2] = fz
         total += np.sqrt(dx * dx + dy * dy + dz * dz)
     return total
+
+
+@compiled
+def line_up(state, rows):
+    """Put velocity and pressure gradient of `state` (places, 6) to the columns 0-2 and 4-6 of `rows` (places, 8)."""
+    for p in range(len(state)):
+        for axis in range(3):
+            rows[p, axis] = state[p, axis]
+            rows[p, axis + 4] = state[p, axis + 3]
 
 
 @compiled

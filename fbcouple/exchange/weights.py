@@ -9,7 +9,6 @@ import numpy as np
 from numba import njit
 
 from fbcouple.errors import DivergedError
-from fbcouple.exchange.compiled import inlined
 from fbcouple.exchange.plan import Patch
 
 
@@ -75,18 +74,3 @@ def _locate(positions, scale, low, high, cells, base, upper):
         upper[p, 1] = wy
         upper[p, 2] = wz
     return -1
-
-
-@inlined
-def corner_weight(corner, x, y, z):
-    """Trilinear weight of corner 0-7 (bits: x, y, z) for the weights x, y, z of the upper cells."""
-    along_x = x if corner & 1 else 1.0 - x
-    along_y = y if corner & 2 else 1.0 - y
-    along_z = z if corner & 4 else 1.0 - z
-    return along_x * along_y * along_z
-
-
-def corner_offsets(patch: Patch) -> np.ndarray:
-    """Flat steps (8,) from the lower cell of a stencil to its corners, in the order of `corner_weight`."""
-    nx, ny, _ = patch.shape
-    return np.array([(c >> 2 & 1) * ny * nx + (c >> 1 & 1) * nx + (c & 1) for c in range(8)], dtype=np.uint64)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fbcouple.exchange.filter import filter_field
+from fbcouple.exchange.filter import filtered
 from fbcouple.exchange.plan import Patch, find_patch
 from fbcouple.grid import Grid
 
@@ -18,8 +18,7 @@ def apply(inside):
         field = patch.make_field(values.shape[-1])
         field[:] = np.nan
         inside(field)[:] = values
-        filter_field(patch, field, passes, patch.make_field(values.shape[-1]))
-        return inside(field)
+        return inside(filtered(field, passes, patch.make_field(values.shape[-1])))
 
     return filter_values
 

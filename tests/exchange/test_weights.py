@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from fbcouple.errors import DivergedError
+from fbcouple.exchange.corners import corner_offsets
 from fbcouple.exchange.momentum import write_volume
 from fbcouple.exchange.plan import Patch, find_patch
-from fbcouple.exchange.weights import Weights, corner_offsets
+from fbcouple.exchange.weights import Weights
 from fbcouple.grid import Grid
 
 SHAPES = [(5, 4, 6), (5, 1, 6), (1, 1, 1), (2, 3, 1)]
