@@ -9,10 +9,14 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Grid:
-    """A box from the origin to `size` [m], cut into `cells` equal cells along x, y and z."""
+    """A box from the origin to `size` [m], cut into `cells` equal cells along x, y and z.
+
+    Along a `periodic` axis cell n is cell 0 again, and -1 the last.
+    """
 
     cells: tuple[int, int, int]
     size: tuple[float, float, float]
+    periodic: tuple[bool, bool, bool] = (False, False, False)
 
     @property
     def spacing(self) -> np.ndarray:

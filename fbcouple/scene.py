@@ -68,7 +68,7 @@ class Scene:
 
 def open_scene(case: Case, run: Path, comm: MPI.Comm, end: float) -> Scene:
     """Start the solvers that `case` needs on the decks in `run`, and join them (collective)."""
-    grid = Grid(case.domain.cells, case.domain.size)
+    grid = Grid(case.domain.cells, case.domain.size, derived.wraps(case.domain))
     logs = run / "logs"
     gas = grains = coupling = None
     if case.gas:

@@ -133,7 +133,7 @@ class SolidsSampler:
         """Rows (cells, SOLIDS_COLUMNS) of this rank's cells (collective)."""
         patch: Patch = self._plan.patch
         self._field.fill(0.0)
-        box = 1.0 / patch.grid.spacing, np.array(patch.low), np.array(patch.high), np.array(patch.grid.cells)
+        box = 1.0 / patch.grid.spacing, np.array(patch.low), np.array(patch.high), patch.walls
         stray = _bin(positions, velocities, radii, *box, self._field)
         if stray >= 0:
             raise DivergedError(f"a particle at {positions[stray]} m is outside the cells {patch.low} to {patch.high}")
@@ -150,11 +150,11 @@ def sample_gas(voidage: np.ndarray, velocity: np.ndarray, pressure: np.ndarray) 
 
 
 @njit(cache=True)
-def _bin(positions, velocities, radii, scale, low, high, cells, field):
+def _bin(positions, velocities, radii, scale, low, high, walls, field):
     for p in range(len(positions)):
-        i = _find_cell(positions[p, 0] * scale[0], low[0], high[0], cells[0])
-        j = _find_cell(positions[p, 1] * scale[1], low[1], high[1], cells[1])
-        k = _find_cell(positions[p, 2] * scale[2], low[2], high[2], cells[2])
+        i = _find_cell(positions[p, 0] * scale[0], low[0], high[0], walls[0, 0], walls[1, 0])
+        j = _find_cell(positions[p, 1] * scale[1], low[1], high[1], walls[0, 1], walls[1, 1])
+        k = _find_cell(positions[p, 2] * scale[2], low[2], high[2], walls[0, 2], walls[1, 2])
         if i < 0 or j < 0 or k < 0:
             return p
         volume = 4.0 / 3.0 * np.pi * radii[p] ** 3
@@ -168,9 +168,9 @@ def _bin(positions, velocities, radii, scale, low, high, cells, field):
 
 
 @njit(inline="always")
-def _find_cell(place, low, high, cells):
+def _find_cell(place, low, high, first, last):
     """Cell in the patch, or -1 if it is not in it; a centre on a wall belongs to the cell inside."""
-    if not (-1.0 < place <= cells):
+    if not (first - 1.0 < place <= last + 1.0):
         return -1
-    cell = min(max(int(place), 0), cells - 1)
+    cell = min(max(int(np.floor(place)), first), last)
     return cell - low if low <= cell < high else -1

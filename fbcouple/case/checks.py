@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fbcouple.case.derived import dem_step, particle_count, particle_volume
+from fbcouple.case.derived import dem_step, particle_count, particle_volume, wraps
 from fbcouple.case.drag_file import OWN, examine_drag_file
 from fbcouple.case.lattice import lattice_height, lay_out
 from fbcouple.case.positions import read_positions
@@ -27,6 +27,8 @@ MOST = 2_000_000_000
 """Cells, or particles, that 32-bit labels can number."""
 BYTES_PER_PARTICLE = 1000
 BYTES_PER_CELL = 2000
+LEAST_PERIOD = 3
+"""Diameters along a periodic axis: neighbour lists reach 1.5, so that a neighbour and its image are not both in one."""
 WALL_OVERLAP = 0.1
 """Part of a diameter by which a start position may press into a wall (resting contacts do, a little)."""
 
@@ -142,6 +144,21 @@ def check_diameter(case: Case, folder: Path) -> Iterator[Problem]:
         text = f"{case.particles.diameter:g} m is given, but the box is {size:g} m along {axis} (domain.size)"
         mend = "give a smaller particle (in m: 1 mm is 1e-3) or a larger box."
         yield Problem("particles.diameter", f"{text}, at most that is allowed; {mend}")
+
+
+@check("particles.diameter", "domain.size", "domain.periodic")
+def check_periodic(case: Case, folder: Path) -> Iterator[Problem]:
+    """An axis is periodic once, and so long that no particle meets another one and its image."""
+    key, axes = "domain.periodic", case.domain.periodic
+    if len(set(axes)) < len(axes):
+        yield Problem(key, f"{show(axes)} is given; name each axis once.")
+    if case.particles is None:
+        return
+    for axis in dict.fromkeys(axes):
+        size, least = case.domain.size["xyz".index(axis)], LEAST_PERIOD * case.particles.diameter
+        if size < least * (1 - 1e-9):
+            text = f"{axis} is given, and the box is {size:g} m along it, at least {least:g} m is allowed"
+            yield Problem(key, f"{text} ({LEAST_PERIOD} diameters); enlarge domain.size or leave walls there.")
 
 
 @check(*BED)
@@ -270,7 +287,7 @@ def check_drag_file(options: Exchange, folder: Path) -> Iterator[Problem]:
             yield from (Problem(key, problem) for problem in error.problems)
 
 
-@check("particles.positions", *BED)
+@check("particles.positions", "domain.periodic", *BED)
 def check_positions(case: Case, folder: Path) -> Iterator[Problem]:
     """The positions file lies beside the case and holds every particle, inside the box."""
     key = "particles.positions"
@@ -289,14 +306,15 @@ def check_positions(case: Case, folder: Path) -> Iterator[Problem]:
     if has_bed(case) and len(positions) != particle_count(case.particles):
         text = f"{name} holds {len(positions)} particles and the case {particle_count(case.particles)}"
         yield Problem(key, f"{text}; give particles.count = {len(positions)} (in place of mass) or mend the file.")
-    margin = (0.5 - WALL_OVERLAP) * case.particles.diameter
+    margin = np.where(wraps(case.domain), 0.0, (0.5 - WALL_OVERLAP) * case.particles.diameter)
     outside = np.flatnonzero(((positions < margin) | (positions > np.array(case.domain.size) - margin)).any(axis=1))
     if outside.size:
         where = ", ".join(f"{x:g}" for x in positions[outside[0]])
         text = (
             f"{name}: {outside.size} particles are not inside the box, first is particle {outside[0] + 1} at ({where})"
         )
-        yield Problem(key, f"{text} m; centres may come as near as {margin:g} m to a wall, coordinates are in m.")
+        end = f"centres may come as near as {margin.max():g} m to a wall, coordinates are in m."
+        yield Problem(key, f"{text} m; {end}")
 
 
 @check("domain.cells", *BED)

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from fbcouple.case.schema import Case, Contact, Gas, Particles
+from fbcouple.case.schema import Case, Contact, Domain, Gas, Particles
 
 # 2 times the integral of dx/sqrt(1 - x^(5/2)) from 0 to 1.
 _HERTZ_DURATION = 4.0 * math.sqrt(math.pi) * math.gamma(0.4) / (5.0 * math.gamma(0.9))
@@ -90,6 +90,11 @@ def dem_step(contact: Contact, particles: Particles) -> float:
 def cell_size(case: Case) -> np.ndarray:
     """Edge lengths of a cell [m], shape (3,)."""
     return np.array(case.domain.size) / np.array(case.domain.cells)
+
+
+def wraps(domain: Domain) -> tuple[bool, bool, bool]:
+    """Does the bed repeat itself along x, y and z?"""
+    return "x" in domain.periodic, "y" in domain.periodic, False
 
 
 def inlet_ramp(gas: Gas) -> tuple[tuple[float, float], ...]:

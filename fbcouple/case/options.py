@@ -71,13 +71,17 @@ def word_rules(rules: dict[str, Any]) -> str:
         return word_rules(next(r for r in rules["anyOf"] if r.get("type") != "null"))
     if "enum" in rules:
         return " or ".join(f'"{word}"' for word in rules["enum"])
-    if rules["type"] == "array" and "items" in rules:
-        if "prefixItems" not in rules["items"]:
-            return f"a list, each entry {word_rules(rules['items'])}"
-        kinds = " and ".join(word_rules(rule) for rule in rules["items"]["prefixItems"])
-        return f"a list of rows, each of {kinds}"
     if rules["type"] == "array":
-        return f"a list of {rules['minItems']} values, each {word_rules(rules['prefixItems'][0])}"
+        return _word_list(rules)
     limits = [f"{word} {rules[name]:.10g}" for name, word in _LIMITS.items() if name in rules]
     unit = " characters" if limits and rules["type"] == "string" else ""
     return f"{_KINDS[rules['type']]} {' and '.join(limits)}".strip() + unit
+
+
+def _word_list(rules: dict[str, Any]) -> str:
+    if "items" not in rules:
+        return f"a list of {rules['minItems']} values, each {word_rules(rules['prefixItems'][0])}"
+    if "prefixItems" in rules["items"]:
+        kinds = " and ".join(word_rules(rule) for rule in rules["items"]["prefixItems"])
+        return f"a list of rows, each of {kinds}"
+    return f"a list, each entry {word_rules(rules['items'])}"

@@ -26,6 +26,7 @@ Cells = Annotated[tuple[CellCount, CellCount, CellCount], BeforeValidator(as_tup
 Moment = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 Velocity = Annotated[float, Field(ge=-1e4, le=1e4, allow_inf_nan=False)]
 Ramp = Annotated[tuple[tuple[Moment, Velocity], ...], BeforeValidator(as_tuple), Field(min_length=1)]
+Sides = Annotated[tuple[Literal["x", "y"], ...], BeforeValidator(as_tuple)]
 Faces = Annotated[tuple[CellCount, CellCount], BeforeValidator(as_tuple)]
 Texts = Annotated[tuple[str, ...], BeforeValidator(as_tuple)]
 
@@ -44,6 +45,9 @@ class Section(BaseModel):
 class Domain(Section):
     size: Sizes = option("Inner width, depth and height of the bed; z is up, the floor is z = 0.", "m")
     cells: Cells = option("Cells of the gas mesh along x, y and z; also the grid of the averages.")
+    periodic: Sides = option(
+        "Axes along which the bed repeats itself in place of two walls, for both phases.", default=()
+    )
 
 
 class Gas(Section):

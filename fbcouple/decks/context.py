@@ -20,6 +20,10 @@ _SKIN = 0.5
 _SKIN_WITH_HISTORY = 0.4
 
 
+# Faces of the block in blockMeshDict at the low and the high end of an axis.
+_SIDES = {"x": ("(0 4 7 3)", "(1 2 6 5)"), "y": ("(0 1 5 4)", "(3 7 6 2)")}
+
+
 def build_context(case: Case, needs: dict[str, bool]) -> dict[str, Any]:
     """Everything the templates of this case may name."""
     context: dict[str, Any] = {"case": case, "needs": needs}
@@ -27,6 +31,7 @@ def build_context(case: Case, needs: dict[str, bool]) -> dict[str, Any]:
         context |= _gas_context(case, case.gas)
     if case.particles and case.contact:
         context |= _grains_context(case.particles, case.contact)
+        context["boundary"] = " ".join("p" if wrapped else "f" for wrapped in derived.wraps(case.domain))
     return context
 
 
@@ -37,6 +42,8 @@ def _gas_context(case: Case, gas: Gas) -> dict[str, Any]:
         "kinematic_viscosity": gas.viscosity / gas.density,
         "open_velocity": derived.inlet_ramp(gas)[0][1] * derived.open_share(case),
         "start_velocity": derived.inlet_ramp(gas)[0][1],
+        "wall_faces": [face for axis, faces in _SIDES.items() if axis not in case.domain.periodic for face in faces],
+        "cyclic_faces": {axis: faces for axis, faces in _SIDES.items() if axis in case.domain.periodic},
         "multigrid": total >= _MULTIGRID_FROM,
         "first_step": 1e-6,
     }

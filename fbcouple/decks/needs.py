@@ -50,6 +50,12 @@ def _closed_nozzle(case: Case) -> tuple[bool, str]:
 
 
 @_part
+def _periodic(case: Case) -> tuple[bool, str]:
+    axes = " and ".join(case.domain.periodic)
+    return bool(axes), f"domain.periodic = {axes}" if axes else "walls on all sides"
+
+
+@_part
 def _inlet_ramp(case: Case) -> tuple[bool, str]:
     ramp = case.gas is not None and case.gas.inlet_ramp is not None
     return ramp, "gas.inlet_ramp is given" if ramp else "the inlet has one velocity"

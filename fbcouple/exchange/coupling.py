@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from mpi4py import MPI
 
+from fbcouple.case.derived import wraps
 from fbcouple.case.schema import Case
 from fbcouple.exchange import momentum
 from fbcouple.exchange.corners import corner_offsets
@@ -44,7 +45,7 @@ class Coupling:
         may leave by `reach` [m]; a drag file lies in the current folder (collective)."""
         assert case.gas is not None and case.exchange is not None
         self._gas, self._options = case.gas, case.exchange
-        grid = Grid(case.domain.cells, case.domain.size)
+        grid = Grid(case.domain.cells, case.domain.size, wraps(case.domain))
         patch = find_patch(grid, bounds[0], bounds[1], reach, case.exchange.filter_passes)
         self.plan = Plan(comm, patch, grid.indices(centres))
         self.weights = Weights(patch)

@@ -3,10 +3,14 @@
 Gas cells belong to ranks by OpenFOAM's decomposition, particles by LIGGGHTS' boxes; the two differ. Each rank keeps a
 `Patch`, the block of cells that its LIGGGHTS box touches, widened for the stencil and the filter. `fetch` fills the
 patch from the cells' owners, `deposit` adds the patch to the cells' owners.
+
+Along a periodic axis a patch goes on past the domain: its cells there are images of the domain's, further copies of
+what it may hold already. Only the plan knows whose images they are.
 """
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,11 +21,13 @@ from fbcouple.exchange.compiled import compiled
 from fbcouple.grid import Grid
 
 _FETCH, _DEPOSIT = 17, 18
+_NEVER = 2**40
+"""A cell number that no patch reaches."""
 
 
 @dataclass(frozen=True)
 class Patch:
-    """A block of cells: the cells `low` to `high` (exclusive) of `grid`, index triples.
+    """A block of cells: the cells `low` to `high` (exclusive) of `grid` or their images, index triples.
 
     Fields on it are arrays (z + 1, y + 1, x + 1, components): one more layer at the upper ends, so that a stencil at
     the last cell may name its neighbour with weight zero.
@@ -37,6 +43,12 @@ class Patch:
         x, y, z = (high - low + 1 for low, high in zip(self.low, self.high, strict=True))
         return x, y, z
 
+    @property
+    def walls(self) -> np.ndarray:
+        """First and last cell along each axis that values stay constant beyond, (2, 3); out of reach if periodic."""
+        last = np.array(self.grid.cells) - 1
+        return np.where(self.grid.periodic, [[-_NEVER], [_NEVER]], [np.zeros(3, int), last])
+
     def make_field(self, components: int) -> np.ndarray:
         """Zeros, shape (z + 1, y + 1, x + 1, components)."""
         return np.zeros((*self.shape[::-1], components))
@@ -46,7 +58,8 @@ def find_patch(grid: Grid, low: np.ndarray, high: np.ndarray, reach: float, wide
     """Patch for particles in the box `low` to `high` [m] that may stray by `reach` [m], widened by `widen` cells."""
     first = np.floor((low - reach) / grid.spacing - 0.5).astype(int) - widen
     last = np.floor((high + reach) / grid.spacing - 0.5).astype(int) + 2 + widen
-    first, last = np.clip(first, 0, grid.cells), np.clip(last, 0, grid.cells)
+    inside = np.clip([first, last], 0, grid.cells)
+    first, last = np.where(grid.periodic, [first, last], inside)
     return Patch(grid, tuple(first.tolist()), tuple(last.tolist()))
 
 
@@ -82,19 +95,20 @@ class Plan:
         self.owned_count = len(owned)
         self._comm = comm
         blocks = comm.allgather((patch.low, patch.high))
-        sends = [_inside(owned, *block) for block in blocks]
-        triples = comm.alltoall([owned[rows] for rows in sends])
+        sends = [_find_images(owned, patch.grid.cells, *block) for block in blocks]
+        triples = comm.alltoall([images for _, images in sends])
         places = [_places(patch, cells) for cells in triples]
         found = sum(map(len, places))
         wanted = int(np.prod(np.array(patch.high) - patch.low))
         if found != wanted:
             raise SolverError(f"rank {comm.rank}: {wanted} cells of its patch, {found} found among the gas cells")
-        pairs = zip(sends, places, strict=True)
         self._links = []
-        for rank, (rows, held) in enumerate(pairs):
+        for rank, ((rows, _), held) in enumerate(zip(sends, places, strict=True)):
             if rank == comm.rank:
                 self._take_own = _find_runs(rows, held)
-                self._give_own = _find_runs(held, rows)
+                once = _mark_first(rows)
+                self._give_own = _find_runs(held[once], rows[once])
+                self._give_images = _find_runs(held[~once], rows[~once])
             elif len(rows) or len(held):
                 self._links.append(_Link(rank, rows, held))
         self._traffic: dict[int, _Traffic] = {}
@@ -127,6 +141,7 @@ class Plan:
         MPI.Prequest.Startall(traffic.give_held)
         cells[:] = 0.0
         _copy(flat, cells, self._give_own)
+        _add(flat, cells, self._give_images)
         MPI.Prequest.Waitall(traffic.take_owned + traffic.give_held)
         for link, (owned, _) in zip(self._links, traffic.buffers, strict=True):
             _add(owned, cells, link.unpack_owned)
@@ -150,8 +165,23 @@ def _open_traffic(comm: MPI.Comm, links: list[_Link], components: int) -> _Traff
     )
 
 
-def _inside(cells: np.ndarray, low: tuple[int, int, int], high: tuple[int, int, int]) -> np.ndarray:
-    return np.flatnonzero(np.all((cells >= low) & (cells < high), axis=1))
+def _find_images(
+    cells: np.ndarray, period: tuple[int, int, int], low: tuple[int, int, int], high: tuple[int, int, int]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Rows (n,) of `cells` that lie in a block or have an image there, again for each image, and the images (n, 3)."""
+    first = [-((n - 1 - a) // n) for n, a in zip(period, low, strict=True)]
+    last = [(b - 1) // n for n, b in zip(period, high, strict=True)]
+    shifts = itertools.product(*(range(a, b + 1) for a, b in zip(first, last, strict=True)))
+    images = [cells + np.multiply(shift, period) for shift in shifts] or [cells[:0]]
+    rows = [np.flatnonzero(np.all((image >= low) & (image < high), axis=1)) for image in images]
+    return np.concatenate(rows), np.concatenate([image[found] for image, found in zip(images, rows, strict=True)])
+
+
+def _mark_first(rows: np.ndarray) -> np.ndarray:
+    """True (n,) where a row stands for the first time."""
+    first = np.zeros(len(rows), dtype=bool)
+    first[np.unique(rows, return_index=True)[1]] = True
+    return first
 
 
 def _places(patch: Patch, cells: np.ndarray) -> np.ndarray:

@@ -1,6 +1,7 @@
 """Where a particle stands in the patch, and the trilinear weights that carry values both ways (paper, eq. 28).
 
-Fields live at cell centres. Between the outermost centres and a wall the value of the wall's cell holds.
+Fields live at cell centres. Between the outermost centres and a wall the value of the wall's cell holds; along a
+periodic axis the cells go on.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ class Weights:
 
     def __init__(self, patch: Patch) -> None:
         grid = patch.grid
-        self._box = 1.0 / grid.spacing, np.array(patch.low), np.array(patch.high), np.array(grid.cells)
+        self._box = 1.0 / grid.spacing, np.array(patch.low), np.array(patch.high), patch.walls
         self._room: int = 0
         self._base = np.empty(0, np.uint64)
         self._upper = np.empty((0, 3))
@@ -44,29 +45,29 @@ class Weights:
 
 
 @njit(inline="always")
-def _stand(s, low, high, cells):
+def _stand(s, low, high, first, last):
     """Lower cell in the patch and weight above it for `s`, the place in cells from the first centre; (-1, 0) if out."""
     i = int(np.floor(s))
     w = s - i
-    if i < 0:
-        inside = i == -1
-        i, w = 0, 0.0
+    if i < first:
+        inside = i == first - 1
+        i, w = first, 0.0
     else:
-        inside = i < cells
-        if i == cells - 1:
+        inside = i <= last
+        if i == last:
             w = 0.0
     inside = inside and i >= low and (i + 1 < high or (i < high and w == 0.0))
     return (i - low, w) if inside else (-1, 0.0)
 
 
 @njit(cache=True)
-def _locate(positions, scale, low, high, cells, base, upper):
+def _locate(positions, scale, low, high, walls, base, upper):
     nx = high[0] - low[0] + 1
     ny = high[1] - low[1] + 1
     for p in range(len(positions)):
-        i, wx = _stand(positions[p, 0] * scale[0] - 0.5, low[0], high[0], cells[0])
-        j, wy = _stand(positions[p, 1] * scale[1] - 0.5, low[1], high[1], cells[1])
-        k, wz = _stand(positions[p, 2] * scale[2] - 0.5, low[2], high[2], cells[2])
+        i, wx = _stand(positions[p, 0] * scale[0] - 0.5, low[0], high[0], walls[0, 0], walls[1, 0])
+        j, wy = _stand(positions[p, 1] * scale[1] - 0.5, low[1], high[1], walls[0, 1], walls[1, 1])
+        k, wz = _stand(positions[p, 2] * scale[2] - 0.5, low[2], high[2], walls[0, 2], walls[1, 2])
         if i < 0 or j < 0 or k < 0:
             return p
         base[p] = (k * ny + j) * nx + i

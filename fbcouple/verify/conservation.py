@@ -24,16 +24,32 @@ _BED: dict[str, Any] = {
     "exchange": {"filter_passes": 1},
 }
 _STEPS = 1000
+_DRIFT = 1.0
 
 
 @scene("conservation", ranks=(1, 2, 4), fast=False)
 def conservation(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Largest errors over 1000 coupled steps: momentum 1e-10 of the drag, solids volume 1e-12, gas mass 1e-8."""
-    bench = open_bench(place, comm, _BED)
+    yield from conserve(place, comm, _BED)
+
+
+@scene("conservation-periodic", ranks=(1, 2, 4), fast=False)
+def conservation_periodic(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+    """The same without side walls: particles and gas leave on one side and come back on the other."""
+    yield from conserve(place, comm, _BED | {"domain": _BED["domain"] | {"periodic": ["x", "y"]}}, _DRIFT)
+
+
+def conserve(place: Path, comm: MPI.Comm, bed: dict[str, Any], drift: float = 0.0) -> Iterator[Number]:
+    """Run a bed whose particles start with the velocity `drift` [m/s] along x, and look for what is lost."""
+    bench = open_bench(place, comm, bed)
     start(bench)
+    assert bench.grains is not None
+    bench.grains.velocities[:, 0] = drift
+    way = 0.0
     momentum = solids = gas = 0.0
     for _ in range(_STEPS):
         move(bench)
+        way += float(bench.grains.velocities[:, 0].sum()) * bench.dt
         momentum = max(momentum, bench.balance.momentum_error)
         map_solids(bench)
         solids = max(solids, abs(_solids_volume(bench) - 1.0))
@@ -47,6 +63,9 @@ def conservation(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     yield Number("solids volume", solids, 0.0, 1e-12)
     yield Number("gas mass, of the inflow", gas, 0.0, 1e-8)
     yield Number("particles lost", bench.balance.particles - _BED["particles"]["count"], 0.0, 0.0)
+    if drift:
+        width, particles = bench.grid.size[0], bench.balance.particles
+        yield Number("the mean particle has crossed the box", float(comm.allreduce(way) > particles * width), 1.0, 0.0)
     yield Number("particles move", float(_fastest(bench) > _LIVELY), 1.0, 0.0)
 
 

@@ -52,6 +52,22 @@ def normal_impact(place: Path, comm: MPI.Comm) -> Iterator[Number]:
         yield Number(f"closing speed at {quarter / 4} T_C", speed / _SPEED, closing / _SPEED, 0.01)
 
 
+@scene("impact-periodic")
+def impact_periodic(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+    """Two spheres head on across a periodic side, T_C/200: both leave with e_n of their speed, and no wall is there."""
+    diameter, edge = GLASS["diameter"], 0.01
+    sites = np.array([[0.6 * diameter, 0.003, 0.005], [edge - 0.6 * diameter, 0.003, 0.005]])
+    contact = FRICTIONLESS | {"steps_per_contact": 200}
+    domain = {"size": [edge] * 3, "cells": [4, 4, 4], "periodic": ["x", "y"]}
+    grains = open_bench(place, comm, {"gravity": 0.0, "contact": contact, "domain": domain}, sites).grains
+    assert grains is not None
+    throw(grains, np.array([[-_SPEED / 2, 0.0, 0.0], [_SPEED / 2, 0.0, 0.0]]))
+    grains.advance(200 + round(0.3 * diameter / _SPEED / find_step(contact)))
+    left, right = look(grains).velocities[:, 0]
+    yield Number("speed away from the side over that towards it, first", left / _SPEED * 2, _RESTITUTION, 0.001)
+    yield Number("speed away from the side over that towards it, second", -right / _SPEED * 2, _RESTITUTION, 0.001)
+
+
 def _meet(place: Path, comm: MPI.Comm, steps: int) -> Iterator[Number]:
     """Pairs that touch at 40 phases of a DEM step: effective restitution of velocity Verlet, in mean and each.
 

@@ -1,8 +1,9 @@
 """A bed that is held: layers of one lattice with fewer and fewer spheres, each of a uniform voidage, that never move.
 
 A cell is three face-centred cubes side by side with 12 sites; a layer takes 12, 10, 8, 6, 4 or 2 of them, in pairs
-that weigh the same on both of the cell's neighbours. The mesh is one cell wide, so that every cell of a layer holds
-the same solids; nothing overlaps, down to voidage 0.4.
+that weigh the same on both of the cell's neighbours. The bed repeats itself along x and y, and the lattice lies across
+its cells and over its sides, so that every cell of a layer holds the same solids only if weights and sides are right;
+nothing overlaps, down to voidage 0.4.
 """
 
 from __future__ import annotations
@@ -37,17 +38,26 @@ def lattice_sites() -> np.ndarray:
         for layer in range(len(VOIDAGES))
         for cell in range(LAYER)
     ]
-    return np.concatenate(cells) * _CUBE
+    column = np.concatenate(cells) * _CUBE
+    columns = [column + np.array([x, y, 0]) * SIZE for x in range(_COLUMNS) for y in range(_COLUMNS)]
+    period = SIZE * [_COLUMNS, _COLUMNS, LAYER * len(VOIDAGES)]
+    return (np.concatenate(columns) + _SHIFT * SIZE) % period
+
+
+_COLUMNS = 2
+"""Cells along x and y."""
+_SHIFT = np.array([0.29, 0.87, 0.0])
+"""How far the lattice is moved off the cells, in cells: no site lies on a border of two."""
 
 
 class HeldBed:
     """The layers in an upward flow of `inlet` [m/s], with their drag by `law`."""
 
     def __init__(self, place: Path, comm: MPI.Comm, law: str, inlet: float) -> None:
-        cells = [1, 1, LAYER * len(VOIDAGES)]
+        cells = [_COLUMNS, _COLUMNS, LAYER * len(VOIDAGES)]
         sections: dict[str, Any] = {
-            "domain": {"size": [float(edge) for edge in SIZE * cells], "cells": cells},
-            "gas": GAS | {"inlet_velocity": inlet, "walls": "slip", "pressure_tolerance": 1e-12},
+            "domain": {"size": [float(edge) for edge in SIZE * cells], "cells": cells, "periodic": ["x", "y"]},
+            "gas": GAS | {"inlet_velocity": inlet, "pressure_tolerance": 1e-12},
             "exchange": {"drag": law},
         }
         edits = {"grains/in.grains": lambda text: text.replace("fix             motion", "# fix             motion")}
@@ -81,7 +91,7 @@ class HeldBed:
     def pressure_losses(self) -> np.ndarray:
         """Pressure per length [Pa/m] in the middle of each layer, shape (layers,)."""
         assert self.scene.gas is not None
-        p = self.scene.gas.pressure[np.argsort(self.scene.gas.centres[:, 2])].reshape(-1, LAYER)
+        p = _average_heights(self.scene.gas.centres, self.scene.gas.pressure)
         return (p[:, _MIDDLE - 1] - p[:, _MIDDLE]) / SIZE[2]
 
     @property
@@ -96,7 +106,16 @@ class HeldBed:
 
     @property
     def voidages(self) -> np.ndarray:
-        """Voidage in the middle of each layer, shape (layers,)."""
+        """Voidage of the cells in the middle of each layer, shape (layers, columns)."""
         assert self.scene.gas is not None and self.scene.coupling is not None
-        order = np.argsort(self.scene.gas.centres[:, 2])
-        return self.scene.coupling.voidage[order].reshape(-1, LAYER)[:, _MIDDLE]
+        return _sort_heights(self.scene.gas.centres, self.scene.coupling.voidage)[:, _MIDDLE]
+
+
+def _sort_heights(centres: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Cell values as (layers, heights in a layer, columns)."""
+    return values[np.argsort(centres[:, 2], kind="stable")].reshape(len(VOIDAGES), LAYER, -1)
+
+
+def _average_heights(centres: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Cell values averaged over the columns, as (layers, heights in a layer)."""
+    return _sort_heights(centres, values).mean(axis=2)

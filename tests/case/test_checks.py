@@ -62,6 +62,11 @@ def test_good_case_has_no_problems(good):
             {"gas": {"inlet_velocity": None, "inlet_ramp": ((0.0, 1.0), (0.0, 2.0), (0.0, 3.0))}},
             "gas.inlet_ramp: row 2 is at 0 s, as are two more than the last; order the rows by time, two at most",
         ),
+        ({"domain": {"periodic": ("x", "x")}}, 'domain.periodic: ["x", "x"] is given; name each axis once'),
+        (
+            {"domain": {"periodic": ("x", "y")}, "particles": {"diameter": 6e-3}},
+            "domain.periodic: y is given, and the box is 0.015 m along it, at least 0.018 m is allowed (3 diameters)",
+        ),
         ({"averages": {"start": 20.0}}, "averages.start: 20 s is given and the run ends at 20 s"),
         ({"averages": {"every": 2.0}}, "averages.every: 2 s is given, at most 1.9 s is allowed"),
         ({"exchange": {"drag": "huilin"}}, 'exchange.drag: "huilin" is given, allowed are: '),

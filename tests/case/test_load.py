@@ -234,6 +234,8 @@ def test_a_ramp_that_is_none_is_refused_with_what_is_allowed(tmp_path, ramp):
         ("domain.size=[1, 2]", ["--set: domain.size: [1, 2] is given, a list of 3 values"]),
         ("domain.size=[1, 2, 3, 4]", ["--set: domain.size: [1, 2, 3, 4] is given, a list of 3 values"]),
         ("domain.size=[1, 2, -3]", ["--set: domain.size: [1, 2, -3] is given", "above 0"]),
+        ("domain.periodic=['z']", ['--set: domain.periodic: ["z"] is given, a list, each entry "x" or "y" is allowed']),
+        ("domain.periodic=x", ['--set: domain.periodic: "x" is given, a list, each entry "x" or "y" is allowed']),
         ("domain.cells=[35, 6, 110.0]", ["--set: domain.cells: [35, 6, 110.0] is given", "whole number"]),
         ("title=\udcff", ["--set:", "not UTF-8"]),
         ("title='a\\tb\u2028'", ["--set: title", "one line"]),

@@ -23,12 +23,12 @@ CELLS, SIZE, REACH = (16, 3, 9), (0.04, 0.009, 0.02), 1e-3
 DT = 3e-4
 
 
-def make_case(passes: int) -> Case:
+def make_case(passes: int, periodic: tuple[str, ...] = ()) -> Case:
     return Case.model_validate(
         {
             "title": "a bed on ranks",
             "end_time": 1.0,
-            "domain": {"size": SIZE, "cells": CELLS},
+            "domain": {"size": SIZE, "cells": CELLS, "periodic": periodic},
             "gas": {"density": 1.165, "viscosity": 2e-5, "inlet_velocity": 1.0},
             "exchange": {"filter_passes": passes},
         }
