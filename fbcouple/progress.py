@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from types import TracebackType
 from typing import Any
@@ -59,7 +60,7 @@ class RunProgress:
             parts.append(f"{(time.monotonic() - self._begin) / row['time']:.0f} s wall per s")
         if "bed_height" in row:
             parts.append(f"bed {1e3 * row['bed_height']:.1f} mm")
-        if "pressure_drop" in row:
+        if math.isfinite(row.get("pressure_drop", math.nan)):
             parts.append(f"dp {row['pressure_drop']:.0f} Pa")
         return ", ".join(parts)
 
