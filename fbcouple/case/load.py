@@ -11,7 +11,8 @@ from typing import Any
 from pydantic import ValidationError
 
 import fbcouple.case.contact_checks
-import fbcouple.case.output_checks  # noqa: F401  (both register their checks)
+import fbcouple.case.output_checks
+import fbcouple.case.voidage_checks  # noqa: F401  (each registers its checks)
 from fbcouple.case.checks import list_problems
 from fbcouple.case.options import list_sections
 from fbcouple.case.problems import Problem, show, word_errors

@@ -158,6 +158,17 @@ class Exchange(Section):
         "Drag over a fluid step: averaged exactly, backward Euler, or the value at the start (paper).",
         default="exponential",
     )
+    voidage: Literal["trilinear", "centre", "divided", "gaussian"] = option(
+        "How a particle is shared among cells and reads them: trilinear weights (paper), the cell of its centre, 29 "
+        "equal parts, or a Gaussian kernel of `kernel_width`.",
+        default="trilinear",
+    )
+    kernel_width: float | None = option(
+        "Bandwidth b of the Gaussian kernel exp(-r^2/b^2), in particle diameters: variance b^2/2 along each axis.",
+        default=None,
+        ge=0.5,
+        le=1000.0,
+    )
     filter_passes: int = option("Passes of the (1/4, 1/2, 1/4) filter (paper: 1).", default=0, ge=0, le=20)
     pressure_gradient: bool = option("Pressure-gradient force on the particles.", default=True)
 

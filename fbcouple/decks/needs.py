@@ -117,6 +117,18 @@ def _gravity(case: Case) -> tuple[bool, str]:
 
 
 @_part
+def _satellite_points(case: Case) -> tuple[bool, str]:
+    method = case.exchange.voidage if case.exchange else "none"
+    return method == "divided", f"exchange.voidage = {method}"
+
+
+@_part
+def _gaussian_kernel(case: Case) -> tuple[bool, str]:
+    method = case.exchange.voidage if case.exchange else "none"
+    return method == "gaussian", f"exchange.voidage = {method}"
+
+
+@_part
 def _filter(case: Case) -> tuple[bool, str]:
     passes = case.exchange.filter_passes if case.exchange else 0
     return passes > 0, f"exchange.filter_passes = {passes}"

@@ -11,12 +11,11 @@ from mpi4py import MPI
 from fbcouple.case.derived import wraps
 from fbcouple.case.schema import Case
 from fbcouple.exchange import momentum
-from fbcouple.exchange.corners import corner_offsets
 from fbcouple.exchange.drag import choose_law
 from fbcouple.exchange.filter import filtered
 from fbcouple.exchange.momentum import DRAG_SCHEMES
 from fbcouple.exchange.plan import Plan, find_patch
-from fbcouple.exchange.weights import Weights
+from fbcouple.exchange.voidage import VOIDAGE_METHODS, find_spread
 from fbcouple.grid import Grid
 
 
@@ -46,10 +45,11 @@ class Coupling:
         assert case.gas is not None and case.exchange is not None
         self._gas, self._options = case.gas, case.exchange
         grid = Grid(case.domain.cells, case.domain.size, wraps(case.domain))
+        method, spread = VOIDAGE_METHODS[case.exchange.voidage], find_spread(case)
+        reach += method.find_reach(spread)
         patch = find_patch(grid, bounds[0], bounds[1], reach, case.exchange.filter_passes)
         self.plan = Plan(comm, patch, grid.indices(centres))
-        self.weights = Weights(patch)
-        self._offsets = corner_offsets(patch)
+        self._mapping = method(patch, spread)
         self._cell_volume = grid.cell_volume
         self._law = choose_law(case.exchange, Path())
         self._explicit = case.exchange.scheme == "explicit"
@@ -67,11 +67,11 @@ class Coupling:
 
     def map(self, particles: Particles) -> None:
         """Voidage of the cells from the particles' places: eps = 1 - sum w V_p/dV (eqs 30, 33, 34)."""
-        self.weights.locate(particles.positions)
+        self._mapping.locate(particles.positions, particles.radii)
         self._make_room(len(particles.positions))
-        field = self._fields[1]
-        field.fill(0.0)
-        momentum.write_volume(*self._stencil, particles.radii, field.reshape(-1, 1))
+        rows = self._mapping.open(self._fields[1])
+        momentum.write_volume(*self._mapping.stencil, particles.radii, rows)
+        self._mapping.write(rows, self._fields[1])
         self._add_up(1)
         np.subtract(1.0, self._deposit[1][:, 0] / self._cell_volume, out=self.voidage)
 
@@ -81,23 +81,23 @@ class Coupling:
         self.plan.fetch(self.voidage[:, None], voidage)
         self._gas_rows[..., 3] = voidage[..., 0]
         self.beta = self._beta[: len(particles.positions)]
-        field = self._fields[4]
-        field.fill(0.0)
+        rows = self._mapping.open(self._fields[4])
         momentum.exert(
             self._law.kernel,
             DRAG_SCHEMES[self._options.scheme],
             self._explicit,
-            *self._stencil,
+            *self._mapping.stencil,
             particles.velocities,
             particles.radii,
             particles.masses,
-            self._gas_rows.reshape(-1, 8),
+            self._mapping.read(self._gas_rows, 4),
             self._gas.density,
             self._gas.viscosity,
             dt,
             self.beta,
-            field.reshape(-1, 4),
+            rows,
         )
+        self._mapping.write(rows, self._fields[4])
         self._add_up(4)
         np.divide(self._deposit[4][:, 0], self._cell_volume, out=self.drag_coefficient)
         np.divide(self._deposit[4][:, 1:], self._cell_volume, out=self.drag_source)
@@ -118,8 +118,8 @@ class Coupling:
             rows = rows.copy()
             rows[..., :3] = before
         return momentum.react(
-            *self._stencil,
-            rows.reshape(-1, 8),
+            *self._mapping.stencil,
+            self._mapping.read(rows, 8),
             self.beta,
             particles.velocities,
             particles.radii,
@@ -146,10 +146,6 @@ class Coupling:
         loss = np.zeros(3)
         momentum.find_loss(gas, *self.gas_input, self._push, self._lift, loss)
         return self._cell_volume * loss
-
-    @property
-    def _stencil(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        return self.weights.base, self.weights.upper, self._offsets
 
     def _add_up(self, components: int) -> None:
         """Filter a patch field and add it up at the owners of the cells (collective)."""

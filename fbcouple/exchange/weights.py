@@ -17,7 +17,7 @@ class Weights:
     """Stencils of this rank's particles: `base` (n,) flat place of the lower cell, `upper` (n, 3) weight above it."""
 
     def __init__(self, patch: Patch) -> None:
-        grid = patch.grid
+        grid, self._patch = patch.grid, patch
         self._box = 1.0 / grid.spacing, np.array(patch.low), np.array(patch.high), patch.walls
         self._room: int = 0
         self._base = np.empty(0, np.uint64)
@@ -35,13 +35,18 @@ class Weights:
             self._base, self._upper = np.empty(self._room, np.uint64), np.empty((self._room, 3))
         self.base, self.upper = self._base[:n], self._upper[:n]
         stray = _locate(positions, *self._box, self.base, self.upper)
-        if stray >= 0:
-            x, y, z = positions[stray]
-            raise DivergedError(
-                f"a particle at ({x:.6g}, {y:.6g}, {z:.6g}) m is outside the cells its rank knows "
-                f"({self._box[1]} to {self._box[2]}): "
-                "it left the box or moved too far in one fluid step; use a smaller step"
-            )
+        report_stray(self._patch, positions, stray)
+
+
+def report_stray(patch: Patch, positions: np.ndarray, stray: int) -> None:
+    """Raise DivergedError with the place of the particle `stray` of `positions` (n, 3) [m]; -1 is none."""
+    if stray >= 0:
+        x, y, z = positions[stray]
+        raise DivergedError(
+            f"a particle at ({x:.6g}, {y:.6g}, {z:.6g}) m is outside the cells its rank knows "
+            f"({patch.low} to {patch.high}): "
+            "it left the box or moved too far in one fluid step; use a smaller step"
+        )
 
 
 @njit(inline="always")

@@ -88,7 +88,12 @@ NOT_IN_DECKS = {
 # Parts that are out of the full scene: test_contact_decks.py puts each of them in.
 CONTACT_OPTIONS = ("tangential_history", "rolling_friction", "hertz")
 # Likewise, each with the test that puts it in.
-OTHER_OPTIONS = {"inlet_ramp": "test_inlet_decks.py", "periodic": "test_periodic_decks.py"}
+OTHER_OPTIONS = {
+    "inlet_ramp": "test_inlet_decks.py",
+    "periodic": "test_periodic_decks.py",
+    "satellite_points": "test_voidage_parts.py",
+    "gaussian_kernel": "test_voidage_parts.py",
+}
 
 
 def join(decks):

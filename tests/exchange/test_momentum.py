@@ -9,11 +9,15 @@ from fbcouple.case.schema import Case
 from fbcouple.exchange.coupling import Coupling, Particles
 from fbcouple.exchange.drag import DRAG_LAWS
 from fbcouple.exchange.momentum import DRAG_SCHEMES
+from fbcouple.exchange.voidage import VOIDAGE_METHODS
 from fbcouple.grid import Grid
 
 SCHEMES = ["exponential", "semi-implicit", "explicit"]
 PASSES = [0, 1, 3]
 CELLS = [(6, 3, 7), (4, 1, 5)]
+METHODS = {name: {"voidage": name} | ({"kernel_width": 3.0} if name == "gaussian" else {}) for name in VOIDAGE_METHODS}
+
+every_method = pytest.mark.parametrize("method", METHODS.values(), ids=METHODS)
 DENSITY, VISCOSITY, GRAVITY, DT = 1.165, 2e-5, 9.81, 3e-4
 
 
@@ -30,6 +34,7 @@ class Bed:
                 "gravity": gravity,
                 "domain": {"size": size, "cells": cells},
                 "gas": {"density": DENSITY, "viscosity": VISCOSITY, "inlet_velocity": 1.0},
+                "particles": {"diameter": 1e-3, "density": 2500.0, "count": 60},
                 "exchange": exchange,
             }
         )
@@ -70,8 +75,9 @@ class Bed:
 
 @pytest.mark.parametrize("cells", CELLS)
 @pytest.mark.parametrize("passes", PASSES)
-def test_solids_volume_is_kept(rng, cells, passes):
-    bed = Bed(rng, cells, filter_passes=passes)
+@every_method
+def test_solids_volume_is_kept(rng, cells, passes, method):
+    bed = Bed(rng, cells, filter_passes=passes, **method)
     bed.coupling.map(bed.particles)
     solids = np.sum(1.0 - bed.coupling.voidage) * bed.grid.cell_volume
     assert solids == pytest.approx(bed.volumes.sum(), rel=1e-12)
@@ -89,9 +95,10 @@ def test_voidage_is_one_less_the_hat_weights(rng, hats):
 @pytest.mark.parametrize("scheme", SCHEMES)
 @pytest.mark.parametrize("passes", PASSES)
 @pytest.mark.parametrize("cells", CELLS)
-def test_drag_on_the_particles_is_what_the_gas_gives_up(rng, cells, passes, scheme):
+@every_method
+def test_drag_on_the_particles_is_what_the_gas_gives_up(rng, cells, passes, scheme, method):
     """sum_p beta~ (u at p - v) = sum_c V (K u - S), for a new gas velocity that the drag step has not seen."""
-    bed = Bed(rng, cells, scheme=scheme, filter_passes=passes, pressure_gradient=False)
+    bed = Bed(rng, cells, scheme=scheme, filter_passes=passes, pressure_gradient=False, **method)
     bed.prepare()
     after = rng.standard_normal(bed.velocity.shape)
     forces, magnitude = bed.react(after, bed.pressure_gradient)
@@ -106,8 +113,9 @@ def test_drag_on_the_particles_is_what_the_gas_gives_up(rng, cells, passes, sche
 
 @pytest.mark.parametrize("scheme", SCHEMES)
 @pytest.mark.parametrize("passes", PASSES)
-def test_pressure_gradient_and_lift_balance_too(rng, passes, scheme):
-    bed = Bed(rng, scheme=scheme, filter_passes=passes)
+@every_method
+def test_pressure_gradient_and_lift_balance_too(rng, passes, scheme, method):
+    bed = Bed(rng, scheme=scheme, filter_passes=passes, **method)
     bed.prepare()
     after, gradient = rng.standard_normal(bed.velocity.shape), 1e4 * rng.standard_normal(bed.velocity.shape)
     forces, magnitude = bed.react(after, gradient)
@@ -204,9 +212,10 @@ def test_a_resting_particle_in_resting_gas_is_lifted_by_its_gas_weight(rng):
     assert forces == pytest.approx(expected, rel=1e-14)
 
 
+@every_method
 @pytest.mark.parametrize("wanted", [True, False])
-def test_a_uniform_pressure_gradient_pushes_by_volume_or_not_at_all(rng, wanted):
-    bed = Bed(rng, gravity=0.0, filter_passes=1, pressure_gradient=wanted)
+def test_a_uniform_pressure_gradient_pushes_by_volume_or_not_at_all(rng, wanted, method):
+    bed = Bed(rng, gravity=0.0, filter_passes=1, pressure_gradient=wanted, **method)
     gradient = np.tile([700.0, -300.0, -1e4], (bed.grid.count, 1))
     bed.prepare()
     drag, _ = bed.react(bed.velocity, np.zeros_like(gradient))
@@ -247,9 +256,10 @@ def test_impulses_not_forces_are_kept_when_the_step_changes(rng):
     assert balance.momentum_error > 0.01, "the same force over another step is no balance"
 
 
-def test_a_rank_without_particles_takes_part():
+@every_method
+def test_a_rank_without_particles_takes_part(method):
     """Its patch is still needed for the others' sake: nothing is written, and nothing fails."""
-    bed = Bed(np.random.default_rng(0))
+    bed = Bed(np.random.default_rng(0), **method)
     nobody = Particles(np.empty((0, 3)), np.empty((0, 3)), np.empty(0), np.empty(0))
     bed.particles, bed.volumes = nobody, np.empty(0)
     bed.prepare()

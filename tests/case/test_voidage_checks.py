@@ -1,0 +1,39 @@
+"""Voidage options that do not fit together or into the box, each with its text."""
+
+from __future__ import annotations
+
+import pytest
+
+from fbcouple.case.load import load_case
+from fbcouple.errors import CaseError
+
+GAUSSIAN = "exchange.voidage=gaussian"
+
+
+@pytest.mark.parametrize("sets", [["exchange.voidage=divided"], [GAUSSIAN, "exchange.kernel_width=6"]])
+def test_options_that_fit_together(sets):
+    load_case("patil/c2", sets)
+
+
+@pytest.mark.parametrize(
+    ("sets", "words"),
+    [
+        ([GAUSSIAN], 'exchange.kernel_width: nothing is given and voidage = "gaussian" needs it; give the bandwidth'),
+        (
+            ["exchange.kernel_width=3"],
+            'exchange.kernel_width: 3 is given and voidage = "trilinear" does not look at it',
+        ),
+        ([GAUSSIAN, "exchange.kernel_width=0"], "exchange.kernel_width: 0 is given, a number at least 0.5"),
+        ([GAUSSIAN, "exchange.kernel_width=nan"], "exchange.kernel_width: nan is given, a number at least 0.5"),
+        (
+            [GAUSSIAN, "exchange.kernel_width=300"],
+            "exchange.kernel_width: 300 diameters are 0.3 m and the box is 0.25 m at most: each particle would fill "
+            "it; give at most 250.",
+        ),
+        (["exchange.voidage=center"], 'exchange.voidage: "center" is given, "trilinear" or "centre" or "divided"'),
+    ],
+)
+def test_options_that_do_not_fit_together(sets, words):
+    with pytest.raises(CaseError) as caught:
+        load_case("patil/c2", sets)
+    assert any(words in problem for problem in caught.value.problems), caught.value.problems
