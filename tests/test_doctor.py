@@ -120,9 +120,8 @@ def test_fix_builds_the_adapter(monkeypatch, tmp_path):
     kept = build.build_adapter().parent
     for headers in kept.glob("openfoam-*-headers"):
         (tmp_path / headers.name).symlink_to(headers)
-    source = tmp_path / "adapter.cpp"
-    source.write_text('extern "C" int answer() { return 42; }\n')
-    monkeypatch.setattr(build, "SOURCE", source)
+    (tmp_path / "adapter.cpp").write_text('extern "C" int answer() { return 42; }\n')
+    monkeypatch.setattr(build, "SOURCES", tmp_path)
     monkeypatch.setenv("FBCOUPLE_CACHE", str(tmp_path))
     before = row("adapter")
     assert not before.ok and before.mend == "fbcouple doctor --fix"

@@ -41,6 +41,9 @@ SETTLED = 0.60
 STABLE_EXPLICIT = 2.0
 """Step over response time above which an explicit source grows."""
 
+TURBULENT = 2300.0
+"""Bulk Reynolds number below which gas in a duct is laminar."""
+
 
 @dataclass(frozen=True)
 class Number:
@@ -177,10 +180,16 @@ def _weigh_bed(case: Case) -> Iterator[Number]:
 
 
 def _time_gas(case: Case) -> Iterator[Number]:
+    assert case.gas is not None
     meaning = "What the Courant limit at U_f/0.40 and the Fourier limit allow; a lively bed takes shorter steps."
     yield Number("fluid step", gas_step(case), "s", None, None, meaning)
     meaning = "Superficial velocity through the open faces of the floor."
     yield Number("open inlet velocity", open_velocity(case), "m s-1", None, None, meaning)
+    if case.gas.turbulence != "none":
+        reynolds = fastest_inlet(case.gas) * case.domain.size[0] * case.gas.density / case.gas.viscosity
+        meaning = "Of the superficial velocity and the bed's width; a sub-grid model adds nothing to laminar gas."
+        limit = f"above {TURBULENT:g} (gas.turbulence)"
+        yield Number("bulk Reynolds number", reynolds, "1", limit, _judge(reynolds > TURBULENT), meaning)
 
 
 def _time_exchange(case: Case, law: Law | None) -> Iterator[Number]:

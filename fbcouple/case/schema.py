@@ -70,7 +70,9 @@ class Gas(Section):
         default=None,
     )
     walls: Literal["no-slip", "slip"] = option("Gas at the side walls and the closed nozzle.", default="no-slip")
-    turbulence: Literal["none", "smagorinsky"] = option("Sub-grid model of the gas.", default="none")
+    turbulence: Literal["none", "smagorinsky", "keqn", "dynamic-lagrangian", "localized-dynamic"] = option(
+        "Sub-grid model of the gas (paper: localized-dynamic, here with C_s held within 0-0.23).", default="none"
+    )
     max_courant: float = option("Courant limit of the fluid step (paper: 0.2).", default=0.2, **Positive)
     max_fourier: float = option("Fourier (diffusion) limit of the fluid step (paper: 0.15).", default=0.15, **Positive)
     correctors: int = option("PISO pressure corrections a step.", default=2, ge=1, le=20)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
@@ -18,6 +19,17 @@ _ROLLING_FACTOR = 3.5
 # Skin of the neighbour lists over diameter (measured fastest; history is copied at each new list).
 _SKIN = 0.5
 _SKIN_WITH_HISTORY = 0.4
+# Names in OpenFOAM's table of LES models; the adapter brings the last two into it (turbulence.cpp).
+_LES_MODELS = {
+    "smagorinsky": "Smagorinsky",
+    "keqn": "kEqn",
+    "dynamic-lagrangian": "dynamicLagrangian",
+    "localized-dynamic": "localizedDynamic",
+}
+# The Lagrangian averages of L:M and M:M start as those of gas at 1 mm/s with Smagorinsky's C_s = 0.16, which is
+# C = sqrt(2) C_s^2 (Meneveau et al. 1996): once the gas moves nothing of it is left.
+_START_MM = 1e-12
+_START_LM = math.sqrt(2.0) * 0.16**2 * _START_MM
 
 
 # Faces of the block in blockMeshDict at the low and the high end of an axis.
@@ -49,6 +61,8 @@ def _gas_context(case: Case, gas: Gas) -> dict[str, Any]:
     }
     if gas.inlet_ramp:
         context["inlet_expression"] = write_ramp(gas.inlet_ramp, derived.open_share(case))
+    if gas.turbulence != "none":
+        context |= {"les_model": _LES_MODELS[gas.turbulence], "start_lm": _START_LM, "start_mm": _START_MM}
     if gas.closed_nozzle:
         context["nozzle"] = _nozzle_box(case, gas.closed_nozzle)
     return context

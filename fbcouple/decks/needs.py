@@ -68,6 +68,18 @@ def _turbulence(case: Case) -> tuple[bool, str]:
 
 
 @_part
+def _subgrid_energy(case: Case) -> tuple[bool, str]:
+    model = case.gas.turbulence if case.gas else "none"
+    return model == "keqn", f"gas.turbulence = {model}"
+
+
+@_part
+def _lagrangian_averages(case: Case) -> tuple[bool, str]:
+    model = case.gas.turbulence if case.gas else "none"
+    return model == "dynamic-lagrangian", f"gas.turbulence = {model}"
+
+
+@_part
 def _pair_friction(case: Case) -> tuple[bool, str]:
     friction = case.contact.friction if case.contact else 0.0
     return friction > 0, f"contact.friction = {friction}"

@@ -38,6 +38,9 @@ DECKS: dict[str, tuple[str, str]] = {
     "fluid/0/p": ("openfoam/0/p", "gas"),
     "fluid/0/voidage": ("openfoam/0/voidage", "gas"),
     "fluid/0/nut": ("openfoam/0/nut", "turbulence"),
+    "fluid/0/k": ("openfoam/0/k", "subgrid_energy"),
+    "fluid/0/flm": ("openfoam/0/flm", "lagrangian_averages"),
+    "fluid/0/fmm": ("openfoam/0/fmm", "lagrangian_averages"),
     "grains/in.grains": ("liggghts/in.grains", "particles"),
 }
 _PARTICLE_TYPE = 1

@@ -16,7 +16,7 @@ Edits = dict[str, Callable[[str], str]]
 _PATCHES = ("inlet", "outlet", "walls")
 
 
-def _set_patches(entries: dict[str, str]) -> Callable[[str], str]:
+def set_patches(entries: dict[str, str]) -> Callable[[str], str]:
     """Give a field file these boundary entries, patch by patch."""
 
     def change(text: str) -> str:
@@ -31,8 +31,8 @@ def close_box(velocity: str, lid: str | None = None) -> Edits:
     top = lid or velocity
     return {
         "fluid/system/blockMeshDict": lambda text: text.replace("type    patch;", "type    wall;"),
-        "fluid/0/U": _set_patches({"inlet": velocity, "outlet": top, "walls": velocity}),
-        "fluid/0/p": _set_patches(dict.fromkeys(_PATCHES, "type zeroGradient;")),
+        "fluid/0/U": set_patches({"inlet": velocity, "outlet": top, "walls": velocity}),
+        "fluid/0/p": set_patches(dict.fromkeys(_PATCHES, "type zeroGradient;")),
     }
 
 

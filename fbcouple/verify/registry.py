@@ -17,6 +17,7 @@ MODULES = (
     "oblique",
     "hertz",
     "gas",
+    "turbulence",
     "manufactured",
     "bed",
     "fall",

@@ -60,6 +60,7 @@ def test_cell_size():
         ("fluid step", 0.2 * 0.25 / 110 / 3.0, 1e-12),
         ("open inlet velocity", 1.2 * 1.10526, 1e-4),
         ("cell size y", 2.5, 1e-12),
+        ("bulk Reynolds number", 1.2 * 0.08 * 1.165 / 2e-5, 1e-9),
         ("DEM steps per contact", 6, 0.0),
         ("memory", (57296 * 1000 + 23100 * 2000) / 1e9, 1e-12),
     ],

@@ -23,11 +23,16 @@ def headers_kept(tmp_path, monkeypatch):
     cache.mkdir()
     if fetched.is_dir():
         (cache / fetched.name).symlink_to(fetched)
-    source = tmp_path / "adapter.cpp"
-    source.write_text(SMALL)
+    sources = tmp_path / "sources"
+    sources.mkdir()
+    (sources / "adapter.cpp").write_text(SMALL)
     monkeypatch.setenv("FBCOUPLE_CACHE", str(cache))
-    monkeypatch.setattr(build, "SOURCE", source)
+    monkeypatch.setattr(build, "SOURCES", sources)
     return cache
+
+
+def write_source(text: str, name: str = "adapter.cpp") -> None:
+    (build.SOURCES / name).write_text(text)
 
 
 def write_program(path: Path, text: str) -> Path:
@@ -47,9 +52,7 @@ def test_a_built_adapter_is_used_again_at_once():
 
 def test_the_adapter_sees_openfoam_with_the_libraries_own_sizes(headers_kept):
     checks = 'static_assert(sizeof(Foam::scalar) == 8 && sizeof(Foam::label) == 4, "sizes");\n'
-    build.SOURCE.write_text(
-        f'#include "fvCFD.H"\n{checks}extern "C" int rank() {{ return Foam::Pstream::myProcNo(); }}\n'
-    )
+    write_source(f'#include "fvCFD.H"\n{checks}extern "C" int rank() {{ return Foam::Pstream::myProcNo(); }}\n')
     path = build.build_adapter()
     needed = subprocess.run(["readelf", "-d", path], capture_output=True, text=True, check=True).stdout
     assert "libOpenFOAM.so" in needed and "libDPMTurbulenceModels.so" in needed
@@ -57,12 +60,14 @@ def test_the_adapter_sees_openfoam_with_the_libraries_own_sizes(headers_kept):
 
 def test_the_key_follows_source_compiler_and_flags(headers_kept, tmp_path, monkeypatch):
     first = build.adapter_path()
-    build.SOURCE.write_text(SMALL + "// changed\n")
+    write_source(SMALL + "// changed\n")
     source_changed = build.adapter_path()
+    write_source("int more();\n", "more.hpp")
+    header_added = build.adapter_path()
     monkeypatch.setenv("CXX", str(write_program(tmp_path / "other", "echo other compiler 1.0")))
     compiler_changed = build.adapter_path()
     monkeypatch.setattr(build, "LIBRARIES", (*build.LIBRARIES, "more"))
-    assert len({first, source_changed, compiler_changed, build.adapter_path()}) == 4
+    assert len({first, source_changed, header_added, compiler_changed, build.adapter_path()}) == 5
 
 
 def test_force_builds_again(headers_kept):
@@ -75,7 +80,7 @@ def test_force_builds_again(headers_kept):
 
 
 def test_a_compile_error_has_the_compilers_words_and_leaves_nothing(headers_kept):
-    build.SOURCE.write_text('#include "fvCFD.H"\nint broken = no_such_name;\n')
+    write_source('#include "fvCFD.H"\nint broken = no_such_name;\n')
     with pytest.raises(SolverError) as caught:
         build.build_adapter()
     text = str(caught.value)
@@ -83,8 +88,15 @@ def test_a_compile_error_has_the_compilers_words_and_leaves_nothing(headers_kept
     assert not [path for path in headers_kept.iterdir() if "adapter" in path.name]
 
 
+def test_all_sources_are_compiled(headers_kept):
+    """The linker refuses a library with a name that none of them defines."""
+    write_source('int elsewhere(); extern "C" int answer() { return elsewhere(); }\n')
+    write_source("int elsewhere() { return 41; }\n", "other.cpp")
+    assert build.build_adapter().is_file()
+
+
 def test_an_undefined_symbol_is_found_when_it_is_built(headers_kept):
-    build.SOURCE.write_text('extern "C" int elsewhere(); extern "C" int answer() { return elsewhere(); }\n')
+    write_source('extern "C" int elsewhere(); extern "C" int answer() { return elsewhere(); }\n')
     with pytest.raises(SolverError, match="elsewhere"):
         build.build_adapter()
 
@@ -99,7 +111,7 @@ def test_without_a_compiler_a_built_adapter_serves(headers_kept, monkeypatch):
     path = build.build_adapter()
     monkeypatch.setenv("CXX", "no-such-compiler")
     assert build.build_adapter() == path
-    build.SOURCE.write_text(SMALL + "// changed\n")
+    write_source(SMALL + "// changed\n")
     with pytest.raises(SolverError, match="no-such-compiler"):
         build.adapter_path()
 
@@ -109,10 +121,10 @@ def test_two_builds_at_once_compile_once(headers_kept, tmp_path):
     compiler = f'case "$*" in *--version*) echo slow 1.0;; *) echo once >> {record}; sleep 0.5; g++ "$@";; esac'
     program = (
         "import pathlib, sys; from fbcouple.engines.openfoam import build;"
-        "build.SOURCE = pathlib.Path(sys.argv[1]); print(build.build_adapter())"
+        "build.SOURCES = pathlib.Path(sys.argv[1]); print(build.build_adapter())"
     )
     environment = os.environ | {"CXX": str(write_program(tmp_path / "slow", compiler))}
-    command = [sys.executable, "-c", program, str(build.SOURCE)]
+    command = [sys.executable, "-c", program, str(build.SOURCES)]
     builds = [subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) for _ in range(2)]
     paths = {process.communicate(timeout=60)[0].strip() for process in builds}
     assert [process.returncode for process in builds] == [0, 0]

@@ -2,7 +2,7 @@
 
 Two ways: a site's own OpenFOAM (openfoam.com v1912 or newer, its bashrc sourced) brings headers and flags; Debian's
 package brings only libraries, so the headers come from its source package. The library lies in a cache folder
-(`FBCOUPLE_CACHE`, else `~/.cache/fbcouple`) under a name that changes with OpenFOAM, source, compiler and flags.
+(`FBCOUPLE_CACHE`, else `~/.cache/fbcouple`) under a name that changes with OpenFOAM, sources, compiler and flags.
 """
 
 import fcntl
@@ -19,7 +19,8 @@ from fbcouple.engines.openfoam.commands import run_command
 from fbcouple.engines.openfoam.headers import debian_headers, include_folders
 from fbcouple.errors import FbcoupleError, SolverError
 
-SOURCE = Path(__file__).resolve().with_name("adapter.cpp")
+SOURCES = Path(__file__).resolve().parent
+"""Folder of the adapter's C++ files."""
 LIBRARIES = (
     "finiteVolume",
     "meshTools",
@@ -135,8 +136,9 @@ def adapter_path() -> Path:
     """
     installation = find_installation()
     flags = (*installation.compile_flags, *installation.link_flags)
-    source = _short_hash(SOURCE.read_bytes(), *(flag.encode() for flag in flags))
-    stem = f"adapter-{installation.version}-{source}"
+    texts = [path.read_bytes() for pattern in ("*.cpp", "*.hpp") for path in sorted(SOURCES.glob(pattern))]
+    sources = _short_hash(*texts, *(flag.encode() for flag in flags))
+    stem = f"adapter-{installation.version}-{sources}"
     try:
         compiler = compiler_version()
     except SolverError:
@@ -181,9 +183,10 @@ def _compile(target: Path) -> None:
         headers = installation.project / "src"
     unfinished = target.with_name(f".{target.name}.{os.getpid()}")
     includes = [f"-I{folder}" for folder in include_folders(headers)]
-    command = [_compiler(), *installation.compile_flags, *includes, str(SOURCE), "-o", str(unfinished)]
+    sources = [str(path) for path in sorted(SOURCES.glob("*.cpp"))]
+    command = [_compiler(), *installation.compile_flags, *includes, *sources, "-o", str(unfinished)]
     try:
-        run_command([*command, *installation.link_flags], mend=f"mend {SOURCE}, or {_COMPILER}")
+        run_command([*command, *installation.link_flags], mend=f"mend the sources in {SOURCES}, or {_COMPILER}")
         unfinished.rename(target)
     finally:
         unfinished.unlink(missing_ok=True)

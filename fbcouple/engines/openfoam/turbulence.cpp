@@ -1,0 +1,135 @@
+// LES models of the volume-averaged gas that OpenFOAM's library of averaged models (libDPMTurbulenceModels) lacks, put
+// into its selection table: `dynamicLagrangian`, OpenFOAM's own template, and `localizedDynamic`, written here.
+
+#include "PhaseIncompressibleTurbulenceModel.H"
+#include "addToRunTimeSelectionTable.H"
+#include "bound.H"
+#include "fvCFD.H"
+#include "makeTurbulenceModel.H"
+#include "singlePhaseTransportModel.H"
+#include "volPointInterpolation.H"
+
+#include "LESModel.H"
+#include "RASModel.H"
+#include "dynamicLagrangian.H"
+#include "laminarModel.H"
+
+makeTurbulenceModelTypes
+(
+    volScalarField,
+    geometricOneField,
+    incompressibleTurbulenceModel,
+    PhaseIncompressibleTurbulenceModel,
+    singlePhaseTransportModel
+);
+
+makeTemplatedTurbulenceModel(singlePhaseTransportModelPhaseIncompressibleTurbulenceModel, LES, dynamicLagrangian);
+
+namespace Foam
+{
+namespace LESModels
+{
+
+typedef singlePhaseTransportModelPhaseIncompressibleTurbulenceModel averagedModel;
+
+// The trapezoidal mean over a box of two cells a side: to the corners of the cells and back, on a regular mesh the
+// product of (1/4, 1/2, 1/4) along each axis. Boundary values stay what they are.
+template<class Type>
+tmp<GeometricField<Type, fvPatchField, volMesh>> testFilter(const GeometricField<Type, fvPatchField, volMesh>& field)
+{
+    typedef GeometricField<Type, fvPatchField, volMesh> fieldType;
+    const fvMesh& mesh = field.mesh();
+    const auto corners(volPointInterpolation::New(mesh).interpolate(field));
+    tmp<fieldType> mean(fieldType::New("test(" + field.name() + ")", mesh, dimensioned<Type>(field.dimensions(), Zero)));
+    const labelListList& points = mesh.cellPoints();
+    forAll(points, celli)
+    {
+        Type sum(Zero);
+        forAll(points[celli], i) sum += corners()[points[celli][i]];
+        mean.ref().primitiveFieldRef()[celli] = sum/points[celli].size();
+    }
+    forAll(mesh.boundary(), patchi)
+    {
+        if (!mesh.boundary()[patchi].coupled()) mean.ref().boundaryFieldRef()[patchi] == field.boundaryField()[patchi];
+    }
+    mean.ref().correctBoundaryConditions();
+    return mean;
+}
+
+template<class Type>
+tmp<GeometricField<Type, fvPatchField, volMesh>> testFilter(const tmp<GeometricField<Type, fvPatchField, volMesh>>& f)
+{
+    return testFilter(f());
+}
+
+// nu_t = C Delta^2 |S|, the coefficient of each cell from the Germano identity between the mesh and the test filter of
+// width 2 Delta (Germano et al. 1991), by least squares (Lilly 1992): C = <L:M>/<M:M> with
+//   L = dev(test(u u) - test(u) test(u)),  M = 2 Delta^2 (test(|S| S) - 4 |Sf| Sf),  Sf of test(u), |S| = sqrt(S:S).
+// <> is the test filter too: a local mean, as no direction is homogeneous. C is held to 0 <= C <= sqrt(2) 0.23^2, for M
+// can vanish where L does not: no energy from the sub-grid scales back to the mesh, and C_s at most 0.23.
+const scalar largest = 0.0748119;
+
+// Part of the products in L and M below which their difference is rounding, and C would be too.
+const scalar rounding = 1e-12;
+
+class localizedDynamic
+:
+    public LESeddyViscosity<averagedModel>
+{
+protected:
+
+    virtual void correctNut()
+    {
+        const volSymmTensorField S(dev(symm(fvc::grad(U_))));
+        const volScalarField magS(mag(S));
+        const volVectorField Uf(testFilter(U_));
+        const volSymmTensorField Sf(dev(symm(fvc::grad(Uf))));
+        const volSymmTensorField fine(testFilter(magS*S));
+        const volSymmTensorField coarse(4.0*mag(Sf)*Sf);
+        volSymmTensorField L(dev(testFilter(sqr(U_)) - sqr(Uf)));
+        L *= pos(mag(L) - rounding*testFilter(magSqr(U_)));
+        volSymmTensorField M(2.0*sqr(delta())*(fine - coarse));
+        M *= pos(mag(fine - coarse) - rounding*mag(coarse));
+        const volScalarField LM(testFilter(L && M));
+        const volScalarField MM(testFilter(M && M));
+        const volScalarField C(LM/max(MM, dimensionedScalar("least", MM.dimensions(), VSMALL)));
+        nut_ = min(max(C, scalar(0)), largest)*sqr(delta())*magS;
+        nut_.correctBoundaryConditions();
+        averagedModel::correctNut();
+    }
+
+public:
+
+    TypeName("localizedDynamic");
+
+    localizedDynamic
+    (
+        const volScalarField& alpha,
+        const geometricOneField& rho,
+        const volVectorField& U,
+        const surfaceScalarField& alphaRhoPhi,
+        const surfaceScalarField& phi,
+        const singlePhaseTransportModel& transport,
+        const word& propertiesName = turbulenceModel::propertiesName,
+        const word& type = typeName
+    )
+    :
+        LESeddyViscosity<averagedModel>(type, alpha, rho, U, alphaRhoPhi, phi, transport, propertiesName)
+    {
+        printCoeffs(type);
+    }
+
+    // The energy whose one-equation viscosity is this one (kEqn, C_k = 0.094).
+    virtual tmp<volScalarField> k() const { return sqr(nut_/(0.094*delta())); }
+
+    virtual void correct()
+    {
+        LESeddyViscosity<averagedModel>::correct();
+        correctNut();
+    }
+};
+
+}
+}
+
+makeTurbulenceModel(singlePhaseTransportModelPhaseIncompressibleTurbulenceModel, LES, localizedDynamic);
