@@ -5,12 +5,28 @@ from __future__ import annotations
 import logging
 from pathlib import Path
 
-from postproc import cost, history, maps, profiles
+from postproc import bubbles, cost, depth, history, maps, profiles, snapshots, spectrum
 from postproc.dataset import NotDrawableError, Results, open_results
-from postproc.figures import FIGURES
+from postproc.figures import COMPARISONS, FIGURES
 from postproc.style import journal_style, save
 
-__all__ = ["FIGURES", "NotDrawableError", "Results", "cost", "draw", "history", "maps", "open_results", "profiles"]
+__all__ = [
+    "COMPARISONS",
+    "FIGURES",
+    "NotDrawableError",
+    "Results",
+    "bubbles",
+    "cost",
+    "depth",
+    "draw",
+    "history",
+    "maps",
+    "open_results",
+    "profiles",
+    "snapshots",
+    "spectrum",
+]
+
 
 _log = logging.getLogger(__name__)
 
@@ -23,7 +39,7 @@ def draw(run: Path) -> list[Path]:
 
     Parameters: `run`, the folder that holds results.nc.
     Returns: the PNG files written under RUN/figures/, in the order of the registry.
-    Raises: CaseError if results.nc is missing, is not readable, has no time means yet, or allows no figure at all.
+    Raises: CaseError if results.nc is missing, is not readable, or allows no figure at all.
     """
     results = open_results(run)
     folder = Path(run) / "figures"

@@ -29,7 +29,7 @@ def cost(results: Results) -> Figure:
     unit, length = _time_unit(max(seconds.values()))
     stages = list(seconds)
     bars = [value / length for value in seconds.values()]
-    picture = new_figure(results, COLUMN, 0.5 + 0.22 * len(stages), _sum_text(results, total))
+    picture = new_figure(results.title, COLUMN, 0.5 + 0.22 * len(stages), _sum_text(results, total))
     axes = inset_axes(picture, 0.62, 0.42, COLUMN - 0.72, 0.22 * len(stages))
     axes.barh(stages, bars, height=0.68, color=[BLUE if stage in SOLVERS else ORANGE for stage in stages])
     for row, (bar, value) in enumerate(zip(bars, seconds.values(), strict=True)):

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import tomllib
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,11 +21,12 @@ class NotDrawableError(CaseError):
 
 @dataclass(frozen=True)
 class Results:
-    """The contents of one results.nc: `data`, the effective `case` and the file's `path`."""
+    """The contents of one results.nc: `data`, the effective `case`, the file's `path` and the run's `label`."""
 
     path: Path
     data: xr.Dataset
     case: dict[str, Any]
+    label: str = ""
 
     @property
     def title(self) -> str:
@@ -86,10 +88,21 @@ class Results:
 
     def mean(self, name: str) -> xr.DataArray:
         """Time mean `name` in double precision; NotDrawableError if there is none or a cell has no finite value."""
+        self._require_averages()
         values = self._variable(name)
         missing = int((~np.isfinite(values)).sum())
         if missing:
             raise NotDrawableError([f"`{name}` in {self.path}: {missing} of {values.size} values are not finite."])
+        return values
+
+    def particle_mean(self, name: str) -> xr.DataArray:
+        """Time mean `name` of the particles, nan in cells that no particle ever came to, and only there."""
+        self._require_averages()
+        values, solids = self._variable(name), self.mean("solids_fraction")
+        missing = int((~np.isfinite(values) & (solids > 0.0)).sum())
+        if missing:
+            text = f"`{name}` in {self.path}: {missing} values are not finite where there are solids."
+            raise NotDrawableError([text])
         return values
 
     def _variable(self, name: str) -> xr.DataArray:
@@ -97,11 +110,22 @@ class Results:
             raise NotDrawableError([f"{self.path} has no `{name}` (a scene records only what it has)."])
         return self.data[name].astype(float)
 
+    def _require_averages(self) -> None:
+        """Raise NotDrawableError if the case averages and averaging has not begun."""
+        means = [name for name, field in self.data.data_vars.items() if {"z", "y", "x"} <= set(field.dims)]
+        if "averages" not in self.case or any(bool(np.isfinite(self.data[name]).any()) for name in means):
+            return
+        times = self.data["time"].values if "time" in self.data else np.array([])
+        reached = f"the last record is at t = {times[-1]:g} s" if times.size else "nothing is recorded yet"
+        start = self.case["averages"]["start"]
+        text = f"{self.path} has no time means yet: averaging starts at t = {start:g} s ([averages] start), {reached}."
+        raise NotDrawableError([f"{text} Let the run go on (`fbcouple run {self.path.parent} --resume`)."])
+
 
 def open_results(run: Path) -> Results:
     """Read RUN/results.nc into memory and check that there is something to draw.
 
-    Raises: CaseError if the file is missing, is not NetCDF, has no effective case, or averaging has not begun.
+    Raises: CaseError if the file is missing, is not NetCDF, or has no effective case.
     """
     path = Path(run) / "results.nc"
     if not path.is_file():
@@ -117,24 +141,27 @@ def open_results(run: Path) -> Results:
         case = tomllib.loads(data.attrs["case"])
     except tomllib.TOMLDecodeError as error:
         raise CaseError([f"{path}: attribute `case` is not TOML ({error})."]) from error
-    results = Results(path, data, case)
-    _require_averages(results)
-    return results
+    return Results(path, data, case, path.resolve().parent.name)
 
 
-def _require_averages(results: Results) -> None:
-    means = [name for name, field in results.data.data_vars.items() if {"z", "y", "x"} <= set(field.dims)]
-    if "averages" not in results.case or any(bool(np.isfinite(results.data[name]).any()) for name in means):
-        return
-    times = results.data["time"].values if "time" in results.data else np.array([])
-    reached = f"the last record is at t = {times[-1]:g} s" if times.size else "nothing is recorded yet"
-    start = results.case["averages"]["start"]
-    raise CaseError(
-        [
-            f"{results.path} has no time means yet: averaging starts at t = {start:g} s ([averages] start), {reached}. "
-            f"Let the run go on (`fbcouple run {results.path.parent} --resume`), then draw again."
-        ]
-    )
+def open_runs(folders: Sequence[Path]) -> list[Results]:
+    """Open several runs; runs of one name get their place in the list added to their label.
+
+    Raises: CaseError with every run that cannot be opened.
+    """
+    runs, problems = [], []
+    for folder in folders:
+        try:
+            runs.append(open_results(folder))
+        except CaseError as error:
+            problems += error.problems
+    if problems:
+        raise CaseError(problems)
+    names = [run.label for run in runs]
+    return [
+        replace(run, label=f"{run.label} ({place})" if names.count(run.label) > 1 else run.label)
+        for place, run in enumerate(runs, start=1)
+    ]
 
 
 def depth_average(field: xr.DataArray) -> xr.DataArray:
@@ -143,6 +170,13 @@ def depth_average(field: xr.DataArray) -> xr.DataArray:
     For a standard error this is the bound that holds if the errors along the depth are fully correlated.
     """
     return field.mean("y", skipna=False)
+
+
+def mass_average(results: Results, name: str) -> xr.DataArray:
+    """Mean over y of a particle quantity, weighted with the solids; nan where no particle ever came."""
+    weight, values = results.mean("solids_fraction"), results.particle_mean(name)
+    total = weight.sum("y")
+    return (weight * values.where(weight > 0.0, 0.0)).sum("y") / total.where(total > 0.0)
 
 
 def at_height(field: xr.DataArray, height: float) -> xr.DataArray:
@@ -167,6 +201,16 @@ def flux_scale(results: Results) -> tuple[float, str, str]:
     """
     scale = results.gas_flux
     return (1.0, "", "kg m$^{-2}$ s$^{-1}$") if scale is None else (scale, r" / (\rho\, U_f)", "–")
+
+
+def velocity_scale(results: Results) -> tuple[float, str, str]:
+    """What velocities are divided by [m s-1], with the text to append to their symbol and their unit.
+
+    U_f as in Hamidouche et al. 2019, section 4; one, and SI units, where no gas flows in.
+    """
+    if results.gas_flux is None:
+        return 1.0, "", "m s$^{-1}$"
+    return results.gas_flux / float(results.case["gas"]["density"]), " / U_f", "–"
 
 
 def cell_edges(centres: np.ndarray, length: float) -> np.ndarray:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from postproc.dataset import NotDrawableError, Results
-from postproc.figures import figure
-from postproc.style import BLUE, PAGE, VERMILION, WINDOW_SHADE, averaging_text, inset_axes, new_figure
+from postproc.figures import comparison, figure
+from postproc.style import BLUE, LINES, PAGE, VERMILION, WINDOW_SHADE, averaging_text, inset_axes, new_figure
 
 Panel = Callable[[Axes, Results], None]
 PANELS: dict[str, Panel] = {}
@@ -31,7 +31,7 @@ def history(results: Results) -> Figure:
     left, right, bottom, top, each, gap = 0.72, 1.15, 0.42, 0.1, 1.05, 0.14
     shaded = "" if results.window is None else "shaded: "
     body = bottom + len(shown) * (each + gap) - gap + top
-    picture = new_figure(results, PAGE, body, shaded + averaging_text(results))
+    picture = new_figure(results.title, PAGE, body, shaded + averaging_text(results))
     time = results.data["time"].values
     for row, name in enumerate(reversed(shown)):
         axes = inset_axes(picture, left, bottom + row * (each + gap), PAGE - left - right, each)
@@ -45,6 +45,33 @@ def history(results: Results) -> Figure:
         axes.tick_params(labelbottom=row == 0)
         if row == 0:
             axes.set_xlabel("Time [s]")
+    return picture
+
+
+@comparison
+def histories(runs: Sequence[Results]) -> Figure:
+    """Bed height and pressure drop of each run against time."""
+    signals = {"bed_height": ("Bed height\n[mm]", 1e3), "pressure_drop": ("Pressure drop\n[Pa]", 1.0)}
+    shown = [name for name in signals if any(name in run.data for run in runs)]
+    if not shown:
+        raise NotDrawableError([f"none of the runs has any of the histories {', '.join(signals)}."])
+    left, right, bottom, top, each, gap = 0.72, 1.95, 0.42, 0.1, 1.5, 0.14
+    picture = new_figure("Histories", PAGE, bottom + len(shown) * (each + gap) - gap + top, "start-up included")
+    longest = max(float(run.data["time"].values[-1]) for run in runs)
+    for row, name in enumerate(reversed(shown)):
+        axes = inset_axes(picture, left, bottom + row * (each + gap), PAGE - left - right, each)
+        text, factor = signals[name]
+        for place, run in enumerate(runs):
+            if name in run.data:
+                look = {key: LINES[place % len(LINES)][key] for key in ("color", "linestyle")}
+                axes.plot(run.data["time"], factor * run.history(name), linewidth=0.9, label=run.label, **look)
+        axes.set(ylabel=text, xlim=(0.0, longest if longest > 0.0 else None))
+        axes.yaxis.set_label_coords(-0.37 / (PAGE - left - right), 0.5)
+        axes.tick_params(labelbottom=row == 0)
+        if row == 0:
+            axes.set_xlabel("Time [s]")
+        if row == len(shown) - 1:
+            axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=2.4)
     return picture
 
 

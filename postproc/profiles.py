@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from postproc.dataset import Results, at_height, depth_average, flux_scale
-from postproc.figures import figure
-from postproc.style import BLUE, COLUMN, GREY, averaging_text, inset_axes, new_figure
+from postproc.figures import comparison, figure
+from postproc.maps import common_flux_scale
+from postproc.style import BLUE, COLUMN, GREY, LINES, PAGE, averaging_text, inset_axes, new_figure
 
 PROFILE_HEIGHT = 0.092  # z/H of the measured profiles, Hamidouche et al. 2019, section 4.1
 
@@ -50,7 +52,7 @@ def flux_profile(results: Results) -> Figure:
     profile = vertical_flux(results)
     _, divisor, unit = flux_scale(results)
     note = f"$z/H$ = {PROFILE_HEIGHT:g}; {averaging_text(results)}"
-    picture = new_figure(results, COLUMN, 2.5, note)
+    picture = new_figure(results.title, COLUMN, 2.5, note)
     axes = inset_axes(picture, 0.56, 0.42, COLUMN - 0.66, 1.95)
     axes.axhline(0.0, color=GREY, linewidth=0.7)
     if profile.stderr is not None:
@@ -62,4 +64,25 @@ def flux_profile(results: Results) -> Figure:
     axes.set(xlabel="$x/L$ [–]", ylabel=f"{symbol} [{unit}]", xlim=(0, 1))
     axes.margins(y=0.1)
     axes.legend(loc="best", handlelength=1.6)
+    return picture
+
+
+@comparison
+def flux_profiles(runs: Sequence[Results]) -> Figure:
+    """Vertical solids flux across the bed at z/H = 0.092 of each run, with bands of one standard error."""
+    divisor, unit = common_flux_scale(runs)
+    note = f"$z/H$ = {PROFILE_HEIGHT:g}; bands: ± 1 standard error"
+    picture = new_figure("Time-mean vertical solids flux", PAGE, 3.0, note)
+    axes = inset_axes(picture, 0.56, 0.42, PAGE - 2.6, 2.45)
+    axes.axhline(0.0, color=GREY, linewidth=0.7)
+    for place, run in enumerate(runs):
+        look, profile = LINES[place % len(LINES)], vertical_flux(run)
+        if profile.stderr is not None:
+            low, high = profile.value - profile.stderr, profile.value + profile.stderr
+            axes.fill_between(profile.position, low, high, color=look["color"], alpha=0.18, linewidth=0)
+        axes.plot(profile.position, profile.value, markersize=3.0, label=run.label, **look)
+    symbol = rf"$\langle \alpha_p \rho_p U_{{p,z}} \rangle_{{xz}}{divisor}$"
+    axes.set(xlabel="$x/L$ [–]", ylabel=f"{symbol} [{unit}]", xlim=(0, 1))
+    axes.margins(y=0.1)
+    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=2.4)
     return picture

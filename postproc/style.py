@@ -34,6 +34,17 @@ BLUE, VERMILION, GREEN, ORANGE, SKY, INK, GREY = (
     "#6B6B6B",
 )
 WINDOW_SHADE = "#E9EEF4"
+# Lines that are told apart by colour, dash and mark; beyond eight they repeat.
+LINES: list[dict[str, Any]] = [
+    {"color": BLUE, "linestyle": "-", "marker": "o"},
+    {"color": VERMILION, "linestyle": "--", "marker": "s"},
+    {"color": GREEN, "linestyle": "-.", "marker": "^"},
+    {"color": INK, "linestyle": ":", "marker": "D"},
+    {"color": ORANGE, "linestyle": "-", "marker": "v"},
+    {"color": SKY, "linestyle": "--", "marker": "P"},
+    {"color": "#CC79A7", "linestyle": "-.", "marker": "X"},
+    {"color": GREY, "linestyle": ":", "marker": "*"},
+]
 
 _STYLE: Any = {
     "font.size": FONT_SIZE,
@@ -69,13 +80,13 @@ def journal_style() -> Iterator[None]:
         yield
 
 
-def new_figure(results: Results, width: float, body: float, note: str) -> Figure:
-    """Figure with `width` x `body` inches for axes and, above them, the case's title and `note`.
+def new_figure(heading: str, width: float, body: float, note: str) -> Figure:
+    """Figure with `width` x `body` inches for axes and, above them, `heading` (the case's title) and `note`.
 
     It stands on an Agg canvas of its own, with no global state behind it.
     """
     left, line = 0.08, FONT_SIZE * 1.2 / 72
-    title = textwrap.wrap(results.title, int((width - 2 * left) / (FONT_SIZE * 0.53 / 72)))
+    title = textwrap.wrap(heading, int((width - 2 * left) / (FONT_SIZE * 0.53 / 72)))
     height = body + 0.12 + (len(title) + 1) * line
     figure = Figure(figsize=(width, height), dpi=DPI)
     FigureCanvasAgg(figure)

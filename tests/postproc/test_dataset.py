@@ -33,8 +33,11 @@ def test_a_run_that_has_not_begun_to_average_says_so(dataset, write, how):
         if how == "absent"
         else dataset.assign({name: dataset[name] * np.nan for name in means})
     )
-    with pytest.raises(CaseError, match=r"averaging starts at t = 1 s .*last record is at t = 0\.02 s.*--resume"):
-        open_results(write(data))
+    results = open_results(write(data))
+    with pytest.raises(
+        NotDrawableError, match=r"averaging starts at t = 1 s .*last record is at t = 0\.02 s.*--resume"
+    ):
+        results.mean("solids_flux")
 
 
 def test_time_stays_in_seconds(run):
