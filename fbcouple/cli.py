@@ -9,10 +9,9 @@ diverged or broke a conservation check; 75 stopped early with a checkpoint. Heav
 from __future__ import annotations
 
 import math
-import shutil
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 from rich.console import Console
@@ -22,9 +21,6 @@ from rich.text import Text
 from fbcouple import __version__
 from fbcouple.batch.schedulers import SCHEDULERS
 from fbcouple.errors import CaseError, FbcoupleError, SolverError
-
-if TYPE_CHECKING:
-    from fbcouple.case.schema import Case
 
 NARROWEST_PIPE = 150
 INTERRUPTED = 130
@@ -88,7 +84,7 @@ def take_settings(command: Callable[..., Any]) -> Callable[..., Any]:
 
 def take_trust(command: Callable[..., Any]) -> Callable[..., Any]:
     """Add `--trust`, without which no code that a case brings is run."""
-    text = "Run the Python code that the case brings (exchange.drag_file); read it first."
+    text = "Run the code that the case brings (exchange.drag_file), and decks that were changed; read them first."
     return click.option("--trust", "trusted", is_flag=True, help=text)(command)
 
 
@@ -118,6 +114,7 @@ def check(case: str, sets: tuple[str, ...], trusted: bool) -> None:
     from fbcouple.case.load import load_case
     from fbcouple.case.preflight import estimate
     from fbcouple.case.source import find_case
+    from fbcouple.layout import read_own_law
 
     loaded = load_case(case, sets)
     brings_code = loaded.exchange is not None and loaded.exchange.drag_file is not None
@@ -139,13 +136,6 @@ def check(case: str, sets: tuple[str, ...], trusted: bool) -> None:
         click.echo("exchange.drag_file is not run: no numbers of the drag; --trust runs it")
 
 
-def read_own_law(case: Case, folder: Path) -> Any:
-    """The drag law that `case` brings, if it brings one, from its file in `folder`, which is run."""
-    from fbcouple.exchange.drag import choose_law
-
-    return choose_law(case.exchange, folder) if case.exchange and case.exchange.drag_file else None
-
-
 @cli.command()
 @click.argument("case")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Run folder; by default runs/<name of the case>.")
@@ -154,60 +144,14 @@ def read_own_law(case: Case, folder: Path) -> Any:
 @take_trust
 def setup(case: str, output: Path | None, sets: tuple[str, ...], explained: bool, trusted: bool) -> None:
     """Write the run folder of CASE: effective case, decks, start positions. Of a set, one folder of run folders."""
-    from fbcouple.case.drag_file import require_trust
-    from fbcouple.case.load import load_case
-    from fbcouple.case.source import find_case, list_sets
     from fbcouple.decks.needs import explain
-    from fbcouple.decks.render import refuse_foreign
+    from fbcouple.layout import lay_out
 
-    members = list_sets().get(case)
-    place = output or Path("runs") / name_run(case, None if members else find_case(case))
-    runs: dict[Path, tuple[Case, Path]] = {}
-    for name in members or [case]:
-        loaded, source = load_case(name, sets), find_case(name)
-        require_trust(loaded, trusted)
-        read_own_law(loaded, source.parent)
-        runs[place / name_run(name, source) if members else place] = loaded, source.parent
-    for run in runs:
-        refuse_foreign(run)
-    for run, (loaded, folder) in runs.items():
-        lay_out_run(loaded, folder, run)
+    for run, loaded in lay_out(case, output, sets, trusted).items():
         if explained:
             rows = [(part.name, "in" if part.is_in else "out", part.why) for part in explain(loaded)]
             print_table(["part", "", "why"], rows)
         click.echo(f"{run}: set up; start it with `fbcouple run {run}`")
-
-
-def name_run(case: str, source: Path | None) -> str:
-    """Name a run after its case: patil/c2 gives patil-c2; a file gives its stem, or its folder if it is a case.toml.
-
-    source: the case file; None for a set of shipped cases.
-    """
-    from fbcouple.case.source import FILE_NAME, list_shipped
-
-    if source is None or case in list_shipped():
-        return case.replace("/", "-")
-    source = source.resolve()
-    return source.parent.name if source.name == FILE_NAME else source.stem
-
-
-def lay_out_run(case: Case, folder: Path, run: Path) -> None:
-    """Set up `run` and keep the case's own files (which lie in `folder`) beside the effective case."""
-    from fbcouple.case.positions import start_positions
-    from fbcouple.decks.render import set_up
-    from fbcouple.reference import parse_reference
-
-    try:
-        set_up(case, run, lambda wanted: start_positions(wanted, folder))
-        if case.particles and case.particles.positions:
-            shutil.copyfile(folder / case.particles.positions, run / case.particles.positions)
-        if case.exchange and case.exchange.drag_file:
-            shutil.copyfile(folder / case.exchange.drag_file, run / case.exchange.drag_file)
-        for text in case.output.references:
-            name = parse_reference(text).file
-            shutil.copyfile(folder / name, run / name)
-    except OSError as error:
-        raise CaseError([f"{run}: cannot be written ({error.strerror}); give another folder with -o."]) from error
 
 
 @cli.command()
@@ -226,11 +170,13 @@ def run(run: Path, ranks: int, until: float | None, fresh: bool, trusted: bool) 
     require_run(run)
     from fbcouple.case.drag_file import require_trust
     from fbcouple.case.load import load_case
+    from fbcouple.decks.render import require_own_decks
     from fbcouple.launch import launch
     from fbcouple.progress import RunProgress
 
     case = load_case(str(run))
     require_trust(case, trusted)
+    require_own_decks(case, run, trusted)
     end = case.end_time
     console = Console()
     with RunProgress(console, min(end, until or end)) as progress:

@@ -24,6 +24,9 @@ QUANTITIES: dict[str, str] = {
 }
 """Time means that can be compared, with the unit of the measured values; of a vector the vertical component."""
 
+LARGEST = 10_000_000
+"""Bytes that a file of measured points may have."""
+
 
 @dataclass(frozen=True)
 class Reference:
@@ -74,6 +77,8 @@ def read_points(path: Path) -> Points:
     Raises: CaseError (one text) naming the file and the line that is wrong.
     """
     try:
+        if path.stat().st_size > LARGEST:
+            raise CaseError([f"{path.name} is larger than {LARGEST / 1e6:g} MB; a measured line has a few points."])
         with path.open(encoding="utf-8", newline="") as file:
             rows = list(csv.reader(line for line in file if not line.startswith("#")))
     except OSError as error:

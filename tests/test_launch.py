@@ -157,7 +157,7 @@ def test_liggghts_own_words_on_the_command_line(coupled):
     spoil(
         coupled / "grains/in.grains", "gran model hooke/stiffness tangential no_history\npair_coeff", "nix\npair_coeff"
     )
-    result = call("run", coupled, "-n", 2)
+    result = call("run", coupled, "-n", 2, "--trust")
     assert result.exit_code == 3
     assert result.stderr.startswith("LIGGGHTS: ERROR") and "pair style" in result.stderr
     assert "Traceback" not in result.stderr
@@ -165,7 +165,7 @@ def test_liggghts_own_words_on_the_command_line(coupled):
 
 def test_openfoams_own_words(coupled):
     spoil(coupled / "fluid/system/fvSchemes", "default         Euler;", "default         Oiler;")
-    result = call("run", coupled)
+    result = call("run", coupled, "--trust")
     assert result.exit_code == 3 and isinstance(result.exception, SystemExit)
     assert result.stderr.startswith("OpenFOAM: ") and "Oiler" in result.stderr and "Euler" in result.stderr
 

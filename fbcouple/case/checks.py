@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fbcouple.case.companions import find_companion
 from fbcouple.case.derived import dem_step, particle_count, particle_volume, wraps
 from fbcouple.case.drag_file import OWN, examine_drag_file
 from fbcouple.case.lattice import lattice_height, lay_out
@@ -277,12 +278,9 @@ def check_drag_file(options: Exchange, folder: Path) -> Iterator[Problem]:
     elif options.drag != OWN:
         text = f"{show(name)} is given and exchange.drag is {show(options.drag)}"
         yield Problem(key, f"{text}; give exchange.drag = {show(OWN)} or remove the file.")
-    elif Path(name).name != name or "\\" in name or "\0" in name or not name.endswith(".py"):
-        text = f"{show(name)} is given, the bare name of a .py file is allowed"
-        yield Problem(key, f"{text}; put the file beside the case file and give its name only.")
     else:
         try:
-            examine_drag_file(folder / name)
+            examine_drag_file(find_companion(folder, name, ".py"))
         except CaseError as error:
             yield from (Problem(key, problem) for problem in error.problems)
 
@@ -294,12 +292,8 @@ def check_positions(case: Case, folder: Path) -> Iterator[Problem]:
     if case.particles is None or case.particles.positions is None:
         return
     name = case.particles.positions
-    if Path(name).name != name or "\\" in name or "\0" in name or not name.endswith(".csv"):
-        text = f"{show(name)} is given, the bare name of a .csv file is allowed"
-        yield Problem(key, f"{text}; put the file beside the case file and give its name only.")
-        return
     try:
-        positions = read_positions(folder / name)
+        positions = read_positions(find_companion(folder, name, ".csv"))
     except CaseError as error:
         yield from (Problem(key, problem) for problem in error.problems)
         return
@@ -322,13 +316,15 @@ def check_size(case: Case, folder: Path) -> Iterator[Problem]:
     """Cells can be numbered, and the run fits into the memory of this machine."""
     cells = math.prod(case.domain.cells)
     if cells > MOST:
-        yield Problem("domain.cells", f"{cells:.3g} cells are given, at most {MOST:.1g} are allowed; give fewer.")
+        text = f"{cells:.3g} cells are given ({BYTES_PER_CELL * cells / 1e9:.3g} GB), at most {MOST:.1g} are allowed"
+        yield Problem("domain.cells", f"{text}; give fewer.")
     if case.particles is not None and (not has_bed(case) or next(check_packing(case, folder), None)):
         return
     count = particle_count(case.particles) if case.particles else 0
     if count > MOST:
-        text = f"{count:.3g} particles of this diameter make up the mass, at most {MOST:.1g} are allowed"
-        yield Problem("particles.mass", f"{text}; give less mass or a larger diameter.")
+        key = "particles.mass" if case.particles and case.particles.count is None else "particles.count"
+        text = f"{count:.3g} particles need about {BYTES_PER_PARTICLE * count / 1e9:.3g} GB"
+        yield Problem(key, f"{text}, at most {MOST:.1g} are allowed; give fewer, or a larger diameter.")
     needed, held = needed_memory(case), machine_memory()
     if needed > held and max(cells, count) <= MOST:
         key = "domain.cells" if cells * BYTES_PER_CELL > needed / 2 else "particles"

@@ -6,12 +6,23 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from fbcouple.case.checks import check
+from fbcouple.case.companions import find_companion
 from fbcouple.case.problems import Problem, show
 from fbcouple.case.schema import Case
 from fbcouple.errors import CaseError
 from fbcouple.reference import parse_reference, read_points
 
 MOST_SNAPSHOTS = 100_000
+MOST_RECORDS = 10_000_000
+"""Rows of the history that a rank can hold."""
+
+
+@check("output.record_every", "end_time")
+def check_records(case: Case, folder: Path) -> Iterator[Problem]:
+    """The history has not more rows than fit into memory."""
+    if case.end_time / case.output.record_every > MOST_RECORDS:
+        text = f"{case.output.record_every:g} s is given, at least {case.end_time / MOST_RECORDS:.3g} s is allowed"
+        yield Problem("output.record_every", f"{text} ({MOST_RECORDS} rows); record more seldom.")
 
 
 @check("output.snapshots_every", "gas", "particles", "end_time")
@@ -37,11 +48,7 @@ def check_references(case: Case, folder: Path) -> Iterator[Problem]:
         try:
             reference = parse_reference(text)
             name = reference.file
-            if Path(name).name != name or "\\" in name or "\0" in name or not name.endswith(".csv"):
-                given = f"{show(name)} is given, the bare name of a .csv file is allowed"
-                yield Problem(key, f"{given}; put the file beside the case file and give its name only.")
-                continue
-            points = read_points(folder / name)
+            points = read_points(find_companion(folder, name, ".csv"))
         except CaseError as error:
             yield from (Problem(key, problem) for problem in error.problems)
             continue

@@ -12,6 +12,8 @@ from fbcouple.case.schema import Case
 from fbcouple.errors import CaseError
 
 AXES = ("x", "y", "z")
+LARGEST = 2_000_000_000
+"""Bytes that a file of start positions may have."""
 
 
 def start_positions(case: Case, folder: Path) -> np.ndarray:
@@ -29,6 +31,8 @@ def read_positions(path: Path) -> np.ndarray:
     Raises: CaseError (one text, without the key) if the file is missing or holds anything but finite numbers.
     """
     try:
+        if path.stat().st_size > LARGEST:
+            raise CaseError([f"{path.name} is larger than {LARGEST / 1e9:g} GB; give fewer particles or fewer digits."])
         with path.open(encoding="utf-8") as file, warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # "no data": told below
             header = [name.strip() for name in file.readline().split(",")]

@@ -85,7 +85,7 @@ class Particles(Section):
     diameter: float = option("Diameter.", "m", **Positive)
     density: float = option("Material density.", "kg m-3", **Positive)
     mass: float | None = option("Mass of the bed; the count is rounded. Give this or `count`.", "kg", None, **Positive)
-    count: int | None = option("Number of particles. Give this or `mass`.", default=None, ge=1, le=2_000_000_000)
+    count: int | None = option("Number of particles. Give this or `mass`.", default=None, ge=1, le=10**15)
     positions: str | None = option(
         "File of start positions (CSV: x, y, z in m) beside the case; absent: the lattice of [start].", default=None
     )

@@ -44,6 +44,10 @@ DECKS: dict[str, tuple[str, str]] = {
     "grains/in.grains": ("liggghts/in.grains", "particles"),
 }
 _PARTICLE_TYPE = 1
+# Where solvers look for decks, and what a run itself puts there.
+_DECK_FOLDERS = ("fluid/system", "fluid/constant", "fluid/0", "grains")
+_WRITTEN_LATER = ("fluid/system/decomposeParDict", "fluid/constant/polyMesh", "grains/particles.data")
+_LARGEST_DECK = 1_000_000
 
 
 def format_number(value: float) -> str:
@@ -128,6 +132,39 @@ def refuse_foreign(run: Path) -> None:
             raise CaseError([f"{run}: holds a run ({trace}); give another folder with -o, or remove it first"])
     if not run.is_dir() or (any(run.iterdir()) and not (run / "manifest.json").exists()):
         raise CaseError([f"{run}: is not a run folder of fbcouple; give another folder with -o"])
+
+
+def require_own_decks(case: Case, run: Path, trusted: bool) -> None:
+    """Raise CaseError if a solver would read something in `run` that does not follow from its case.
+
+    Decks are programs: OpenFOAM compiles `#codeStream`, loads `libs` and calls what `systemCall` says, LIGGGHTS has
+    `shell`. A run folder may come from anybody: it is checked against its case, and changed decks need `trusted`.
+    """
+    if trusted:
+        return
+    decks = render_decks(case)
+    problems = [
+        f"{run / name}: {_word_change(run / name)}" for name, text in decks.items() if _differs(run / name, text)
+    ]
+    expected = {run / name for name in decks} | {run / name for name in _WRITTEN_LATER}
+    for folder in _DECK_FOLDERS:
+        for path in sorted((run / folder).glob("*")):
+            if path not in expected:
+                problems.append(f"{path}: is none of this case's decks; remove it, or read it and say --trust.")
+    if problems:
+        raise CaseError(problems)
+
+
+def _differs(path: Path, text: str) -> bool:
+    if path.is_symlink() or not path.is_file() or path.stat().st_size > _LARGEST_DECK:
+        return True
+    return path.read_bytes() != text.encode()
+
+
+def _word_change(path: Path) -> str:
+    if path.is_symlink() or not path.is_file():
+        return "is missing or is not a plain file; set the run up again."
+    return "is not what the case gives; set the run up again, or read the file and say --trust."
 
 
 def _describe(case: Case, decks: dict[str, str]) -> dict[str, Any]:

@@ -71,7 +71,7 @@ def test_good_case_has_no_problems(good):
         ({"averages": {"every": 2.0}}, "averages.every: 2 s is given, at most 1.9 s is allowed"),
         ({"exchange": {"drag": "huilin"}}, 'exchange.drag: "huilin" is given, allowed are: '),
         ({"domain": {"cells": (10_001, 1_000, 1_000)}, "gas": {"closed_nozzle": None}}, "domain.cells: 1e+10 cells"),
-        ({"particles": {"diameter": 1e-5}}, "particles.mass: 5.73e+10 particles of this diameter make up the mass"),
+        ({"particles": {"diameter": 1e-5}}, "particles.mass: 5.73e+10 particles need about 5.73e+04 GB, at most 2e+09"),
         ({"particles": {"diameter": 1e-200}}, "too large or too small to calculate with"),
         ({"contact": {"stiffness": 1e40}}, "contact.stiffness: 1e+40 N/m gives a DEM step of"),
     ],

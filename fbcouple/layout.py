@@ -1,0 +1,68 @@
+"""From a case, or a set of cases, to run folders: what `fbcouple setup` does."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from fbcouple.case.companions import list_companions
+from fbcouple.case.drag_file import require_trust
+from fbcouple.case.load import load_case
+from fbcouple.case.positions import start_positions
+from fbcouple.case.schema import Case
+from fbcouple.case.source import FILE_NAME, find_case, list_sets, list_shipped
+from fbcouple.decks.render import refuse_foreign, set_up
+from fbcouple.errors import CaseError
+
+
+def lay_out(name: str, output: Path | None, sets: Sequence[str], trusted: bool) -> dict[Path, Case]:
+    """Write the run folder of the case `name`, or of each member of the set `name` in one folder.
+
+    output: the folder; None: runs/<name>.
+
+    Returns: run folder -> its case.
+    Raises: CaseError, before anything is written, if a case is wrong or brings code that is not `trusted`.
+    """
+    members = list_sets().get(name)
+    place = output or Path("runs") / name_run(name, None if members else find_case(name))
+    runs: dict[Path, tuple[Case, Path]] = {}
+    for member in members or [name]:
+        case, source = load_case(member, sets), find_case(member)
+        require_trust(case, trusted)
+        read_own_law(case, source.parent)
+        runs[place / name_run(member, source) if members else place] = case, source.parent
+    for run in runs:
+        refuse_foreign(run)
+    for run, (case, folder) in runs.items():
+        _lay_out_run(case, folder, run)
+    return {run: case for run, (case, _) in runs.items()}
+
+
+def read_own_law(case: Case, folder: Path) -> Any:
+    """The drag law that `case` brings, if it brings one, from its file in `folder`, which is run."""
+    from fbcouple.exchange.drag import choose_law  # noqa: PLC0415  (loads numba)
+
+    return choose_law(case.exchange, folder) if case.exchange and case.exchange.drag_file else None
+
+
+def name_run(case: str, source: Path | None) -> str:
+    """Name a run after its case: patil/c2 gives patil-c2; a file gives its stem, or its folder if it is a case.toml.
+
+    source: the case file; None for a set of shipped cases.
+    """
+    if source is None or case in list_shipped():
+        return case.replace("/", "-")
+    source = source.resolve()
+    return source.parent.name if source.name == FILE_NAME else source.stem
+
+
+def _lay_out_run(case: Case, folder: Path, run: Path) -> None:
+    """Set up `run` and keep the case's own files (which lie in `folder`) beside the effective case."""
+    try:
+        set_up(case, run, lambda wanted: start_positions(wanted, folder))
+        for name in list_companions(case):
+            shutil.copyfile(folder / name, run / name)
+    except OSError as error:
+        raise CaseError([f"{run}: cannot be written ({error.strerror}); give another folder with -o."]) from error
