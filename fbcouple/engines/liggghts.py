@@ -32,6 +32,8 @@ LIBRARY = "libliggghts.so.3"
 _view_memory = ctypes.pythonapi.PyMemoryView_FromMemory
 _view_memory.restype, _view_memory.argtypes = ctypes.py_object, [ctypes.c_void_p, ctypes.c_ssize_t, ctypes.c_int]
 _WRITABLE = 0x200
+_VIEWS = 64
+"""Views kept from step to step: LIGGGHTS moves its arrays seldom."""
 
 
 class Grains:
@@ -52,6 +54,7 @@ class Grains:
         self._library.lammps_open(len(words), arguments, handle, ctypes.byref(self._lammps))
         self._library.lammps_file(self._lammps, os.fsencode(deck))
         self._count = self._global("nlocal", ctypes.c_int)
+        self._views: dict[tuple[int, int], np.ndarray] = {}
         self.bounds = self._read_bounds()
 
     @property
@@ -135,8 +138,7 @@ class Grains:
     def _atoms(self, name: str, kind: Any, columns: int = 1) -> np.ndarray:
         return self._view(self._library.lammps_extract_atom(self._lammps, name.encode()), kind, self.count, columns)
 
-    @staticmethod
-    def _view(pointer: int | None, kind: Any, rows: int, columns: int = 1) -> np.ndarray:
+    def _view(self, pointer: int | None, kind: Any, rows: int, columns: int = 1) -> np.ndarray:
         shape = (rows,) if columns == 1 else (rows, columns)
         if rows == 0:
             return np.empty(shape)
@@ -145,5 +147,10 @@ class Grains:
         # A table of rows in LIGGGHTS is one block; its first row pointer is the start of the block.
         start = pointer if columns == 1 else ctypes.c_void_p.from_address(pointer).value
         assert start is not None
-        memory = _view_memory(start, rows * columns * ctypes.sizeof(kind), _WRITABLE)
-        return np.frombuffer(memory, dtype=kind).reshape(shape)
+        key = start, rows
+        if key not in self._views or self._views[key].shape != shape:
+            if len(self._views) >= _VIEWS:
+                self._views.clear()
+            memory = _view_memory(start, rows * columns * ctypes.sizeof(kind), _WRITABLE)
+            self._views[key] = np.frombuffer(memory, dtype=kind).reshape(shape)
+        return self._views[key]

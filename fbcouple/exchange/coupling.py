@@ -64,24 +64,32 @@ class Coupling:
         # Velocity, voidage and pressure gradient of a cell side by side, and one number more: two vectors of four.
         self._gas_rows = patch.make_field(8)
         self._room = -1
+        self._layers = self._read_layers = len(self._gas_rows)
+        self._state = np.zeros((cells, 6))
 
     def map(self, particles: Particles) -> None:
         """Voidage of the cells from the particles' places: eps = 1 - sum w V_p/dV (eqs 30, 33, 34)."""
         self._mapping.locate(particles.positions, particles.radii)
         self._make_room(len(particles.positions))
-        rows = self._mapping.open(self._fields[1])
+        self._layers = self._count_layers()
+        field = self._fields[1][: self._layers]
+        rows = self._mapping.open(field)
         momentum.write_volume(*self._mapping.stencil, particles.radii, rows)
-        self._mapping.write(rows, self._fields[1])
+        self._mapping.write(rows, field)
         self._add_up(1)
         np.subtract(1.0, self._deposit[1][:, 0] / self._cell_volume, out=self.voidage)
 
     def drag(self, particles: Particles, dt: float) -> None:
         """K and S of the next gas step from slip and voidage at the particles, averaged over `dt` [s]."""
-        voidage = self._fields[1]
+        if self._layers > self._read_layers:
+            self.plan.refill(self._state, self._fields[6][: self._layers], "gas")
+            self._line_up_gas()
+        voidage = self._fields[1][: self._layers]
         self.plan.fetch(self.voidage[:, None], voidage)
-        self._gas_rows[..., 3] = voidage[..., 0]
+        self._gas_rows[: self._layers, ..., 3] = voidage[..., 0]
         self.beta = self._beta[: len(particles.positions)]
-        rows = self._mapping.open(self._fields[4])
+        field = self._fields[4][: self._layers]
+        rows = self._mapping.open(field)
         momentum.exert(
             self._law.kernel,
             DRAG_SCHEMES[self._options.scheme],
@@ -97,7 +105,7 @@ class Coupling:
             self.beta,
             rows,
         )
-        self._mapping.write(rows, self._fields[4])
+        self._mapping.write(rows, field)
         self._add_up(4)
         np.divide(self._deposit[4][:, 0], self._cell_volume, out=self.drag_coefficient)
         np.divide(self._deposit[4][:, 1:], self._cell_volume, out=self.drag_source)
@@ -132,9 +140,22 @@ class Coupling:
 
     def read_gas(self, gas: np.ndarray) -> None:
         """Bring velocity and pressure gradient (cells, 6) to the particles' patch, filtered (collective)."""
-        self.plan.fetch(gas, self._fields[6])
-        field = filtered(self._fields[6], self._options.filter_passes, self._scratch[6])
-        momentum.line_up(field.reshape(-1, 6), self._gas_rows.reshape(-1, 8))
+        self._state = gas
+        self.plan.fetch(gas, self._fields[6][: self._layers], "gas")
+        self._line_up_gas()
+
+    def _line_up_gas(self) -> None:
+        field = filtered(self._fields[6][: self._layers], self._options.filter_passes, self._scratch[6][: self._layers])
+        momentum.line_up(field.reshape(-1, 6), self._gas_rows[: self._layers].reshape(-1, 8))
+        self._read_layers = self._layers
+
+    def _count_layers(self) -> int:
+        """Lowest layers of the patch that hold all that particles write, and exact values where they read.
+
+        The filter carries what they write up by a layer a pass, and the reflection at the cut down by as much what
+        they read; the last layer is the extra one of a patch.
+        """
+        return min(self._mapping.layers + self._options.filter_passes + 1, len(self._gas_rows))
 
     @property
     def gas_input(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -149,7 +170,8 @@ class Coupling:
 
     def _add_up(self, components: int) -> None:
         """Filter a patch field and add it up at the owners of the cells (collective)."""
-        field = filtered(self._fields[components], self._options.filter_passes, self._scratch[components])
+        field, scratch = (fields[components][: self._layers] for fields in (self._fields, self._scratch))
+        field = filtered(field, self._options.filter_passes, scratch)
         self.plan.deposit(field, self._deposit[components])
 
     def _make_room(self, count: int) -> None:

@@ -66,13 +66,12 @@ def find_patch(grid: Grid, low: np.ndarray, high: np.ndarray, reach: float, wide
 class _Link:
     """Cells shared with one rank: `owned` rows here that its patch holds, `held` patch places that it owns."""
 
-    def __init__(self, rank: int, owned: np.ndarray, held: np.ndarray) -> None:
+    def __init__(self, rank: int, owned: np.ndarray, held: np.ndarray, patch: Patch) -> None:
         self.rank = rank
         self.owned_count, self.held_count = len(owned), len(held)
         self.pack_owned = _find_runs(owned, np.arange(len(owned)))
         self.unpack_owned = self.pack_owned[:, [1, 0, 2]]
-        self.pack_held = _find_runs(held, np.arange(len(held)))
-        self.unpack_held = self.pack_held[:, [1, 0, 2]]
+        self.held = _Layered(held, np.arange(len(held)), patch)
 
 
 @dataclass(frozen=True)
@@ -105,51 +104,63 @@ class Plan:
         self._links = []
         for rank, ((rows, _), held) in enumerate(zip(sends, places, strict=True)):
             if rank == comm.rank:
-                self._take_own = _find_runs(rows, held)
                 once = _mark_first(rows)
-                self._give_own = _find_runs(held[once], rows[once])
-                self._give_images = _find_runs(held[~once], rows[~once])
+                self._own = _Layered(held, rows, patch)
+                self._first, self._images = (_Layered(held[which], rows[which], patch) for which in (once, ~once))
             elif len(rows) or len(held):
-                self._links.append(_Link(rank, rows, held))
-        self._traffic: dict[int, _Traffic] = {}
+                self._links.append(_Link(rank, rows, held, patch))
+        self._traffic: dict[tuple[int, str], _Traffic] = {}
 
     @property
     def messages(self) -> int:
         """Messages that this rank sends in one fetch or deposit."""
         return len(self._links)
 
-    def fetch(self, cells: np.ndarray, field: np.ndarray) -> None:
-        """Fill patch `field` (..., c) from the cell values `cells` (n, c) of their owners (collective)."""
-        flat = field.reshape(-1, cells.shape[1])
-        traffic = self._find_traffic(cells.shape[1])
+    def fetch(self, cells: np.ndarray, field: np.ndarray, name: str = "") -> None:
+        """Fill patch `field` (z, .., .., c) from the cell values `cells` (n, c) of their owners (collective).
+
+        `field` may be cut to the lowest layers of the patch; each rank may take another number of them. What came by
+        `name` can be had again from `refill`.
+        """
+        traffic = self._find_traffic(cells.shape[1], name)
         MPI.Prequest.Startall(traffic.take_held)
         for link, (owned, _) in zip(self._links, traffic.buffers, strict=True):
             _copy(cells, owned, link.pack_owned)
         MPI.Prequest.Startall(traffic.give_owned)
-        _copy(cells, flat, self._take_own)
         MPI.Prequest.Waitall(traffic.take_held + traffic.give_owned)
-        for link, (_, held) in zip(self._links, traffic.buffers, strict=True):
-            _copy(held, flat, link.unpack_held)
+        self.refill(cells, field, name)
+
+    def refill(self, cells: np.ndarray, field: np.ndarray, name: str = "") -> None:
+        """Fill `field`, now of more or fewer layers, as the last `fetch` of `name` did; no message is sent."""
+        flat, layers = field.reshape(-1, cells.shape[1]), len(field)
+        _copy(cells, flat, self._own.to_patch(layers))
+        for link, (_, held) in zip(self._links, self._find_traffic(cells.shape[1], name).buffers, strict=True):
+            _copy(held, flat, link.held.to_patch(layers))
 
     def deposit(self, field: np.ndarray, cells: np.ndarray) -> None:
-        """Set `cells` (n, c) to the sum of every rank's patch `field` (..., c) over the cells (collective)."""
-        flat = field.reshape(-1, cells.shape[1])
+        """Set `cells` (n, c) to the sum of every rank's patch `field` (z, .., .., c) over the cells (collective).
+
+        `field` may be cut to the lowest layers of the patch: those above it count as zero.
+        """
+        flat, layers = field.reshape(-1, cells.shape[1]), len(field)
         traffic = self._find_traffic(cells.shape[1])
         MPI.Prequest.Startall(traffic.take_owned)
         for link, (_, held) in zip(self._links, traffic.buffers, strict=True):
-            _copy(flat, held, link.pack_held)
+            held[:] = 0.0
+            _copy(flat, held, link.held.from_patch(layers))
         MPI.Prequest.Startall(traffic.give_held)
         cells[:] = 0.0
-        _copy(flat, cells, self._give_own)
-        _add(flat, cells, self._give_images)
+        _copy(flat, cells, self._first.from_patch(layers))
+        _add(flat, cells, self._images.from_patch(layers))
         MPI.Prequest.Waitall(traffic.take_owned + traffic.give_held)
         for link, (owned, _) in zip(self._links, traffic.buffers, strict=True):
             _add(owned, cells, link.unpack_owned)
 
-    def _find_traffic(self, components: int) -> _Traffic:
-        if components not in self._traffic:
-            self._traffic[components] = _open_traffic(self._comm, self._links, components)
-        return self._traffic[components]
+    def _find_traffic(self, components: int, name: str = "") -> _Traffic:
+        key = components, name
+        if key not in self._traffic:
+            self._traffic[key] = _open_traffic(self._comm, self._links, components)
+        return self._traffic[key]
 
 
 def _open_traffic(comm: MPI.Comm, links: list[_Link], components: int) -> _Traffic:
@@ -198,6 +209,24 @@ def _find_runs(sources: np.ndarray, targets: np.ndarray) -> np.ndarray:
     starts = np.concatenate([[0], breaks])
     lengths = np.diff(np.concatenate([starts, [len(sources)]]))
     return np.column_stack([sources[starts], targets[starts], lengths]).astype(np.int64)
+
+
+class _Layered:
+    """Places of the patch beside rows elsewhere, as runs sorted by layer, so that the lower layers copy alone."""
+
+    def __init__(self, places: np.ndarray, rows: np.ndarray, patch: Patch) -> None:
+        order = np.argsort(places, kind="stable")
+        self._from_patch = _find_runs(places[order], rows[order])
+        self._to_patch = self._from_patch[:, [1, 0, 2]]
+        self._layers = self._from_patch[:, 0] // (patch.shape[0] * patch.shape[1])
+
+    def from_patch(self, layers: int) -> np.ndarray:
+        """Runs whose source is in the lowest `layers` of the patch."""
+        return self._from_patch[: np.searchsorted(self._layers, layers)]
+
+    def to_patch(self, layers: int) -> np.ndarray:
+        """Runs whose target is in the lowest `layers` of the patch."""
+        return self._to_patch[: np.searchsorted(self._layers, layers)]
 
 
 @compiled

@@ -63,6 +63,11 @@ class Mapping(ABC):
     def stencil(self) -> Stencil:
         """Where the kernels find the particles' values in what `read` and `open` return."""
 
+    @property
+    @abstractmethod
+    def layers(self) -> int:
+        """Layers of the patch, from its lowest, that this rank's particles have weight in."""
+
     @abstractmethod
     def read(self, field: np.ndarray, columns: int) -> np.ndarray:
         """Rows (places, >= columns) for the kernels to read: the first columns of patch `field` (.., .., .., c).
@@ -77,6 +82,12 @@ class Mapping(ABC):
     @abstractmethod
     def write(self, rows: np.ndarray, field: np.ndarray) -> None:
         """Add the rows of `open` to patch `field`."""
+
+
+def find_layers(patch: Patch, base: np.ndarray, height: int) -> int:
+    """Layers of `patch` up to the top of the highest block; blocks of `height` layers start at the places `base`."""
+    nx, ny, _ = patch.shape
+    return int(base.max()) // (nx * ny) + height if len(base) else 0
 
 
 VOIDAGE_METHODS: dict[str, type[Mapping]] = {}
@@ -106,6 +117,10 @@ class Trilinear(Mapping):
     @property
     def stencil(self) -> Stencil:
         return self._weights.base, self._weights.upper, self._offsets
+
+    @property
+    def layers(self) -> int:
+        return find_layers(self.patch, self._weights.base, 2)
 
     def read(self, field: np.ndarray, columns: int) -> np.ndarray:
         return field.reshape(-1, field.shape[-1])
@@ -156,6 +171,10 @@ class _Gathered(Mapping):
     @property
     def stencil(self) -> Stencil:
         return self._own[: self._count], self._upper[: self._count], self._corners
+
+    @property
+    def layers(self) -> int:
+        return find_layers(self.patch, self._base, self._lengths[2])
 
     def read(self, field: np.ndarray, columns: int) -> np.ndarray:
         rows = self._find_rows(columns, "read")
