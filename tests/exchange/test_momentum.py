@@ -275,3 +275,21 @@ def test_balance_measures_what_is_missing(rng):
     balance.give(forces.sum(axis=0), 12.0, 1e-4)
     balance.receive(forces[1:], 1e-4)
     assert balance.momentum_error == pytest.approx(0.25, rel=1e-14) and balance.particles == 2
+
+
+@pytest.mark.parametrize("passes", PASSES)
+def test_particles_that_rise_above_what_was_read_feel_the_gas_there(rng, passes):
+    """Only the layers of the bed are read; what a step carries above them is read again without a message."""
+    bed, other = (Bed(np.random.default_rng(5), (4, 3, 30), filter_passes=passes) for _ in range(2))
+    height = bed.particles.positions[:, 2].copy()
+    bed.particles.positions[:, 2] *= 0.2
+    bed.prepare()
+    for one in (bed, other):
+        one.particles.positions[:, 2] = height
+        one.coupling.map(one.particles)
+    other.coupling.read_gas(np.hstack([other.velocity, other.pressure_gradient]))
+    for one in (bed, other):
+        one.coupling.drag(one.particles, DT)
+    assert (bed.coupling.beta == other.coupling.beta).all()
+    assert (bed.coupling.drag_source == other.coupling.drag_source).all()
+    assert bed.coupling.beta.min() > 0
