@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import os
+import shutil
+import subprocess
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,6 +15,7 @@ from click.testing import CliRunner, Result
 from fbcouple.case.load import load_case
 from fbcouple.cli import cli
 from fbcouple.decks.render import render_decks
+from fbcouple.launch import mpi_environment
 
 PARTICLE = """
 title = "fifty particles"
@@ -224,6 +228,21 @@ def test_trusted_decks_still_compile_no_code(call, run, tmp_path):
     assert result.exit_code == 3 and "blockMesh failed" in result.stderr
     assert "security reasons" in result.stderr
     assert not list(tmp_path.rglob("stolen")) and not list(tmp_path.rglob("dynamicCode"))
+
+
+def test_openfoam_compiles_no_code_of_a_case_for_a_plain_user(run):
+    """The administrator it refuses anyway: seen as nobody, who must be able to read the folder."""
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        shutil.copytree(run / "fluid", folder / "fluid")
+        for path in (folder, *folder.rglob("*")):
+            path.chmod(0o755)
+        deck = folder / "fluid/system/controlDict"
+        deck.write_text(deck.read_text().replace("writePrecision  17;", 'writePrecision #calc "17";'))
+        nobody = {"user": 65534, "group": 65534, "extra_groups": []} if os.geteuid() == 0 else {}
+        tool = ["blockMesh", "-case", str(folder / "fluid")]
+        done = subprocess.run(tool, env=mpi_environment(), capture_output=True, text=True, check=False, **nobody)
+    assert done.returncode != 0 and "allowSystemOperations" in done.stderr
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,107 @@
+"""The job scripts in a real SLURM, with the real solvers."""
+
+from __future__ import annotations
+
+import subprocess
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import xarray as xr
+from click.testing import CliRunner
+
+from fbcouple.cli import cli
+from tests.batch.slurm_box import open_slurm
+
+pytestmark = pytest.mark.slow
+
+CASE = """
+title = "fifty particles"
+end_time = 2e-3
+[domain]
+size = [0.008, 0.008, 0.02]
+cells = [2, 2, 5]
+[gas]
+density = 1.2
+viscosity = 2e-5
+inlet_velocity = 0.5
+[particles]
+diameter = 1e-3
+density = 2500.0
+count = 50
+[contact]
+restitution = 0.9
+wall_restitution = 0.9
+friction = 0.1
+wall_friction = 0.1
+[start]
+[exchange]
+"""
+
+
+@pytest.fixture(scope="module")
+def slurm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, str]]:
+    with open_slurm(tmp_path_factory.mktemp("slurm")) as environment:
+        yield environment
+
+
+def call(*arguments: object) -> None:
+    done = CliRunner().invoke(cli, [str(argument) for argument in arguments])
+    assert done.exit_code == 0, done.output
+
+
+def hand_in(place: Path, environment: dict[str, str]) -> None:
+    script = [str(place / "batch/submit-slurm.sh")]
+    done = subprocess.run(script, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def list_jobs(environment: dict[str, str]) -> list[str]:
+    command = ["squeue", "-h", "-o", "%i %T %S"]
+    return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout.splitlines()
+
+
+def await_end(environment: dict[str, str], seconds: float) -> int:
+    """Wait until no job is left; a requeued job does not wait for its delay. Returns: how often one was requeued."""
+    deadline, delayed = time.monotonic() + seconds, 0
+    while jobs := list_jobs(environment):
+        assert time.monotonic() < deadline, jobs
+        for number, state, start in (line.split(maxsplit=2) for line in jobs):
+            if state == "PENDING" and start not in ("N/A", "now"):
+                change = ["scontrol", "update", f"JobId={number}", "StartTime=now"]
+                delayed += subprocess.run(change, env=environment, capture_output=True, check=False).returncode == 0
+        time.sleep(1.0)
+    return delayed
+
+
+def is_complete(run: Path) -> bool:
+    with xr.open_dataset(run / "results.nc") as results:
+        return bool(results.attrs["complete"])
+
+
+def test_array_job_does_every_run(slurm, tmp_path):
+    (tmp_path / "case.toml").write_text(CASE)
+    for name in ("a", "b"):
+        call("setup", tmp_path / "case.toml", "-o", tmp_path / "set" / name)
+    call("batch", tmp_path / "set", "--scheduler", "slurm", "--time", "00:10:00", "--memory", 900)
+    hand_in(tmp_path / "set", slurm)
+    await_end(slurm, 240.0)
+    for name in ("a", "b"):
+        words = [path.read_text() for path in (tmp_path / "set/batch").glob("slurm-*.out")]
+        assert (tmp_path / "set" / name / "batch/state").read_text() == "0\n", words
+        assert is_complete(tmp_path / "set" / name)
+
+
+def test_failed_run_ends_its_chain(slurm, tmp_path):
+    (tmp_path / "case.toml").write_text(CASE)
+    call("setup", tmp_path / "case.toml", "-o", tmp_path / "run")
+    deck = tmp_path / "run/grains/in.grains"
+    deck.write_text(deck.read_text() + "nonsense\n")
+    call("batch", tmp_path / "run", "--scheduler", "slurm", "--time", "00:10:00", "--memory", 900, "--chain", 3)
+    hand_in(tmp_path / "run", slurm)
+    await_end(slurm, 120.0)
+    assert (tmp_path / "run/batch/state").read_text() == "1\n"
+    outputs = sorted((tmp_path / "run/batch").glob("slurm-*.out"))
+    assert len(outputs) == 3 and "in.grains" in outputs[0].read_text()
+    assert [path.read_text() for path in outputs[1:]] == ["", ""]
