@@ -107,8 +107,7 @@ class Coupling:
         )
         self._mapping.write(rows, field)
         self._add_up(4)
-        np.divide(self._deposit[4][:, 0], self._cell_volume, out=self.drag_coefficient)
-        np.divide(self._deposit[4][:, 1:], self._cell_volume, out=self.drag_source)
+        momentum.spread_over_volume(self._deposit[4], self._cell_volume, *self.gas_input[1:])
 
     def react(
         self, particles: Particles, gas: np.ndarray, factor: float, held: np.ndarray, current: np.ndarray

@@ -164,17 +164,36 @@ def find_loss(gas, voidage, coefficient, source, push, lift, loss):
 
     gas (cells, 6): velocity and pressure gradient.
     """
+    x, y, z = 0.0, 0.0, 0.0
     for n in range(len(voidage)):
-        solids = 1.0 - voidage[n]
-        for axis in range(3):
-            drag = coefficient[n] * gas[n, axis] - source[n, axis]
-            loss[axis] += drag - push * solids * gas[n, 3 + axis]
-        loss[2] += solids * lift
+        solids = push * (1.0 - voidage[n])
+        x += coefficient[n] * gas[n, 0] - source[n, 0] - solids * gas[n, 3]
+        y += coefficient[n] * gas[n, 1] - source[n, 1] - solids * gas[n, 4]
+        z += coefficient[n] * gas[n, 2] - source[n, 2] - solids * gas[n, 5] + (1.0 - voidage[n]) * lift
+    loss[0] += x
+    loss[1] += y
+    loss[2] += z
 
 
 @compiled
 def add_rows(rows, total):
     """Add the rows (n, 3) to `total` (3,)."""
+    x, y, z = 0.0, 0.0, 0.0
     for n in range(len(rows)):
-        for axis in range(3):
-            total[axis] += rows[n, axis]
+        x += rows[n, 0]
+        y += rows[n, 1]
+        z += rows[n, 2]
+    total[0] += x
+    total[1] += y
+    total[2] += z
+
+
+@compiled
+def spread_over_volume(rows, volume, coefficient, source):
+    """K (cells,) and S (cells, 3) from the `rows` (cells, 4) of beta~ and beta~ v in cells of one `volume` [m3]."""
+    share = 1.0 / volume
+    for n in range(len(rows)):
+        coefficient[n] = share * rows[n, 0]
+        source[n, 0] = share * rows[n, 1]
+        source[n, 1] = share * rows[n, 2]
+        source[n, 2] = share * rows[n, 3]
