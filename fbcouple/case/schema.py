@@ -171,6 +171,13 @@ class Exchange(Section):
         ge=0.5,
         le=1000.0,
     )
+    diffusion_width: float | None = option(
+        "Bandwidth b, in particle diameters, of a diffusion of all that is exchanged (implicit, conservative), close "
+        "to the kernel exp(-r^2/b^2): variance b^2/2 along each axis; absent: none.",
+        default=None,
+        ge=0.1,
+        le=1000.0,
+    )
     filter_passes: int = option("Passes of the (1/4, 1/2, 1/4) filter (paper: 1).", default=0, ge=0, le=20)
     pressure_gradient: bool = option("Pressure-gradient force on the particles.", default=True)
 

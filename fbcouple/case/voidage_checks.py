@@ -25,13 +25,21 @@ def check_kernel_width(case: Case, folder: Path) -> Iterator[Problem]:
         yield Problem(key, f'{text}; remove it or take voidage = "gaussian".')
 
 
-@check("exchange.kernel_width", "particles.diameter", "domain.size")
+@check("exchange.voidage", "exchange.diffusion_width")
+def check_diffusion(case: Case, folder: Path) -> Iterator[Problem]:
+    """A Gaussian kernel is not widened by diffusion: its own width says it."""
+    if case.exchange and case.exchange.voidage == "gaussian" and case.exchange.diffusion_width is not None:
+        text = f'{case.exchange.diffusion_width:g} is given and voidage = "gaussian" has a width already'
+        yield Problem("exchange.diffusion_width", f"{text}; remove it or take another voidage.")
+
+
+@check("exchange.kernel_width", "exchange.diffusion_width", "particles.diameter", "domain.size")
 def check_spread(case: Case, folder: Path) -> Iterator[Problem]:
     """What spreads a particle is not wider than the box."""
     if case.exchange is None or case.particles is None:
         return
     longest = max(case.domain.size)
-    for key in ("kernel_width",):
+    for key in ("kernel_width", "diffusion_width"):
         width = getattr(case.exchange, key)
         if width is not None and width * case.particles.diameter > longest:
             text = f"{width:g} diameters are {width * case.particles.diameter:g} m and the box is {longest:g} m at most"

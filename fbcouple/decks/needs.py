@@ -141,6 +141,12 @@ def _gaussian_kernel(case: Case) -> tuple[bool, str]:
 
 
 @_part
+def _diffusion(case: Case) -> tuple[bool, str]:
+    width = case.exchange.diffusion_width if case.exchange else None
+    return width is not None, f"exchange.diffusion_width = {width:g} diameters" if width else "no diffusion_width"
+
+
+@_part
 def _filter(case: Case) -> tuple[bool, str]:
     passes = case.exchange.filter_passes if case.exchange else 0
     return passes > 0, f"exchange.filter_passes = {passes}"

@@ -11,6 +11,7 @@ from mpi4py import MPI
 from fbcouple.case.derived import wraps
 from fbcouple.case.schema import Case
 from fbcouple.exchange import momentum
+from fbcouple.exchange.diffusion import Diffusion, find_margin
 from fbcouple.exchange.drag import choose_law
 from fbcouple.exchange.filter import filtered
 from fbcouple.exchange.momentum import DRAG_SCHEMES
@@ -47,9 +48,11 @@ class Coupling:
         grid = Grid(case.domain.cells, case.domain.size, wraps(case.domain))
         method, spread = VOIDAGE_METHODS[case.exchange.voidage], find_spread(case)
         reach += method.find_reach(spread)
-        patch = find_patch(grid, bounds[0], bounds[1], reach, case.exchange.filter_passes)
+        self._widen = case.exchange.filter_passes + find_margin(grid.spacing, spread.diffusion)
+        patch = find_patch(grid, bounds[0], bounds[1], reach, self._widen)
         self.plan = Plan(comm, patch, grid.indices(centres))
         self._mapping = method(patch, spread)
+        self._diffusion = Diffusion(patch, spread.diffusion) if spread.diffusion else None
         self._cell_volume = grid.cell_volume
         self._law = choose_law(case.exchange, Path())
         self._explicit = case.exchange.scheme == "explicit"
@@ -144,17 +147,24 @@ class Coupling:
         self._line_up_gas()
 
     def _line_up_gas(self) -> None:
-        field = filtered(self._fields[6][: self._layers], self._options.filter_passes, self._scratch[6][: self._layers])
+        field = self._smooth(6)
         momentum.line_up(field.reshape(-1, 6), self._gas_rows[: self._layers].reshape(-1, 8))
         self._read_layers = self._layers
+
+    def _smooth(self, components: int) -> np.ndarray:
+        """Diffuse and filter a patch field as far as the case asks for it; the operators commute."""
+        field, scratch = (fields[components][: self._layers] for fields in (self._fields, self._scratch))
+        if self._diffusion:
+            self._diffusion.smooth(field)
+        return filtered(field, self._options.filter_passes, scratch)
 
     def _count_layers(self) -> int:
         """Lowest layers of the patch that hold all that particles write, and exact values where they read.
 
-        The filter carries what they write up by a layer a pass, and the reflection at the cut down by as much what
-        they read; the last layer is the extra one of a patch.
+        Filter and diffusion carry what they write up, by a layer a pass and by a margin, and the reflection at the cut
+        down by as much what they read; the last layer is the extra one of a patch.
         """
-        return min(self._mapping.layers + self._options.filter_passes + 1, len(self._gas_rows))
+        return min(self._mapping.layers + int(self._widen[2]) + 1, len(self._gas_rows))
 
     @property
     def gas_input(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -168,9 +178,8 @@ class Coupling:
         return self._cell_volume * loss
 
     def _add_up(self, components: int) -> None:
-        """Filter a patch field and add it up at the owners of the cells (collective)."""
-        field, scratch = (fields[components][: self._layers] for fields in (self._fields, self._scratch))
-        field = filtered(field, self._options.filter_passes, scratch)
+        """Smooth a patch field and add it up at the owners of the cells (collective)."""
+        field = self._smooth(components)
         self.plan.deposit(field, self._deposit[components])
 
     def _make_room(self, count: int) -> None:

@@ -54,8 +54,9 @@ class Patch:
         return np.zeros((*self.shape[::-1], components))
 
 
-def find_patch(grid: Grid, low: np.ndarray, high: np.ndarray, reach: float, widen: int) -> Patch:
-    """Patch for particles in the box `low` to `high` [m] that may stray by `reach` [m], widened by `widen` cells."""
+def find_patch(grid: Grid, low: np.ndarray, high: np.ndarray, reach: float, widen: int | np.ndarray) -> Patch:
+    """Patch for particles in the box `low` to `high` [m] that may stray by `reach` [m], widened by `widen` cells (all
+    axes or (3,))."""
     first = np.floor((low - reach) / grid.spacing - 0.5).astype(int) - widen
     last = np.floor((high + reach) / grid.spacing - 0.5).astype(int) + 2 + widen
     inside = np.clip([first, last], 0, grid.cells)

@@ -27,17 +27,22 @@ Stencil = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 @dataclass(frozen=True)
 class Spread:
-    """How far a particle reaches: the largest radius and the bandwidth of the kernel [m] (0 where there is none)."""
+    """How far a particle reaches: the largest radius, the bandwidths of the Gaussian kernel and of the diffusion [m].
+
+    A bandwidth is 0 where there is none.
+    """
 
     radius: float
     bandwidth: float
+    diffusion: float = 0.0
 
 
 def find_spread(case: Case) -> Spread:
-    """The largest radius of the case's particles and the bandwidth that it asks for."""
+    """The largest radius of the case's particles and the bandwidths that it asks for."""
     assert case.exchange is not None
     diameter = case.particles.diameter if case.particles else 0.0
-    return Spread(diameter / 2.0, (case.exchange.kernel_width or 0.0) * diameter)
+    widths = case.exchange.kernel_width or 0.0, case.exchange.diffusion_width or 0.0
+    return Spread(diameter / 2.0, *(width * diameter for width in widths))
 
 
 class Mapping(ABC):
@@ -234,8 +239,9 @@ class Divided(_Gathered):
 class Gaussian(_Gathered):
     """By a Gaussian kernel exp(-r^2/b^2) around the centre, b the bandwidth, integrated over each cell.
 
-    What would lie beyond a wall is reflected (Zhu and Yu 2002; b as in Sun and Xiao 2015, eq. 7). Each axis has its
-    own weights, whose product is that of the cell. The kernel ends at 3 b, where 2e-5 of it is left an axis.
+    What would lie beyond a wall is reflected. Each axis has its own weights, whose product is that of the cell. The
+    kernel ends at 3 b, where 2e-5 of it is left an axis; the rest is scaled up to all of the particle. b is the
+    bandwidth of Sun and Xiao 2015 (Int. J. Multiphase Flow 77, 142).
     """
 
     _by_axes = True

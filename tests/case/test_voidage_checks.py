@@ -10,7 +10,9 @@ from fbcouple.errors import CaseError
 GAUSSIAN = "exchange.voidage=gaussian"
 
 
-@pytest.mark.parametrize("sets", [["exchange.voidage=divided"], [GAUSSIAN, "exchange.kernel_width=6"]])
+@pytest.mark.parametrize(
+    "sets", [["exchange.voidage=divided"], [GAUSSIAN, "exchange.kernel_width=6"], ["exchange.diffusion_width=6"]]
+)
 def test_options_that_fit_together(sets):
     load_case("patil/c2", sets)
 
@@ -30,6 +32,12 @@ def test_options_that_fit_together(sets):
             "exchange.kernel_width: 300 diameters are 0.3 m and the box is 0.25 m at most: each particle would fill "
             "it; give at most 250.",
         ),
+        (
+            [GAUSSIAN, "exchange.kernel_width=3", "exchange.diffusion_width=3"],
+            'exchange.diffusion_width: 3 is given and voidage = "gaussian" has a width already; remove it',
+        ),
+        (["exchange.diffusion_width=-1"], "exchange.diffusion_width: -1 is given, a number at least 0.1"),
+        (["exchange.diffusion_width=900"], "exchange.diffusion_width: 900 diameters are 0.9 m and the box is 0.25 m"),
         (["exchange.voidage=center"], 'exchange.voidage: "center" is given, "trilinear" or "centre" or "divided"'),
     ],
 )

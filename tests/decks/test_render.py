@@ -100,6 +100,7 @@ OTHER_OPTIONS = {
     "periodic": "test_periodic_decks.py",
     "satellite_points": "test_voidage_parts.py",
     "gaussian_kernel": "test_voidage_parts.py",
+    "diffusion": "test_voidage_parts.py",
 }
 OTHER_OPTIONS |= dict.fromkeys(GAS_OPTIONS, "test_gas_decks.py")
 

@@ -11,6 +11,7 @@ from fbcouple.decks.render import render_decks
 PARTS = {
     "satellite_points": ["exchange.voidage=divided"],
     "gaussian_kernel": ["exchange.voidage=gaussian", "exchange.kernel_width=3"],
+    "diffusion": ["exchange.diffusion_width=6"],
 }
 
 

@@ -16,6 +16,7 @@ SCHEMES = ["exponential", "semi-implicit", "explicit"]
 PASSES = [0, 1, 3]
 CELLS = [(6, 3, 7), (4, 1, 5)]
 METHODS = {name: {"voidage": name} | ({"kernel_width": 3.0} if name == "gaussian" else {}) for name in VOIDAGE_METHODS}
+METHODS |= {"diffusion": {"diffusion_width": 3.0}, "centre-diffusion": {"voidage": "centre", "diffusion_width": 2.0}}
 
 every_method = pytest.mark.parametrize("method", METHODS.values(), ids=METHODS)
 DENSITY, VISCOSITY, GRAVITY, DT = 1.165, 2e-5, 9.81, 3e-4

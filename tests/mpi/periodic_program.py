@@ -23,7 +23,7 @@ SIDES = np.array([1.0, 1.0, 0.0])
 
 def compare(comm: MPI.Comm, passes: int) -> dict:
     """Every rank draws the same random numbers."""
-    rng, case = np.random.default_rng(4), make_case(passes, ("x", "y"))
+    rng, case = np.random.default_rng(4), make_case({"filter_passes": passes}, ("x", "y"))
     grid = Grid(CELLS, SIZE, (True, True, False))
     all_cells = np.stack(np.meshgrid(*map(np.arange, CELLS), indexing="ij"), axis=-1).reshape(-1, 3)
     owner = rng.integers(0, comm.size, len(all_cells))

@@ -1,7 +1,8 @@
-"""Run under mpirun by test_plan_ranks.py: `plan_program.py SCATTER PASSES` prints one JSON object of differences.
+"""Run under mpirun by test_plan_ranks.py: `plan_program.py SCATTER EXCHANGE` prints one JSON object of differences.
 
 The exchange on all ranks against the same exchange in one process. SCATTER is `random` (every cell belongs to a random
-rank) or `slabs` (cells in slabs along x that differ from the particles' slabs). The last rank's box holds no particle.
+rank) or `slabs` (cells in slabs along x that differ from the particles' slabs). EXCHANGE is that section as JSON. The
+last rank's box holds no particle.
 """
 
 from __future__ import annotations
@@ -16,21 +17,22 @@ from fbcouple.balance import Balance
 from fbcouple.case.schema import Case
 from fbcouple.errors import FbcoupleError
 from fbcouple.exchange.coupling import Coupling, Particles
-from fbcouple.exchange.plan import Patch, Plan, find_patch
+from fbcouple.exchange.plan import Patch, Plan
 from fbcouple.grid import Grid
 
 CELLS, SIZE, REACH = (16, 3, 9), (0.04, 0.009, 0.02), 1e-3
 DT = 3e-4
 
 
-def make_case(passes: int, periodic: tuple[str, ...] = ()) -> Case:
+def make_case(exchange: dict, periodic: tuple[str, ...] = ()) -> Case:
     return Case.model_validate(
         {
             "title": "a bed on ranks",
             "end_time": 1.0,
             "domain": {"size": SIZE, "cells": CELLS, "periodic": periodic},
             "gas": {"density": 1.165, "viscosity": 2e-5, "inlet_velocity": 1.0},
-            "exchange": {"filter_passes": passes},
+            "particles": {"diameter": 1e-3, "density": 2500.0, "count": 300},
+            "exchange": exchange,
         }
     )
 
@@ -104,9 +106,9 @@ def count_messages(comm: MPI.Comm, owned: np.ndarray, patch: Patch) -> dict[str,
     return {"messages": comm.allgather(plan.messages), "shared": comm.allgather(shared)}
 
 
-def compare(comm: MPI.Comm, scatter: str, passes: int) -> dict:
+def compare(comm: MPI.Comm, scatter: str, exchange: dict) -> dict:
     """Everything on all ranks, against one process; every rank draws the same random numbers."""
-    rng, case, grid = np.random.default_rng(4), make_case(passes), Grid(CELLS, SIZE)
+    rng, case, grid = np.random.default_rng(4), make_case(exchange), Grid(CELLS, SIZE)
     all_cells = np.stack(np.meshgrid(*map(np.arange, CELLS), indexing="ij"), axis=-1).reshape(-1, 3)
     all_cells = rng.permutation(all_cells)
     owner = assign_cells(rng, scatter, comm.size)[tuple(all_cells.T)]
@@ -138,7 +140,7 @@ def compare(comm: MPI.Comm, scatter: str, passes: int) -> dict:
     balance.give(coupling.find_gas_loss(np.ascontiguousarray(gas[my_cells][:, 6:])), my_drag, DT)
     balance.receive(my_forces, DT)
     solids = comm.allreduce(float(np.sum(1.0 - coupling.voidage))) * grid.cell_volume
-    patch = find_patch(grid, *bounds, REACH, passes)
+    patch = coupling.plan.patch
     owned = all_cells[my_cells]
     return {
         "ranks": comm.size,
@@ -152,6 +154,7 @@ def compare(comm: MPI.Comm, scatter: str, passes: int) -> dict:
         "momentum": balance.momentum_error,
         **compare_plan(comm, grid, owned, patch),
         **count_messages(comm, owned, patch),
+        "first cell": comm.allgather(patch.low == (0, 0, 0)),
         "missing cell": name_missing_cell(comm, owned, patch),
     }
 
@@ -168,6 +171,6 @@ def name_missing_cell(comm: MPI.Comm, owned: np.ndarray, patch: Patch) -> list[s
 
 
 if __name__ == "__main__":
-    results = compare(MPI.COMM_WORLD, sys.argv[1], int(sys.argv[2]))
+    results = compare(MPI.COMM_WORLD, sys.argv[1], json.loads(sys.argv[2]))
     if MPI.COMM_WORLD.rank == 0:
         print(json.dumps(results))

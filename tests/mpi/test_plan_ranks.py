@@ -18,15 +18,24 @@ ENVIRONMENT = {
 
 @pytest.fixture(
     scope="module",
-    params=[(1, "random", 1), (2, "random", 0), (2, "random", 2), (4, "random", 1), (4, "slabs", 1)],
-    ids=lambda p: f"{p[0]}-{p[1]}-{p[2]}",
+    params=[
+        (1, "random", {"filter_passes": 1}),
+        (2, "random", {}),
+        (2, "random", {"filter_passes": 2}),
+        (4, "random", {"filter_passes": 1}),
+        (4, "slabs", {"filter_passes": 1}),
+        (4, "slabs", {"voidage": "divided"}),
+        (4, "random", {"voidage": "gaussian", "kernel_width": 3.0}),
+        (4, "random", {"voidage": "centre", "diffusion_width": 1.5}),
+    ],
+    ids=lambda p: "-".join(map(str, (*p[:2], *p[2].values()))),
 )
 def found(request):
-    """What the program found on that many ranks, with that scatter of the cells, and that many passes of the filter."""
-    ranks, scatter, passes = request.param
+    """What the program found on that many ranks, with that scatter of the cells and that exchange."""
+    ranks, scatter, exchange = request.param
     command = ["mpirun", "-n", str(ranks), "--oversubscribe", "--bind-to", "none"]
     done = subprocess.run(
-        [*command, sys.executable, "-m", "mpi4py", PROGRAM, scatter, str(passes)],
+        [*command, sys.executable, "-m", "mpi4py", PROGRAM, scatter, json.dumps(exchange)],
         env=os.environ | ENVIRONMENT,
         capture_output=True,
         text=True,
@@ -70,6 +79,5 @@ def test_messages_go_only_where_cells_are_shared(found):
 
 
 def test_a_cell_that_nobody_owns_is_told_by_the_ranks_that_want_it(found):
-    first, *others = found["missing cell"]
-    assert "cells of its patch" in first and "rank 0" in first
-    assert others[1:] == [""] * len(others[1:])
+    assert "cells of its patch" in found["missing cell"][0] and "rank 0" in found["missing cell"][0]
+    assert [bool(words) for words in found["missing cell"]] == found["first cell"]
