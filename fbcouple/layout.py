@@ -10,7 +10,7 @@ from typing import Any
 from fbcouple.case.companions import list_companions
 from fbcouple.case.drag_file import require_trust
 from fbcouple.case.load import load_case
-from fbcouple.case.positions import start_positions
+from fbcouple.case.positions import start_kinds, start_positions
 from fbcouple.case.schema import Case
 from fbcouple.case.source import FILE_NAME, find_case, list_sets, list_shipped
 from fbcouple.decks.render import refuse_foreign, set_up
@@ -61,7 +61,7 @@ def name_run(case: str, source: Path | None) -> str:
 def _lay_out_run(case: Case, folder: Path, run: Path) -> None:
     """Set up `run` and keep the case's own files (which lie in `folder`) beside the effective case."""
     try:
-        set_up(case, run, lambda wanted: start_positions(wanted, folder))
+        set_up(case, run, lambda wanted: start_positions(wanted, folder), lambda wanted: start_kinds(wanted, folder))
         for name in list_companions(case):
             shutil.copyfile(folder / name, run / name)
     except OSError as error:

@@ -10,6 +10,7 @@ import numpy as np
 
 from fbcouple.averages.means import Means
 from fbcouple.averages.snapshots import Snapshots
+from fbcouple.case.mixture import mean_density, solids_volume
 from fbcouple.clock import Cadence
 from fbcouple.contacts import find_max_overlap
 from fbcouple.errors import DivergedError
@@ -148,13 +149,18 @@ class Recorder:
         self._saved = time.monotonic()
 
     def _describe(self, scene: Scene) -> dict[str, Any]:
-        options, now = scene.case.averages, scene.clock.time
+        options, now, bed = scene.case.averages, scene.clock.time, scene.case.particles
         return {
             "case": self._case_text,
             "averaging_start": options.start if options else float("nan"),
             "averaging_end": now,
             "core_seconds": (time.monotonic() - self._begin) * scene.comm.size,
             "ranks": scene.comm.size,
+            **(
+                {"solids_mass": mean_density(bed) * solids_volume(bed), "solids_volume": solids_volume(bed)}
+                if bed
+                else {}
+            ),
             "complete": int(now >= scene.case.end_time * (1 - 1e-9)),
         }
 

@@ -12,6 +12,7 @@ from mpi4py import MPI
 from fbcouple.averages.means import Means, SolidsSampler
 from fbcouple.balance import Balance
 from fbcouple.case import derived
+from fbcouple.case.mixture import largest_diameter
 from fbcouple.case.schema import Case
 from fbcouple.clock import Cadence, Clock
 from fbcouple.engines.liggghts import Grains
@@ -77,7 +78,7 @@ def open_scene(case: Case, run: Path, comm: MPI.Comm, end: float) -> Scene:
     if case.particles:
         grains = Grains(Path("grains/in.grains"), logs / "grains.log", comm)
     if gas and grains and case.particles:
-        coupling = Coupling(case, comm, gas.centres, grains.bounds, reach=case.particles.diameter)
+        coupling = Coupling(case, comm, gas.centres, grains.bounds, reach=largest_diameter(case.particles))
     owned = grid.indices(gas.centres) if gas else _own_cells(grid, grains)
     averaging = _open_averaging(case, grid, comm, owned, grains, coupling)
     balance, watch = Balance(comm), Stopwatch(STAGES)
@@ -116,10 +117,10 @@ def _open_averaging(
     solids = gas = sampler = None
     if grains and case.particles:
         low, high = grains.bounds
-        reach = case.particles.diameter
+        reach = largest_diameter(case.particles)
         plan = coupling.plan if coupling else Plan(comm, find_patch(grid, low, high, reach, 0), owned)
         sampler = SolidsSampler(plan)
-        solids = Means("solids", len(owned), case.particles.density, window, options.blocks)
+        solids = Means("solids", len(owned), window, options.blocks)
     if case.gas:
-        gas = Means("gas", len(owned), case.gas.density, window, options.blocks)
+        gas = Means("gas", len(owned), window, options.blocks)
     return Averaging(Cadence(options.every, options.start), solids, gas, sampler)

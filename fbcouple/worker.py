@@ -118,7 +118,7 @@ def average(scene: Scene) -> None:
     with scene.watch("average"):
         if averaging.solids and averaging.sampler:
             p = scene.particles
-            averaging.solids.add(averaging.sampler.sample(p.positions, p.velocities, p.radii), time)
+            averaging.solids.add(averaging.sampler.sample(p.positions, p.velocities, p.radii, p.masses), time)
         if averaging.gas and scene.gas:
             voidage = scene.coupling.voidage if scene.coupling else scene.gas.clean_input[0]
             averaging.gas.add(sample_gas(voidage, scene.gas.velocity, scene.gas.pressure), time)

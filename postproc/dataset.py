@@ -66,17 +66,21 @@ class Results:
     def weight_per_area(self) -> float | None:
         """Weight of the bed less its buoyancy over the floor area [Pa], the pressure drop of a fluidized bed.
 
-        m g (1 - rho/rho_p) / (L D); None if the case has no gas or does not tell the mass.
+        (m - rho V) g / (L D) with mass and volume as the run wrote them down, in older results as the case tells them;
+        None if the case has no gas or does not tell the mass.
         """
         gas, particles = self.case.get("gas"), self.case.get("particles")
         if gas is None or particles is None:
             return None
+        width, depth, _ = self.size
+        if "solids_mass" in self.data.attrs:
+            buoyant = self.data.attrs["solids_mass"] - gas["density"] * self.data.attrs["solids_volume"]
+            return float(buoyant * self.case["gravity"] / (width * depth))
         mass = particles.get("mass")
         if particles.get("count") is not None:
             mass = particles["count"] * particles["density"] * math.pi / 6.0 * particles["diameter"] ** 3
         if mass is None:
             return None
-        width, depth, _ = self.size
         return float(mass * self.case["gravity"] * (1.0 - gas["density"] / particles["density"]) / (width * depth))
 
     def history(self, name: str) -> xr.DataArray:

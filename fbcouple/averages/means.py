@@ -15,17 +15,17 @@ from numba import njit
 from fbcouple.errors import DivergedError
 from fbcouple.exchange.plan import Patch, Plan
 
-SOLIDS_COLUMNS = 6
-"""sum V_p, sum V_p v (3), sum V_p v.v, sum V_p |v - cell mean|^2, each over the cell volume."""
+SOLIDS_COLUMNS = 7
+"""sum V_p, sum m_p, sum m_p v (3), sum m_p v.v, sum m_p |v - cell mean|^2, each over the cell volume."""
 GAS_COLUMNS = 8
 """eps, u (3), eps u (3), p."""
 
-Derive = Callable[[np.ndarray, float], np.ndarray]
+Derive = Callable[[np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """A result formed from mean rows: `derive(rows, density)` gives (cells, components)."""
+    """A result formed from mean rows: `derive(rows)` gives (cells, components)."""
 
     components: int
     phase: str
@@ -34,41 +34,40 @@ class Quantity:
 
 def _velocity(rows: np.ndarray) -> np.ndarray:
     with np.errstate(invalid="ignore"):
-        return rows[:, 1:4] / rows[:, :1]
+        return rows[:, 2:5] / rows[:, 1:2]
 
 
-def _agitation(rows: np.ndarray, _density: float) -> np.ndarray:
+def _agitation(rows: np.ndarray) -> np.ndarray:
     velocity = _velocity(rows)
     with np.errstate(invalid="ignore"):
-        return rows[:, 4:5] / rows[:, :1] - np.sum(velocity**2, axis=1, keepdims=True)
+        return rows[:, 5:6] / rows[:, 1:2] - np.sum(velocity**2, axis=1, keepdims=True)
 
 
-def _granular_temperature(rows: np.ndarray, _density: float) -> np.ndarray:
+def _granular_temperature(rows: np.ndarray) -> np.ndarray:
     with np.errstate(invalid="ignore"):
-        return rows[:, 5:6] / rows[:, :1] / 3.0
+        return rows[:, 6:7] / rows[:, 1:2] / 3.0
 
 
 QUANTITIES: dict[str, Quantity] = {
-    "solids_fraction": Quantity(1, "solids", lambda rows, _: rows[:, :1]),
-    "solids_flux": Quantity(3, "solids", lambda rows, density: density * rows[:, 1:4]),
-    "solids_velocity": Quantity(3, "solids", lambda rows, _: _velocity(rows)),
+    "solids_fraction": Quantity(1, "solids", lambda rows: rows[:, :1]),
+    "solids_flux": Quantity(3, "solids", lambda rows: rows[:, 2:5]),
+    "solids_velocity": Quantity(3, "solids", _velocity),
     "agitation": Quantity(1, "solids", _agitation),
     "granular_temperature": Quantity(1, "solids", _granular_temperature),
-    "voidage": Quantity(1, "gas", lambda rows, _: rows[:, :1]),
-    "gas_velocity": Quantity(3, "gas", lambda rows, _: rows[:, 1:4]),
-    "gas_flux": Quantity(3, "gas", lambda rows, _: rows[:, 4:7]),
-    "pressure": Quantity(1, "gas", lambda rows, _: rows[:, 7:8]),
+    "voidage": Quantity(1, "gas", lambda rows: rows[:, :1]),
+    "gas_velocity": Quantity(3, "gas", lambda rows: rows[:, 1:4]),
+    "gas_flux": Quantity(3, "gas", lambda rows: rows[:, 4:7]),
+    "pressure": Quantity(1, "gas", lambda rows: rows[:, 7:8]),
 }
 
 
 class Means:
     """Running sums of one phase's rows over the averaging window, and of its quantities over blocks of the window."""
 
-    def __init__(self, phase: str, cells: int, density: float, window: tuple[float, float], blocks: int) -> None:
-        """`density` [kg m-3] of the phase; the `window` [s] is cut into `blocks` equal blocks."""
+    def __init__(self, phase: str, cells: int, window: tuple[float, float], blocks: int) -> None:
+        """The `window` [s] is cut into `blocks` equal blocks."""
         columns = SOLIDS_COLUMNS if phase == "solids" else GAS_COLUMNS
         self._quantities = {name: q for name, q in QUANTITIES.items() if q.phase == phase}
-        self._density = density
         self._start, self._end = window
         self._blocks = blocks
         self._total, self._block = np.zeros((cells, columns)), np.zeros((cells, columns))
@@ -94,7 +93,7 @@ class Means:
     def _close_block(self) -> None:
         if self._block_samples:
             for name, quantity in self._quantities.items():
-                value = quantity.derive(self._block / self._block_samples, self._density)
+                value = quantity.derive(self._block / self._block_samples)
                 known = np.isfinite(value)
                 value = np.where(known, value, 0.0)
                 self._sums[name] += np.stack([known, value, value**2])
@@ -111,7 +110,7 @@ class Means:
         return {name: (self._mean(quantity), self._error(name)) for name, quantity in self._quantities.items()}
 
     def _mean(self, quantity: Quantity) -> np.ndarray:
-        return quantity.derive(self._total / max(self._samples, 1), self._density)
+        return quantity.derive(self._total / max(self._samples, 1))
 
     def _error(self, name: str) -> np.ndarray:
         count, total, squares = self._sums[name]
@@ -129,18 +128,20 @@ class SolidsSampler:
         self._field = plan.patch.make_field(SOLIDS_COLUMNS - 1)
         self._rows = np.empty((plan.owned_count, SOLIDS_COLUMNS - 1))
 
-    def sample(self, positions: np.ndarray, velocities: np.ndarray, radii: np.ndarray) -> np.ndarray:
+    def sample(
+        self, positions: np.ndarray, velocities: np.ndarray, radii: np.ndarray, masses: np.ndarray
+    ) -> np.ndarray:
         """Rows (cells, SOLIDS_COLUMNS) of this rank's cells (collective)."""
         patch: Patch = self._plan.patch
         self._field.fill(0.0)
         box = 1.0 / patch.grid.spacing, np.array(patch.low), np.array(patch.high), patch.walls
-        stray = _bin(positions, velocities, radii, *box, self._field)
+        stray = _bin(positions, velocities, radii, masses, *box, self._field)
         if stray >= 0:
             raise DivergedError(f"a particle at {positions[stray]} m is outside the cells {patch.low} to {patch.high}")
         self._plan.deposit(self._field, self._rows)
-        volume, momentum, energy = self._rows[:, :1], self._rows[:, 1:4], self._rows[:, 4:5]
+        mass, momentum, energy = self._rows[:, 1:2], self._rows[:, 2:5], self._rows[:, 5:6]
         with np.errstate(invalid="ignore", divide="ignore"):
-            bulk = np.where(volume > 0, np.sum(momentum**2, axis=1, keepdims=True) / volume, 0.0)
+            bulk = np.where(mass > 0, np.sum(momentum**2, axis=1, keepdims=True) / mass, 0.0)
         return np.hstack([self._rows, energy - bulk]) / self._cell_volume
 
 
@@ -150,20 +151,20 @@ def sample_gas(voidage: np.ndarray, velocity: np.ndarray, pressure: np.ndarray) 
 
 
 @njit(cache=True)
-def _bin(positions, velocities, radii, scale, low, high, walls, field):
+def _bin(positions, velocities, radii, masses, scale, low, high, walls, field):
     for p in range(len(positions)):
         i = _find_cell(positions[p, 0] * scale[0], low[0], high[0], walls[0, 0], walls[1, 0])
         j = _find_cell(positions[p, 1] * scale[1], low[1], high[1], walls[0, 1], walls[1, 1])
         k = _find_cell(positions[p, 2] * scale[2], low[2], high[2], walls[0, 2], walls[1, 2])
         if i < 0 or j < 0 or k < 0:
             return p
-        volume = 4.0 / 3.0 * np.pi * radii[p] ** 3
         square = 0.0
-        field[k, j, i, 0] += volume
+        field[k, j, i, 0] += 4.0 / 3.0 * np.pi * radii[p] ** 3
+        field[k, j, i, 1] += masses[p]
         for axis in range(3):
-            field[k, j, i, 1 + axis] += volume * velocities[p, axis]
+            field[k, j, i, 2 + axis] += masses[p] * velocities[p, axis]
             square += velocities[p, axis] ** 2
-        field[k, j, i, 4] += volume * square
+        field[k, j, i, 5] += masses[p] * square
     return -1
 
 

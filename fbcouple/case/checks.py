@@ -14,9 +14,11 @@ from pathlib import Path
 import numpy as np
 
 from fbcouple.case.companions import find_companion
-from fbcouple.case.derived import dem_step, particle_count, particle_volume, wraps
+from fbcouple.case.derived import dem_step, wraps
 from fbcouple.case.drag_file import OWN, examine_drag_file
 from fbcouple.case.lattice import lattice_height, lay_out
+from fbcouple.case.mixture import largest_diameter, mean_density, mean_volume, particle_count
+from fbcouple.case.mixture_checks import check_counts, check_kinds, check_species, find_unsound
 from fbcouple.case.positions import read_positions
 from fbcouple.case.problems import Problem, show, suggest
 from fbcouple.case.schema import Case, Exchange
@@ -33,6 +35,9 @@ LEAST_PERIOD = 3
 WALL_OVERLAP = 0.1
 """Part of a diameter by which a start position may press into a wall (resting contacts do, a little)."""
 
+COEFFICIENTS = tuple(
+    f"contact.{key}" for key in ("restitution", "wall_restitution", "friction", "wall_friction", "pairs", "walls")
+)
 BED = ("particles.diameter", "particles.density", "particles.mass", "particles.count", "domain.size")
 
 Check = Callable[[Case, Path], Iterator[Problem]]
@@ -60,6 +65,9 @@ def find_problems(case: Case, folder: Path = Path()) -> list[str]:
 def list_problems(case: Case, folder: Path, spoiled: Collection[str]) -> list[Problem]:
     """Run the checks whose keys are not among `spoiled` (option keys or section names)."""
     problems: list[Problem] = []
+    if "particles" not in spoiled and case.particles:
+        problems, sound = find_unsound(case.particles, spoiled)
+        spoiled = spoiled if sound else {*spoiled, "particles.diameter"}
     incalculable: list[Problem] = []  # one value spoils several checks: told once
     for function, needs in CHECKS:
         if any(need in spoiled or need.split(".")[0] in spoiled for need in needs):
@@ -132,7 +140,7 @@ def has_bed(case: Case) -> bool:
     particles = case.particles
     if particles is None or (particles.mass is None) == (particles.count is None):
         return False
-    return particles.diameter < min(case.domain.size) * (1 + 1e-9)
+    return largest_diameter(particles) < min(case.domain.size) * (1 + 1e-9)
 
 
 @check("particles.diameter", "domain.size")
@@ -141,8 +149,8 @@ def check_diameter(case: Case, folder: Path) -> Iterator[Problem]:
     if case.particles is None:
         return
     size, axis = min(zip(case.domain.size, "xyz", strict=True))
-    if case.particles.diameter > size * (1 + 1e-9):
-        text = f"{case.particles.diameter:g} m is given, but the box is {size:g} m along {axis} (domain.size)"
+    if (diameter := largest_diameter(case.particles)) > size * (1 + 1e-9):
+        text = f"{diameter:g} m is given, but the box is {size:g} m along {axis} (domain.size)"
         mend = "give a smaller particle (in m: 1 mm is 1e-3) or a larger box."
         yield Problem("particles.diameter", f"{text}, at most that is allowed; {mend}")
 
@@ -156,7 +164,7 @@ def check_periodic(case: Case, folder: Path) -> Iterator[Problem]:
     if case.particles is None:
         return
     for axis in dict.fromkeys(axes):
-        size, least = case.domain.size["xyz".index(axis)], LEAST_PERIOD * case.particles.diameter
+        size, least = case.domain.size["xyz".index(axis)], LEAST_PERIOD * largest_diameter(case.particles)
         if size < least * (1 - 1e-9):
             text = f"{axis} is given, and the box is {size:g} m along it, at least {least:g} m is allowed"
             yield Problem(key, f"{text} ({LEAST_PERIOD} diameters); enlarge domain.size or leave walls there.")
@@ -170,13 +178,27 @@ def check_packing(case: Case, folder: Path) -> Iterator[Problem]:
     assert case.particles is not None
     key = "particles.mass" if case.particles.count is None else "particles.count"
     count = particle_count(case.particles)
-    most = RANDOM_PACKING * math.prod(case.domain.size) / particle_volume(case.particles)
+    most = RANDOM_PACKING * math.prod(case.domain.size) / mean_volume(case.particles)
     if count < 1:
         yield Problem(key, "the mass is less than that of half a particle; give the mass of the bed in kg.")
     elif count > most:
-        heaviest = most * particle_volume(case.particles) * case.particles.density
+        heaviest = most * mean_volume(case.particles) * mean_density(case.particles)
         text = f"{count:.6g} particles do not fit into the box: {RANDOM_PACKING} of its volume holds {most:.6g}"
         yield Problem(key, f"{text} ({heaviest:.4g} kg); give less, in kg or particles, or enlarge domain.size.")
+
+
+@check(*BED)
+def check_mixture(case: Case, folder: Path) -> Iterator[Problem]:
+    """No kind of particle is so rare that there is none."""
+    if has_bed(case) and not next(check_packing(case, folder), None):
+        yield from check_counts(case)
+
+
+@check("contact.pairs", "contact.walls", "particles.mixture")
+def check_rows(case: Case, folder: Path) -> Iterator[Problem]:
+    """The rows of [contact] name species that are there."""
+    if case.contact is not None and case.particles is not None:
+        yield from check_species(case)
 
 
 @check(*BED, "start.spacing", "particles.positions")
@@ -194,7 +216,7 @@ def check_lattice(case: Case, folder: Path) -> Iterator[Problem]:
         yield Problem("domain.size", "the floor holds more lattice sites than can be counted; give sizes in m.")
 
 
-@check("contact.stiffness", "contact.restitution", "contact.steps_per_contact", "end_time", *BED[:2])
+@check("contact.stiffness", "contact.steps_per_contact", "end_time", *COEFFICIENTS, *BED[:2])
 def check_contact(case: Case, folder: Path) -> Iterator[Problem]:
     """The DEM step is a number that time can advance by."""
     if case.contact is not None and case.particles is not None and case.contact.model == "hooke":
@@ -300,7 +322,9 @@ def check_positions(case: Case, folder: Path) -> Iterator[Problem]:
     if has_bed(case) and len(positions) != particle_count(case.particles):
         text = f"{name} holds {len(positions)} particles and the case {particle_count(case.particles)}"
         yield Problem(key, f"{text}; give particles.count = {len(positions)} (in place of mass) or mend the file.")
-    margin = np.where(wraps(case.domain), 0.0, (0.5 - WALL_OVERLAP) * case.particles.diameter)
+    elif has_bed(case):
+        yield from check_kinds(case, folder / name)
+    margin = np.where(wraps(case.domain), 0.0, (0.5 - WALL_OVERLAP) * largest_diameter(case.particles))
     outside = np.flatnonzero(((positions < margin) | (positions > np.array(case.domain.size) - margin)).any(axis=1))
     if outside.size:
         where = ", ".join(f"{x:g}" for x in positions[outside[0]])

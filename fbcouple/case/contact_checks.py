@@ -6,8 +6,10 @@ import math
 from collections.abc import Iterator
 from pathlib import Path
 
-from fbcouple.case.checks import check
-from fbcouple.case.derived import dem_step, normal_damping, particle_mass, tangential_damping
+from fbcouple.case.checks import COEFFICIENTS, check
+from fbcouple.case.derived import dem_step, normal_damping, tangential_damping
+from fbcouple.case.mixture import list_kinds
+from fbcouple.case.pairs import list_coefficients
 from fbcouple.case.problems import Problem
 from fbcouple.case.schema import Case, Contact
 
@@ -64,12 +66,13 @@ def check_hertz_step(case: Case, folder: Path) -> Iterator[Problem]:
         yield Problem("contact.youngs_modulus", f"{text}, which time cannot advance by; {mend}")
 
 
-@check("contact.tangential", "contact.friction", "contact.wall_friction", "contact.model")
+@check("contact.tangential", "contact.model", *COEFFICIENTS)
 def check_tangential(case: Case, folder: Path) -> Iterator[Problem]:
     """A tangential spring needs friction to load it, and friction between Hertz contacts needs the spring."""
     if case.contact is None:
         return
-    slides = case.contact.friction > 0.0 or case.contact.wall_friction > 0.0
+    pairs, walls = list_coefficients(case.contact)
+    slides = any(coefficients.friction > 0.0 for coefficients in pairs + walls)
     if case.contact.tangential == "history" and not slides:
         text = '"history" is given and friction and wall_friction are 0, so that there is no tangential force'
         yield Problem("contact.tangential", f'{text}; give a friction above 0, or take "no-history".')
@@ -90,14 +93,16 @@ def check_tangential_spring(case: Case, folder: Path) -> Iterator[Problem]:
             yield Problem(f"contact.{key}", text)
 
 
-@check("contact", "particles.diameter", "particles.density", "particles.rotation")
+@check("contact", *COEFFICIENTS, "particles.diameter", "particles.density", "particles.rotation")
 def check_tangential_damping(case: Case, folder: Path) -> Iterator[Problem]:
     """The explicit dashpot beside the tangential spring takes no more than the slip that there is."""
     contact, particles = case.contact, case.particles
     if contact is None or particles is None or contact.model == "hertz" or contact.tangential == "no-history":
         return
-    restitution = min(contact.restitution, contact.wall_restitution)
-    rate = 2.0 * normal_damping(contact.stiffness, particle_mass(particles) / 2.0, restitution)
+    pairs, walls = list_coefficients(contact)
+    restitution = min(coefficients.restitution for coefficients in pairs + walls)
+    lightest = min(kind.mass for kind in list_kinds(particles))
+    rate = 2.0 * normal_damping(contact.stiffness, lightest / 2.0, restitution)
     taken = tangential_damping(contact) * rate * dem_step(contact, particles)
     taken *= _ROLLING_FACTOR if particles.rotation else 1.0
     if taken > MOST_TANGENTIAL_DAMPING:

@@ -6,9 +6,12 @@ Equation numbers are those of Hamidouche et al. 2019, Fluids 4(1):51.
 from __future__ import annotations
 
 import math
+from itertools import combinations_with_replacement
 
 import numpy as np
 
+from fbcouple.case.mixture import Kind, list_kinds
+from fbcouple.case.pairs import find_pair
 from fbcouple.case.schema import Case, Contact, Domain, Gas, Particles
 
 # 2 times the integral of dx/sqrt(1 - x^(5/2)) from 0 to 1.
@@ -16,21 +19,13 @@ _HERTZ_DURATION = 4.0 * math.sqrt(math.pi) * math.gamma(0.4) / (5.0 * math.gamma
 
 
 def particle_volume(particles: Particles) -> float:
-    """Volume of one sphere [m3]."""
+    """Volume of one sphere of `diameter` [m3]."""
     return math.pi / 6.0 * particles.diameter**3
 
 
 def particle_mass(particles: Particles) -> float:
-    """Mass of one sphere [kg]."""
+    """Mass of one sphere of `diameter` and `density` [kg]."""
     return particles.density * particle_volume(particles)
-
-
-def particle_count(particles: Particles) -> int:
-    """Number of particles: as given, or the bed's mass over the mass of one, rounded."""
-    if particles.count is not None:
-        return particles.count
-    assert particles.mass is not None, "the schema's checks ask for count or mass"
-    return round(particles.mass / particle_mass(particles))
 
 
 def normal_damping(stiffness: float, mass: float, restitution: float) -> float:
@@ -64,12 +59,23 @@ def hertz_contact_time(modulus: float, mass: float, radius: float, speed: float)
 
 
 def pair_contact_time(contact: Contact, particles: Particles) -> float:
-    """T_C [s] between two particles, the shortest contact of a monodisperse bed (hertz: at `impact_speed`)."""
+    """T_C [s] between two particles, the shortest contact of all kinds (hertz: at `impact_speed`)."""
+    kinds = list_kinds(particles)
+    return min(_kinds_contact_time(contact, one, other) for one, other in combinations_with_replacement(kinds, 2))
+
+
+def _kinds_contact_time(contact: Contact, one: Kind, other: Kind) -> float:
+    mass = effective(one.mass, other.mass)
     if contact.model == "hertz":
         assert contact.impact_speed is not None
-        mass, radius = particle_mass(particles) / 2.0, particles.diameter / 4.0
+        radius = effective(one.diameter / 2.0, other.diameter / 2.0)
         return hertz_contact_time(hertz_modulus(contact), mass, radius, contact.impact_speed)
-    return contact_time(contact.stiffness, particle_mass(particles) / 2.0, contact.restitution)
+    return contact_time(contact.stiffness, mass, find_pair(contact, one, other).restitution)
+
+
+def effective(one: float, other: float) -> float:
+    """Effective mass, or radius, of two bodies: one other/(one + other)."""
+    return one / (1.0 + one / other)
 
 
 def tangential_stiffness(contact: Contact) -> float:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fbcouple.case.derived import particle_count
+from fbcouple.case.mixture import draw_kinds, largest_diameter, list_kinds, particle_count
 from fbcouple.case.schema import Case
 
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
@@ -26,11 +26,13 @@ class Layout:
 def lay_out(case: Case) -> Layout:
     """Stretch the wanted spacing along x and y until the sites fill the floor, and count the layers.
 
+    It is a multiple of the largest diameter, so that each site takes any kind.
+
     A box narrower than the wanted spacing along x or y (but not than a particle) takes one site in its middle.
     """
     assert case.particles is not None and case.start is not None, "checks ask for [particles] and [start]"
     width, depth, _ = case.domain.size
-    wanted = case.start.spacing * case.particles.diameter
+    wanted = case.start.spacing * largest_diameter(case.particles)
     columns = max(1, math.floor(width / wanted))
     rows = max(1, math.floor(depth / wanted))
     layers = -(-particle_count(case.particles) // (columns * rows))
@@ -62,9 +64,16 @@ def lattice_positions(case: Case) -> np.ndarray:
     sites[count - rest :, 0], sites[count - rest :, 1] = _spread(rest, layout.columns, layout.rows)
     sites[count - rest :, 2] = full
     spacing = np.array(layout.spacing)
-    reach = 0.5 * case.start.jitter * (spacing - case.particles.diameter)
+    diameters = np.array([kind.diameter for kind in list_kinds(case.particles)])[lattice_kinds(case)]
+    reach = 0.5 * case.start.jitter * (spacing - diameters[:, None])
     shift = np.random.default_rng(case.start.seed).uniform(-1.0, 1.0, sites.shape)
     return (sites + 0.5) * spacing + shift * reach
+
+
+def lattice_kinds(case: Case) -> np.ndarray:
+    """Kind of each particle of the start lattice, int (particles,), counted from 0: mixed at random."""
+    assert case.particles is not None
+    return draw_kinds(case.particles, case.start.seed if case.start else 1)
 
 
 def _spread(count: int, columns: int, rows: int) -> tuple[np.ndarray, np.ndarray]:

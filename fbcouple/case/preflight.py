@@ -20,12 +20,20 @@ from fbcouple.case.derived import (
     normal_damping,
     open_velocity,
     pair_contact_time,
-    particle_count,
-    particle_mass,
-    particle_volume,
 )
 from fbcouple.case.drag_file import OWN
-from fbcouple.case.schema import Case, Contact, Particles
+from fbcouple.case.mixture import (
+    Kind,
+    largest_diameter,
+    list_kinds,
+    mean_density,
+    mean_kind,
+    mean_volume,
+    particle_count,
+    solids_volume,
+)
+from fbcouple.case.pairs import find_pair
+from fbcouple.case.schema import Case, Contact
 from fbcouple.errors import CaseError
 
 Verdict = Literal["fit", "warn", "unfit"]
@@ -97,44 +105,48 @@ def minimum_fluidization(case: Case, voidage: float = EXPANDED, law: Law | None 
 
     n beta u/eps = (1 - eps)(rho_p - rho) g with u = U/eps and (1 - eps)/V_p particles per volume (model A).
     """
-    return voidage * _balance(case, voidage, law)
+    assert case.particles is not None
+    return voidage * _balance(case, voidage, law, mean_kind(case.particles))
 
 
 def terminal_velocity(case: Case, law: Law | None = None) -> float:
-    """Speed [m/s] at which the case's drag carries the weight of a lone particle."""
-    return _balance(case, 1.0, law)
+    """Speed [m/s] at which the case's drag carries the weight of a lone particle, the slowest of a mixture."""
+    assert case.particles is not None
+    return min(_balance(case, 1.0, law, kind) for kind in list_kinds(case.particles))
 
 
-def _balance(case: Case, voidage: float, law: Law | None) -> float:
+def _balance(case: Case, voidage: float, law: Law | None, kind: Kind) -> float:
     """Slip [m/s] at which beta(u) u = eps V_p (rho_p - rho) g, by bisection."""
-    assert case.gas is not None and case.particles is not None
-    weight = voidage * particle_volume(case.particles) * (case.particles.density - case.gas.density) * case.gravity
+    assert case.gas is not None
+    weight = voidage * kind.volume * (kind.density - case.gas.density) * case.gravity
     low, high = 0.0, 1e-9
-    while _drag(case, voidage, high, law) * high < weight:
+    while _drag(case, voidage, high, law, kind) * high < weight:
         high *= 2.0
     for _ in range(100):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if _drag(case, voidage, middle, law) * middle < weight else (low, middle)
+        low, high = (middle, high) if _drag(case, voidage, middle, law, kind) * middle < weight else (low, middle)
     return high
 
 
-def _drag(case: Case, voidage: float, slip: float, law: Law | None) -> float:
+def _drag(case: Case, voidage: float, slip: float, law: Law | None, kind: Kind) -> float:
     """Drag coefficient beta [kg/s] of one particle by `law`, or by the case's law of the registry."""
     from fbcouple.exchange.drag import DRAG_LAWS  # noqa: PLC0415  (loads numba)
 
-    assert case.gas is not None and case.particles is not None and case.exchange is not None
+    assert case.gas is not None and case.exchange is not None
     law = law or DRAG_LAWS[case.exchange.drag]
-    return float(law(voidage, slip, case.particles.diameter, case.gas.density, case.gas.viscosity))
+    return float(law(voidage, slip, kind.diameter, case.gas.density, case.gas.viscosity))
 
 
-def _largest_overlap(contact: Contact, particles: Particles, speed: float) -> float:
-    """Overlap [m] of a head-on contact at relative speed `speed` [m/s] (eqs 43-45; elastic for hertz)."""
-    mass = particle_mass(particles) / 2.0
+def _largest_overlap(contact: Contact, kind: Kind, speed: float) -> float:
+    """Overlap over diameter of a head-on contact of two of a kind at relative speed `speed` [m/s] (eqs 43-45; elastic
+    for hertz)."""
+    mass = kind.mass / 2.0
     if contact.model == "hertz":
-        return hertz_overlap(hertz_modulus(contact), mass, particles.diameter / 4.0, speed)
-    damping = normal_damping(contact.stiffness, mass, contact.restitution)
+        return hertz_overlap(hertz_modulus(contact), mass, kind.diameter / 4.0, speed) / kind.diameter
+    damping = normal_damping(contact.stiffness, mass, find_pair(contact, kind, kind).restitution)
     swing = math.sqrt(contact.stiffness / mass - damping**2)
-    return speed / math.sqrt(contact.stiffness / mass) * math.exp(-damping / swing * math.atan2(swing, damping))
+    reach = speed / math.sqrt(contact.stiffness / mass) * math.exp(-damping / swing * math.atan2(swing, damping))
+    return reach / kind.diameter
 
 
 def _judge(fits: bool, otherwise: Verdict = "warn") -> Verdict:
@@ -161,7 +173,7 @@ def _time_grains(case: Case) -> Iterator[Number]:
     meaning = "Six keep restitution 0.97 within 0.959-0.990, twenty within 0.970-0.973."
     yield Number("DEM steps per contact", steps, "1", "at least 6", _judge(steps >= 6), meaning)
     if case.gas and (fastest := fastest_inlet(case.gas)) > 0.0:
-        overlap = _largest_overlap(contact, particles, fastest) / particles.diameter
+        overlap = max(_largest_overlap(contact, kind, fastest) for kind in list_kinds(particles))
         meaning = "Overlap over diameter of a head-on contact at the inlet velocity; a stiffer spring lowers it."
         verdict = _judge(overlap <= 0.05, "warn" if overlap <= 0.2 else "unfit")
         yield Number("overlap", overlap, "d", "at most 0.05", verdict, meaning)
@@ -170,12 +182,12 @@ def _time_grains(case: Case) -> Iterator[Number]:
 def _weigh_bed(case: Case) -> Iterator[Number]:
     assert case.particles is not None
     floor = case.domain.size[0] * case.domain.size[1]
-    solids = particle_count(case.particles) * particle_volume(case.particles)
+    solids = solids_volume(case.particles)
     height, box = solids / (SETTLED * floor), case.domain.size[2]
     verdict = _judge(height < box, "unfit")
     yield Number("settled height", height, "m", f"below {box:g}", verdict, "Bed at rest, solids fraction 0.60.")
     if case.gas:
-        drop = solids * (case.particles.density - case.gas.density) * case.gravity / floor
+        drop = solids * (mean_density(case.particles) - case.gas.density) * case.gravity / floor
         yield Number("pressure drop", drop, "Pa", None, None, "Weight less buoyancy over floor: the fluidized bed.")
 
 
@@ -194,10 +206,14 @@ def _time_gas(case: Case) -> Iterator[Number]:
 
 def _time_exchange(case: Case, law: Law | None) -> Iterator[Number]:
     assert case.gas is not None and case.particles is not None and case.exchange is not None
-    step, particles = gas_step(case), case.particles
-    beta = _drag(case, PACKED, fastest_inlet(case.gas) / PACKED, law)
-    per_volume = (1.0 - PACKED) / particle_volume(particles) * beta
-    times = {"tau_g": PACKED * case.gas.density / per_volume, "tau_p": particle_mass(particles) / beta}
+    step, slip = gas_step(case), fastest_inlet(case.gas) / PACKED
+    kinds = list_kinds(case.particles)
+    drags = [_drag(case, PACKED, slip, law, kind) for kind in kinds]
+    per_particle = sum(kind.share * beta for kind, beta in zip(kinds, drags, strict=True))
+    times = {
+        "tau_g": PACKED * case.gas.density * mean_volume(case.particles) / ((1.0 - PACKED) * per_particle),
+        "tau_p": min(kind.mass / beta for kind, beta in zip(kinds, drags, strict=True)),
+    }
     for name, time in times.items():
         limit = f"below {STABLE_EXPLICIT:g} (explicit drag)" if case.exchange.scheme == "explicit" else None
         verdict = _judge(step / time < STABLE_EXPLICIT, "unfit") if limit else None
@@ -206,7 +222,9 @@ def _time_exchange(case: Case, law: Law | None) -> Iterator[Number]:
         yield Number(f"fluid step/{name}", step / time, "1", limit, verdict, meaning)
     if case.contact:
         meaning = "DEM steps in a fluid step."
-        yield Number("DEM steps per fluid step", step / dem_step(case.contact, particles), "1", None, None, meaning)
+        yield Number(
+            "DEM steps per fluid step", step / dem_step(case.contact, case.particles), "1", None, None, meaning
+        )
 
 
 def _measure_cells(case: Case) -> Iterator[Number]:
@@ -214,7 +232,7 @@ def _measure_cells(case: Case) -> Iterator[Number]:
     wanted = 1.0 if case.exchange.filter_passes else 3.0
     limit = f"at least {wanted:g} ({'with' if case.exchange.filter_passes else 'without'} filter)"
     full = (math.pi / 6.0) ** (1.0 / 3.0)
-    for axis, size in zip("xyz", cell_size(case) / case.particles.diameter, strict=True):
+    for axis, size in zip("xyz", cell_size(case) / largest_diameter(case.particles), strict=True):
         verdict = _judge(size >= wanted, "warn" if size > full else "unfit")
         meaning = f"Cell size over diameter along {axis}; a cube of {full:.2f} is filled by one particle."
         yield Number(f"cell size {axis}", float(size), "d", limit, verdict, meaning)
@@ -222,7 +240,7 @@ def _measure_cells(case: Case) -> Iterator[Number]:
 
 def _fluidize(case: Case, law: Law | None) -> Iterator[Number]:
     assert case.gas is not None and case.particles is not None
-    if case.gravity == 0.0 or case.particles.density <= case.gas.density:
+    if case.gravity == 0.0 or mean_density(case.particles) <= case.gas.density:
         return
     inlet = fastest_inlet(case.gas)
     onset, terminal = minimum_fluidization(case, law=law), terminal_velocity(case, law)

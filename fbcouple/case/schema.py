@@ -27,6 +27,14 @@ Moment = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 Velocity = Annotated[float, Field(ge=-1e4, le=1e4, allow_inf_nan=False)]
 Ramp = Annotated[tuple[tuple[Moment, Velocity], ...], BeforeValidator(as_tuple), Field(min_length=1)]
 Sides = Annotated[tuple[Literal["x", "y"], ...], BeforeValidator(as_tuple)]
+Amount = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+Part = Annotated[float, Field(gt=0.0, lt=1.0)]
+Species = Annotated[int, Field(ge=1, le=1000)]
+Restitution = Annotated[float, Field(gt=0.0, le=1.0)]
+Friction = Annotated[float, Field(ge=0.0, le=10.0)]
+Mixture = Annotated[tuple[tuple[Amount, Amount, Part], ...], BeforeValidator(as_tuple)]
+Pairs = Annotated[tuple[tuple[Species, Species, Restitution, Friction], ...], BeforeValidator(as_tuple)]
+Walls = Annotated[tuple[tuple[Species, Restitution, Friction], ...], BeforeValidator(as_tuple)]
 Faces = Annotated[tuple[CellCount, CellCount], BeforeValidator(as_tuple)]
 Texts = Annotated[tuple[str, ...], BeforeValidator(as_tuple)]
 
@@ -84,6 +92,31 @@ class Gas(Section):
 class Particles(Section):
     diameter: float = option("Diameter.", "m", **Positive)
     density: float = option("Material density.", "kg m-3", **Positive)
+    mixture: Mixture = option(
+        "Further species, numbered from 2: rows of diameter [m], density [kg m-3] and fraction of the bed; the rest of "
+        "it, species 1, is what `diameter` and `density` say.",
+        default=(),
+    )
+    fractions: Literal["mass", "number"] = option("What `mixture` and `spread` are parts of.", default="mass")
+    spread: Literal["normal", "lognormal"] | None = option(
+        "Distribution of the diameter of species 1 about `diameter` (its mean, or median if lognormal), with "
+        "`deviation`, between `smallest` and `largest`; absent: all are of one size.",
+        default=None,
+    )
+    deviation: float | None = option(
+        "Standard deviation of the diameter; for lognormal that of ln(d) is ln(1 + deviation/diameter).",
+        "m",
+        None,
+        **Positive,
+    )
+    smallest: float | None = option("Diameter at which the distribution is cut off below.", "m", None, **Positive)
+    largest: float | None = option("Diameter at which the distribution is cut off above.", "m", None, **Positive)
+    classes: int = option(
+        "Diameters that stand for the distribution, with equal parts of it; each pair of them has its own damping.",
+        default=8,
+        ge=2,
+        le=50,
+    )
     mass: float | None = option("Mass of the bed; the count is rounded. Give this or `count`.", "kg", None, **Positive)
     count: int | None = option("Number of particles. Give this or `mass`.", default=None, ge=1, le=10**15)
     positions: str | None = option(
@@ -100,6 +133,13 @@ class Contact(Section):
     wall_restitution: float = option("Normal restitution against walls, e_w.", gt=0.0, le=1.0)
     friction: float = option("Coulomb friction between particles, mu_p.", ge=0.0, le=10.0)
     wall_friction: float = option("Coulomb friction against walls, mu_w.", ge=0.0, le=10.0)
+    pairs: Pairs = option(
+        "Rows of two species, their restitution and their friction, in place of `restitution` and `friction`.",
+        default=(),
+    )
+    walls: Walls = option(
+        "Rows of a species, its restitution and its friction against walls, in place of the common ones.", default=()
+    )
     steps_per_contact: int = option("DEM steps in one contact time T_C (paper: 6).", default=6, ge=3, le=1000)
     tangential: Literal["no-history", "history"] = option(
         "Friction: Coulomb sliding with a viscous limit (paper), or a tangential spring that remembers the contact.",

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import Any
 
 from fbcouple.case import derived
+from fbcouple.case.mixture import Kind, list_kinds
+from fbcouple.case.pairs import find_pair, find_wall
 from fbcouple.case.schema import Case, Contact, Gas, Particles
 
 # DIC-preconditioned CG is fastest below this many cells, multigrid above (measured on the three Patil meshes).
@@ -93,37 +95,60 @@ def _nozzle_box(case: Case, closed: tuple[int, int]) -> dict[str, float]:
 
 
 def _grains_context(particles: Particles, contact: Contact) -> dict[str, Any]:
-    """What every contact law shares: the step, and neighbour lists as they are fastest with and without history."""
+    """What every contact law shares: the step, neighbour lists as they are fastest with and without history, tables."""
     step = derived.dem_step(contact, particles)
     remembers = contact.tangential == "history"
-    skin = (_SKIN_WITH_HISTORY if remembers else _SKIN) * particles.diameter
+    kinds = list_kinds(particles)
+    skin = (_SKIN_WITH_HISTORY if remembers else _SKIN) * min(kind.diameter for kind in kinds)
     context: dict[str, Any] = {
         "dem_step": step,
         "normal_model": "hertz" if contact.model == "hertz" else "hooke/stiffness",
         "tangential_model": "history" if remembers else "no_history",
         "newton": "off" if remembers else "on",
         "skin": skin,
-        "bin_size": particles.diameter + skin,
+        "bin_size": max(kind.diameter for kind in kinds) + skin,
         "processors": "* 1 1",
+        "types": len(kinds) + 1,
+        "rolling_frictions": [contact.rolling_friction] * (len(kinds) + 1) ** 2,
+        "restitutions": _tabulate(
+            kinds, lambda a, b: find_pair(contact, a, b).restitution, lambda a: find_wall(contact, a).restitution
+        ),
+        "frictions": _tabulate(
+            kinds, lambda a, b: find_pair(contact, a, b).friction, lambda a: find_wall(contact, a).friction
+        ),
     }
-    return context if contact.model == "hertz" else context | _spring_context(particles, contact, step)
+    if contact.model == "hertz":
+        moduli = {"youngs_moduli": contact.youngs_modulus, "poisson_ratios": contact.poisson_ratio}
+        return context | {name: [value] * (len(kinds) + 1) for name, value in moduli.items()}
+    return context | _spring_context(particles, contact, step)
+
+
+def _tabulate(kinds: list[Kind], pair: Callable[[Kind, Kind], float], wall: Callable[[Kind], float]) -> list[float]:
+    """A symmetric LIGGGHTS table of all types, row by row: the kinds, and last the walls, which never meet."""
+    rows = [[*(pair(one, other) for other in kinds), wall(one)] for one in kinds]
+    rows.append([*(wall(kind) for kind in kinds), wall(kinds[0])])
+    return [value for row in rows for value in row]
 
 
 def _spring_context(particles: Particles, contact: Contact, step: float) -> dict[str, Any]:
-    """Linear springs as LIGGGHTS wants them: gamman = 2 gamma_n [1/s], once for pairs and once for walls (eqs 17-18).
+    """Linear springs as LIGGGHTS wants them: gamman = 2 gamma_n [1/s] of each pair of kinds and of walls (eqs 17-18).
 
     Without history gammat is the viscous limit of Coulomb friction, with history the dashpot beside its spring.
     """
-    mass = derived.particle_mass(particles)
-    pair = 2 * derived.normal_damping(contact.stiffness, mass / 2, contact.restitution)
-    wall = 2 * derived.normal_damping(contact.stiffness, mass, contact.wall_restitution)
-    stick = _STICK_PER_STEP / step / (_ROLLING_FACTOR if particles.rotation else 1.0)
-    tangential = {"tangential_spring": 0.0, "pair_tangential_damping": stick, "wall_tangential_damping": stick}
+
+    def damp_pair(one: Kind, other: Kind) -> float:
+        restitution, mass = find_pair(contact, one, other).restitution, derived.effective(one.mass, other.mass)
+        return 2 * derived.normal_damping(contact.stiffness, mass, restitution)
+
+    def damp_wall(kind: Kind) -> float:
+        return 2 * derived.normal_damping(contact.stiffness, kind.mass, find_wall(contact, kind).restitution)
+
+    damping = _tabulate(list_kinds(particles), damp_pair, damp_wall)
     if contact.tangential == "history":
         ratio = derived.tangential_damping(contact)
-        tangential = {
-            "tangential_spring": derived.tangential_stiffness(contact) * contact.stiffness,
-            "pair_tangential_damping": ratio * pair,
-            "wall_tangential_damping": ratio * wall,
-        }
-    return {"pair_damping": pair, "wall_damping": wall} | tangential
+        spring, tangential = derived.tangential_stiffness(contact) * contact.stiffness, [ratio * g for g in damping]
+    else:
+        stick = _STICK_PER_STEP / step / (_ROLLING_FACTOR if particles.rotation else 1.0)
+        spring, tangential = 0.0, [stick] * len(damping)
+    springs = {"stiffnesses": [contact.stiffness] * len(damping), "tangential_springs": [spring] * len(damping)}
+    return springs | {"dampings": damping, "tangential_dampings": tangential}

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from fbcouple.case.mixture import count_kinds, list_kinds
+from fbcouple.case.pairs import list_coefficients
 from fbcouple.case.schema import Case
 
 
@@ -81,13 +83,13 @@ def _lagrangian_averages(case: Case) -> tuple[bool, str]:
 
 @_part
 def _pair_friction(case: Case) -> tuple[bool, str]:
-    friction = case.contact.friction if case.contact else 0.0
+    friction = max(pair.friction for pair in list_coefficients(case.contact)[0]) if case.contact else 0.0
     return friction > 0, f"contact.friction = {friction}"
 
 
 @_part
 def _wall_friction(case: Case) -> tuple[bool, str]:
-    friction = case.contact.wall_friction if case.contact else 0.0
+    friction = max(wall.friction for wall in list_coefficients(case.contact)[1]) if case.contact else 0.0
     return friction > 0, f"contact.wall_friction = {friction}"
 
 
@@ -113,7 +115,8 @@ def _hertz(case: Case) -> tuple[bool, str]:
 def _damping(case: Case) -> tuple[bool, str]:
     if case.contact is None:
         return False, "no contacts"
-    damped = min(case.contact.restitution, case.contact.wall_restitution) < 1.0
+    pairs, walls = list_coefficients(case.contact)
+    damped = min(contact.restitution for contact in pairs + walls) < 1.0
     return damped, "a restitution below 1" if damped else "both restitutions are 1: LIGGGHTS gets zero damping"
 
 
@@ -121,6 +124,16 @@ def _damping(case: Case) -> tuple[bool, str]:
 def _rotation(case: Case) -> tuple[bool, str]:
     rotates = case.particles is not None and case.particles.rotation
     return rotates, "particles.rotation" if rotates else "positions and velocities only (fix nve)"
+
+
+@_part
+def _mixture(case: Case) -> tuple[bool, str]:
+    kinds = list_kinds(case.particles) if case.particles else []
+    if len(kinds) < 2:
+        return False, "all particles are alike"
+    assert case.particles is not None
+    counted = zip(count_kinds(case.particles), kinds, strict=True)
+    return True, "; ".join(f"{count} of {kind.diameter:.4g} m, {kind.density:g} kg m-3" for count, kind in counted)
 
 
 @_part

@@ -15,9 +15,9 @@ from jinja2 import FileSystemLoader, StrictUndefined
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 
 from fbcouple import __version__
-from fbcouple.case import derived
-from fbcouple.case.lattice import lattice_positions
+from fbcouple.case.lattice import lattice_kinds, lattice_positions
 from fbcouple.case.load import write_case
+from fbcouple.case.mixture import list_kinds, particle_count
 from fbcouple.case.schema import Case
 from fbcouple.decks.context import build_context
 from fbcouple.decks.needs import explain, find_needs
@@ -43,7 +43,6 @@ DECKS: dict[str, tuple[str, str]] = {
     "fluid/0/fmm": ("openfoam/0/fmm", "lagrangian_averages"),
     "grains/in.grains": ("liggghts/in.grains", "particles"),
 }
-_PARTICLE_TYPE = 1
 # Where solvers look for decks, and what a run itself puts there.
 _DECK_FOLDERS = ("fluid/system", "fluid/constant", "fluid/0", "grains")
 _WRITTEN_LATER = ("fluid/system/decomposeParDict", "fluid/constant/polyMesh", "grains/particles.data")
@@ -80,19 +79,23 @@ def render_decks(case: Case) -> dict[str, str]:
     }
 
 
-def format_particles(case: Case, positions: np.ndarray) -> Iterator[str]:
-    """Lines of a LIGGGHTS data file: box, counts, and a particle a line."""
+def format_particles(case: Case, positions: np.ndarray, kinds: np.ndarray) -> Iterator[str]:
+    """Lines of a LIGGGHTS data file: box, counts, and a particle a line; types are kinds, and one more the walls."""
     assert case.particles is not None
-    yield f"particles of: {case.title}\n\n{len(positions)} atoms\n2 atom types\n"
+    known = list_kinds(case.particles)
+    yield f"particles of: {case.title}\n\n{len(positions)} atoms\n{len(known) + 1} atom types\n"
     for axis, length in zip("xyz", case.domain.size, strict=True):
         yield f"0.0 {format_number(length)} {axis}lo {axis}hi\n"
     yield "\nAtoms\n\n"
-    size = f"{_PARTICLE_TYPE} {format_number(case.particles.diameter)} {format_number(case.particles.density)}"
-    for number, (x, y, z) in enumerate(positions.tolist(), start=1):
-        yield f"{number} {size} {x!r} {y!r} {z!r}\n"
+    sizes = [f"{n} {format_number(k.diameter)} {format_number(k.density)}" for n, k in enumerate(known, start=1)]
+    for number, ((x, y, z), kind) in enumerate(zip(positions.tolist(), kinds.tolist(), strict=True), start=1):
+        yield f"{number} {sizes[kind]} {x!r} {y!r} {z!r}\n"
 
 
-def set_up(case: Case, run: Path, read_positions: Callable[[Case], np.ndarray] = lattice_positions) -> None:
+Read = Callable[[Case], np.ndarray]
+
+
+def set_up(case: Case, run: Path, read_positions: Read = lattice_positions, read_kinds: Read = lattice_kinds) -> None:
     """Write the run folder `run` of `case`: effective case, manifest, decks.
 
     Everything is written beside it first and moved in at the end. Raises CaseError if `run` holds results or
@@ -101,7 +104,7 @@ def set_up(case: Case, run: Path, read_positions: Callable[[Case], np.ndarray] =
     run = run.resolve()
     refuse_foreign(run)
     decks = render_decks(case)
-    lines = list(format_particles(case, read_positions(case))) if case.particles else []
+    lines = list(format_particles(case, read_positions(case), read_kinds(case))) if case.particles else []
     fresh = run.with_name(f".{run.name}.setting-up-{os.getpid()}")
     try:
         for name, text in decks.items():
@@ -172,7 +175,7 @@ def _describe(case: Case, decks: dict[str, str]) -> dict[str, Any]:
     return {
         "fbcouple": __version__,
         "title": case.title,
-        "particles": derived.particle_count(case.particles) if case.particles else 0,
+        "particles": particle_count(case.particles) if case.particles else 0,
         "decks": {name: hashlib.sha256(text.encode()).hexdigest() for name, text in decks.items()},
         "in": {part.name: part.why for part in parts if part.is_in},
         "left_out": {part.name: part.why for part in parts if not part.is_in},

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.case.lattice import lattice_positions
+from fbcouple.case.lattice import lattice_kinds, lattice_positions
 from fbcouple.case.schema import Case
 from fbcouple.decks.render import set_up
 from fbcouple.launch import prepare_mesh
@@ -30,16 +30,23 @@ def open_bench(
     sections: dict[str, Any],
     positions: np.ndarray | None = None,
     edits: dict[str, Edit] | None = None,
+    kinds: np.ndarray | None = None,
 ) -> Scene:
     """Set up a case of `sections` (as a case file has them) in `place`, open its solvers, set the particles up.
 
     positions: start positions (n, 3) [m] in place of the lattice; the particles' count follows them.
+    kinds: of a mixture the kind of each particle, counted from 0, in place of a random order.
     edits: deck file -> change of its text, for scenes that need what no case asks for (a moving lid).
     """
     case = _make_case(sections, positions)
     run = place / "run"
     if comm.rank == 0:
-        set_up(case, run, lambda wanted: lattice_positions(wanted) if positions is None else positions)
+        set_up(
+            case,
+            run,
+            lambda wanted: lattice_positions(wanted) if positions is None else positions,
+            lambda wanted: lattice_kinds(wanted) if kinds is None else kinds,
+        )
         for deck, edit in (edits or {}).items():
             (run / deck).write_text(edit((run / deck).read_text()))
         if case.gas:

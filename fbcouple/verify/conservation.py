@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.case import derived
+from fbcouple.case.mixture import solids_volume
 from fbcouple.scene import Scene
 from fbcouple.verify.bench import FRICTIONLESS, GAS, GLASS, open_bench
 from fbcouple.verify.registry import Number, scene
@@ -77,7 +77,7 @@ def _solids_volume(bench: Scene) -> float:
     """Solids in the cells over the volume of the particles."""
     assert bench.coupling is not None and bench.case.particles is not None
     own = np.sum(1.0 - bench.coupling.voidage) * bench.grid.cell_volume
-    particles = derived.particle_count(bench.case.particles) * derived.particle_volume(bench.case.particles)
+    particles = solids_volume(bench.case.particles)
     return bench.comm.allreduce(float(own)) / particles
 
 

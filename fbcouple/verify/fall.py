@@ -34,24 +34,22 @@ def fall(place: Path, comm: MPI.Comm, exchange: dict[str, Any], expected: dict[f
     """Let spheres of the expected diameters fall from rest side by side, and compare their last speed within 1 %."""
     diameters = np.array(list(expected))
     cells = [len(diameters), 1, _CELLS_UP]
-    pair_mass = math.pi / 12 * GLASS["diameter"] ** 3 * GLASS["density"]
+    pair_mass = math.pi / 12 * diameters.min() ** 3 * GLASS["density"]
     soft = {"stiffness": pair_mass * (math.pi / (6 * _STEP)) ** 2, "restitution": 1.0, "wall_restitution": 1.0}
     sections = {
         "domain": {"size": [_CELL * n for n in cells], "cells": cells},
         "gas": GAS | {"walls": "slip", "pressure_tolerance": 1e-10},
+        "particles": name_sizes(diameters),
         "contact": FRICTIONLESS | soft,
         "exchange": exchange,
     }
     top = (_CELLS_UP - 0.5) * _CELL
     positions = np.array([[(n + 0.5) * _CELL, 0.5 * _CELL, top] for n in range(cells[0])])
     edits: dict[str, Edit] = {"grains/in.grains": _coarsen_bins}
-    bench = open_bench(place, comm, sections, positions, edits)
+    bench = open_bench(place, comm, sections, positions, edits, np.arange(len(diameters)))
     grains = bench.grains
     assert grains is not None
     start(bench)
-    column = (grains.positions[:, 0] / _CELL).astype(int)
-    grains.radii[:] = diameters[column] / 2
-    grains.masses[:] = math.pi / 6 * diameters[column] ** 3 * GLASS["density"]
     for _ in range(round(_TIME / _STEP)):
         move(bench)
         map_solids(bench)
@@ -62,6 +60,13 @@ def fall(place: Path, comm: MPI.Comm, exchange: dict[str, Any], expected: dict[f
     speeds = -grains.velocities[np.argsort(grains.positions[:, 0]), 2]
     for (diameter, speed), found in zip(expected.items(), speeds.tolist(), strict=True):
         yield Number(f"fall speed of {diameter * 1e6:g} um", found, speed, 0.01, "m s-1", relative=True)
+
+
+def name_sizes(diameters: np.ndarray) -> dict[str, Any]:
+    """[particles] of glass, as many of each of these diameters [m]: the first, and a row for each other one."""
+    share = 1.0 / len(diameters)
+    mixture = [[float(diameter), GLASS["density"], share] for diameter in diameters[1:]]
+    return {"diameter": float(diameters[0]), "fractions": "number", "mixture": mixture}
 
 
 def _coarsen_bins(deck: str) -> str:

@@ -50,10 +50,26 @@ _SHIFT = np.array([0.29, 0.87, 0.0])
 """How far the lattice is moved off the cells, in cells: no site lies on a border of two."""
 
 
-class HeldBed:
-    """The layers in an upward flow of `inlet` [m/s], with their drag by `law`."""
+def _choose_kinds() -> np.ndarray:
+    """Kind, 0 or 1, of each site of `lattice_sites`: pair by pair within a cell, in turn."""
+    pairs = [np.repeat(np.arange(_PAIRS - layer) % 2, 2) for layer in range(len(VOIDAGES)) for _ in range(LAYER)]
+    return np.tile(np.concatenate(pairs), _COLUMNS**2)
 
-    def __init__(self, place: Path, comm: MPI.Comm, law: str, inlet: float) -> None:
+
+def _count_sites() -> np.ndarray:
+    """Sites in a cell of each layer whose pair is even and odd, shape (layers, 2)."""
+    pairs = _PAIRS - np.arange(len(VOIDAGES))
+    return 2 * np.column_stack([(pairs + 1) // 2, pairs // 2])
+
+
+class HeldBed:
+    """The layers in an upward flow of `inlet` [m/s], with their drag by `law`.
+
+    `voidages` (layers,) is what the spheres leave free. With a `second` diameter [m] every other pair of spheres has
+    it, and `parts` (layers, 2) are the parts of the cells that the two sizes fill.
+    """
+
+    def __init__(self, place: Path, comm: MPI.Comm, law: str, inlet: float, second: float | None = None) -> None:
         cells = [_COLUMNS, _COLUMNS, LAYER * len(VOIDAGES)]
         sections: dict[str, Any] = {
             "domain": {"size": [float(edge) for edge in SIZE * cells], "cells": cells, "periodic": ["x", "y"]},
@@ -61,7 +77,14 @@ class HeldBed:
             "exchange": {"drag": law},
         }
         edits = {"grains/in.grains": lambda text: text.replace("fix             motion", "# fix             motion")}
-        self.scene: Scene = open_bench(place, comm, sections, lattice_sites(), edits)
+        kinds = _choose_kinds() if second else None
+        if kinds is not None:
+            share = float(np.mean(kinds))
+            sections["particles"] = {"fractions": "number", "mixture": [[second, GLASS["density"], share]]}
+        volumes = np.pi / 6 * np.array([GLASS["diameter"], second or GLASS["diameter"]]) ** 3
+        self.parts = _count_sites() * volumes / np.prod(SIZE)
+        self.voidages = 1.0 - self.parts.sum(axis=1)
+        self.scene: Scene = open_bench(place, comm, sections, lattice_sites(), edits, kinds)
         self.inlet = inlet
         start(self.scene)
         self.scene.dt = self.scene.clock.dt
@@ -77,8 +100,7 @@ class HeldBed:
         velocity of their own, without moving: the slip counts, not the frame.
         """
         assert self.scene.grains is not None
-        voidages = np.array(VOIDAGES)
-        self.scene.grains.velocities[:, 2] = ((self.inlet - superficial) / voidages)[self._layer]
+        self.scene.grains.velocities[:, 2] = ((self.inlet - superficial) / self.voidages)[self._layer]
         for _ in range(steps):
             self.scene.dt = self.scene.clock.dt
             map_solids(self.scene)
@@ -105,7 +127,7 @@ class HeldBed:
         return np.array([force[self._inner & (self._layer == n)].mean() for n in range(len(VOIDAGES))])
 
     @property
-    def voidages(self) -> np.ndarray:
+    def found_voidages(self) -> np.ndarray:
         """Voidage of the cells in the middle of each layer, shape (layers, columns)."""
         assert self.scene.gas is not None and self.scene.coupling is not None
         return _sort_heights(self.scene.gas.centres, self.scene.coupling.voidage)[:, _MIDDLE]

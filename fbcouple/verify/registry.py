@@ -24,6 +24,7 @@ MODULES = (
     "conservation",
     "fluidization",
     "inlet",
+    "mixture",
 )
 
 

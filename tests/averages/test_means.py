@@ -33,7 +33,7 @@ def make_gas(rng, samples, cells=5):
 
 
 def test_means_of_the_gas_are_numpys(rng):
-    means = Means("gas", 5, 1.165, (1.0, 3.0), 4)
+    means = Means("gas", 5, (1.0, 3.0), 4)
     voidage, velocity, pressure = make_gas(rng, 40)
     for n in range(40):
         means.add(sample_gas(voidage[n], velocity[n], pressure[n]), 1.0 + 0.05 * (n + 0.5))
@@ -52,7 +52,7 @@ def test_standard_error_is_that_of_the_full_blocks(rng, per_block):
     width = (window[1] - window[0]) / blocks
     full, part = 5 * per_block, per_block // 2
     voidage, velocity, pressure = make_gas(rng, full + part)
-    means = Means("gas", 5, 1.165, window, blocks)
+    means = Means("gas", 5, window, blocks)
     for n in range(full + part):
         block, within = divmod(n, per_block)
         means.add(sample_gas(voidage[n], velocity[n], pressure[n]), 0.5 + width * (block + (within + 0.5) / per_block))
@@ -78,7 +78,7 @@ def test_standard_error_of_correlated_samples_is_larger_than_the_naive_one(rng):
     series[0] = noise[0] / np.sqrt(1 - correlation**2)
     for step in range(1, n):
         series[step] = correlation * series[step - 1] + noise[step]
-    means = Means("gas", cells, 1.165, (0.0, 1.0), blocks)
+    means = Means("gas", cells, (0.0, 1.0), blocks)
     for step in range(n):
         means.add(sample_gas(np.ones(cells), np.zeros((cells, 3)), series[step]), (step + 0.5) / n)
     means.add(np.zeros((cells, GAS_COLUMNS)), 1.0 + 1e-9)
@@ -89,7 +89,7 @@ def test_standard_error_of_correlated_samples_is_larger_than_the_naive_one(rng):
 
 
 def test_no_error_is_known_before_two_blocks_are_full(rng):
-    means = Means("gas", 5, 1.165, (0.0, 1.0), 4)
+    means = Means("gas", 5, (0.0, 1.0), 4)
     voidage, velocity, pressure = make_gas(rng, 3)
     for n, time in enumerate((0.1, 0.2, 0.3)):
         means.add(sample_gas(voidage[n], velocity[n], pressure[n]), time)
@@ -98,13 +98,13 @@ def test_no_error_is_known_before_two_blocks_are_full(rng):
 
 
 def test_without_a_sample_there_is_nothing():
-    means = Means("solids", 5, GLASS, (0.0, 1.0), 4)
+    means = Means("solids", 5, (0.0, 1.0), 4)
     assert means.samples == 0
     assert np.isnan(means.collect(final=False)["solids_velocity"][0]).all()
 
 
 class Crowd:
-    """Particles of two sizes at several times, and loops that average them cell by cell.
+    """Particles of two sizes and two densities at several times, and loops that average them cell by cell.
 
     Velocities have a part that differs by cell, one that differs by time, and one by particle.
     """
@@ -115,15 +115,16 @@ class Crowd:
         self.positions[..., 2] *= 0.74
         self.radii = rng.choice([3e-4, 5e-4], count)
         self.volumes = 4 / 3 * np.pi * self.radii**3
+        self.masses = self.volumes * rng.choice([900.0, GLASS], count)
         by_time = rng.standard_normal((times, 1, 3))
         self.velocities = 5 * self.positions / GRID.size + by_time + 0.5 * rng.standard_normal((times, count, 3))
         self.cells = np.floor(self.positions / GRID.spacing).astype(int)
 
     def find(self, cell):
-        """Per time: volumes and velocities of the particles in `cell`."""
+        """Per time: masses, velocities and volumes of the particles in `cell`."""
         for cells, velocities in zip(self.cells, self.velocities, strict=True):
             here = (cells == cell).all(axis=1)
-            yield self.volumes[here], velocities[here]
+            yield self.masses[here], velocities[here], self.volumes[here]
 
 
 @pytest.fixture
@@ -133,27 +134,27 @@ def crowd(rng):
 
 @pytest.fixture
 def found(crowd, sampler):
-    means = Means("solids", len(CELLS), GLASS, (0.0, 1.0), 2)
+    means = Means("solids", len(CELLS), (0.0, 1.0), 2)
     for n, (positions, velocities) in enumerate(zip(crowd.positions, crowd.velocities, strict=True)):
-        means.add(sampler.sample(positions, velocities, crowd.radii), (n + 0.5) / 6)
+        means.add(sampler.sample(positions, velocities, crowd.radii, crowd.masses), (n + 0.5) / 6)
     return {name: mean for name, (mean, _) in means.collect(final=False).items()}
 
 
 def test_means_of_the_solids_are_those_of_loops_over_particles(crowd, found, owned):
     empty = 0
     for row, cell in enumerate(owned):
-        volumes, velocities = (np.concatenate(parts) for parts in zip(*crowd.find(cell), strict=True))
-        total = volumes.sum()
-        assert found["solids_fraction"][row, 0] == pytest.approx(total / 6 / GRID.cell_volume, rel=1e-12)
-        flux = GLASS * (volumes @ velocities) / 6 / GRID.cell_volume
+        masses, velocities, volumes = (np.concatenate(parts) for parts in zip(*crowd.find(cell), strict=True))
+        total = masses.sum()
+        assert found["solids_fraction"][row, 0] == pytest.approx(volumes.sum() / 6 / GRID.cell_volume, rel=1e-12)
+        flux = (masses @ velocities) / 6 / GRID.cell_volume
         assert found["solids_flux"][row] == pytest.approx(flux, rel=1e-11, abs=1e-12)
         if total == 0:
             empty += 1
             assert all(np.isnan(found[name][row]).all() for name in ("solids_velocity", "agitation"))
             continue
-        mean = volumes @ velocities / total
+        mean = masses @ velocities / total
         assert found["solids_velocity"][row] == pytest.approx(mean, rel=1e-11)
-        agitation = volumes @ np.sum((velocities - mean) ** 2, axis=1) / total
+        agitation = masses @ np.sum((velocities - mean) ** 2, axis=1) / total
         assert found["agitation"][row, 0] == pytest.approx(agitation, rel=1e-11)
     assert empty == 6
 
@@ -161,20 +162,20 @@ def test_means_of_the_solids_are_those_of_loops_over_particles(crowd, found, own
 def test_granular_temperature_is_about_the_cell_mean_of_the_instant(crowd, found, owned):
     for row, cell in enumerate(owned):
         total = squares = 0.0
-        for volumes, velocities in crowd.find(cell):
-            if len(volumes):
-                mean = volumes @ velocities / volumes.sum()
-                squares += volumes @ np.sum((velocities - mean) ** 2, axis=1)
-                total += volumes.sum()
+        for masses, velocities, _ in crowd.find(cell):
+            if len(masses):
+                mean = masses @ velocities / masses.sum()
+                squares += masses @ np.sum((velocities - mean) ** 2, axis=1)
+                total += masses.sum()
         if total:
             assert found["granular_temperature"][row, 0] == pytest.approx(squares / total / 3, rel=1e-10)
 
 
 def test_agitation_is_three_temperatures_and_the_wandering_of_the_cell_mean(crowd, found, owned):
-    """<|v - <v>|^2> = <|v - c|^2> + <|c - <v>|^2>, c the cell mean of the instant, <> weighted by volume."""
+    """<|v - <v>|^2> = <|v - c|^2> + <|c - <v>|^2>, c the cell mean of the instant, <> weighted by mass."""
     larger = 0
     for row, cell in enumerate(owned):
-        pairs = [(v.sum(), v @ u / v.sum()) for v, u in crowd.find(cell) if len(v)]
+        pairs = [(m.sum(), m @ u / m.sum()) for m, u, _ in crowd.find(cell) if len(m)]
         if not pairs:
             continue
         weights, instants = np.array([pair[0] for pair in pairs]), np.array([pair[1] for pair in pairs])
@@ -188,11 +189,12 @@ def test_agitation_is_three_temperatures_and_the_wandering_of_the_cell_mean(crow
 
 def test_error_of_a_ratio_uses_the_blocks_that_have_particles(sampler, owned):
     """A cell with a particle in blocks 0, 1 and 3 of five, at 1, 2 and 6 m/s: 3 +- sqrt(7/3)."""
-    means = Means("solids", len(CELLS), GLASS, (0.0, 1.0), 5)
-    place, nowhere, radii = np.array([[0.005, 0.01, 0.01]]), np.empty((0, 3)), np.array([5e-4])
+    means = Means("solids", len(CELLS), (0.0, 1.0), 5)
+    place, nowhere, size = np.array([[0.005, 0.01, 0.01]]), np.empty((0, 3)), np.array([5e-4])
     for block, speed in enumerate((1.0, 2.0, None, 6.0, None)):
         here = nowhere if speed is None else place
-        means.add(sampler.sample(here, np.full_like(here, speed or 0.0), radii[: len(here)]), (block + 0.5) / 5)
+        radii = masses = size[: len(here)]
+        means.add(sampler.sample(here, np.full_like(here, speed or 0.0), radii, masses), (block + 0.5) / 5)
     mean, error = means.collect(final=False)["solids_velocity"]
     row = int(np.flatnonzero((owned == 0).all(axis=1))[0])
     assert mean[row] == pytest.approx([3.0] * 3, rel=1e-13)
@@ -202,7 +204,7 @@ def test_error_of_a_ratio_uses_the_blocks_that_have_particles(sampler, owned):
 
 def test_a_centre_on_a_wall_counts_in_the_cell_inside(sampler, owned):
     corners = np.array([[x, y, z] for x in (0.0, 0.03) for y in (0.0, 0.04) for z in (0.0, 0.08)])
-    rows = sampler.sample(corners, np.zeros_like(corners), np.full(8, 5e-4))
+    rows = sampler.sample(corners, np.zeros_like(corners), np.full(8, 5e-4), np.ones(8))
     volume = np.pi / 6 * 1e-9
     assert rows.shape == (len(CELLS), SOLIDS_COLUMNS)
     corner = np.all((owned == 0) | (owned == np.array(GRID.cells) - 1), axis=1)
@@ -213,5 +215,5 @@ def test_a_part_of_the_grid_samples_its_particles_in_the_same_cells(rng, owned, 
     patch = Patch(GRID, (1, 0, 1), (3, 2, 3))
     positions = np.array([0.01, 0.0, 0.02]) + rng.random((40, 3)) * [0.02, 0.04, 0.04]
     velocities, radii = rng.standard_normal((40, 3)), np.full(40, 5e-4)
-    part = SolidsSampler(Plan(MPI.COMM_SELF, patch, owned)).sample(positions, velocities, radii)
-    assert part == pytest.approx(sampler.sample(positions, velocities, radii), rel=1e-13)
+    part = SolidsSampler(Plan(MPI.COMM_SELF, patch, owned)).sample(positions, velocities, radii, radii)
+    assert part == pytest.approx(sampler.sample(positions, velocities, radii, radii), rel=1e-13)

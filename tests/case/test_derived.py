@@ -10,10 +10,10 @@ from fbcouple.case.derived import (
     normal_damping,
     open_velocity,
     pair_contact_time,
-    particle_count,
     particle_mass,
 )
 from fbcouple.case.load import load_case
+from fbcouple.case.mixture import particle_count
 from fbcouple.case.preflight import estimate
 from fbcouple.errors import CaseError
 

@@ -155,6 +155,7 @@ def test_written_case_says_every_default(tmp_path):
     given |= {key for key, value in written.items() if not isinstance(value, dict)}
     unset = {"particles.count", "particles.positions", "exchange.drag_file", "gas.inlet_ramp"}
     unset |= {"output.snapshots_every", "exchange.kernel_width", "exchange.diffusion_width"}
+    unset |= {f"particles.{key}" for key in ("spread", "deviation", "smallest", "largest")}
     unset |= {f"contact.{key}" for key in (*HERTZ_KEYS, *SPRING_KEYS)}
     assert set(list_options()) - given == unset
 

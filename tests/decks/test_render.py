@@ -98,6 +98,7 @@ CONTACT_OPTIONS = ("tangential_history", "rolling_friction", "hertz")
 OTHER_OPTIONS = {
     "inlet_ramp": "test_inlet_decks.py",
     "periodic": "test_periodic_decks.py",
+    "mixture": "test_mixture_decks.py",
     "satellite_points": "test_voidage_parts.py",
     "gaussian_kernel": "test_voidage_parts.py",
     "diffusion": "test_voidage_parts.py",

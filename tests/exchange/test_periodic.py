@@ -99,7 +99,7 @@ def test_the_averages_find_the_cell_of_a_particle_that_is_not_yet_back(rng):
     owned = np.stack(np.meshgrid(*map(np.arange, cells), indexing="ij"), axis=-1).reshape(-1, 3)
     sampler = SolidsSampler(Plan(MPI.COMM_SELF, patch, owned))
     place = np.array([[-1e-4, grid.size[1] + 1e-4, 0.006]])
-    rows = sampler.sample(place, np.ones((1, 3)), np.array([1e-4]))
+    rows = sampler.sample(place, np.ones((1, 3)), np.array([1e-4]), np.ones(1))
     assert owned[np.flatnonzero(rows[:, 0])].tolist() == [[5, 0, 2]]
     with pytest.raises(DivergedError):
-        sampler.sample(np.array([[0.0, 0.0, grid.size[2] + 0.01]]), np.ones((1, 3)), np.array([1e-4]))
+        sampler.sample(np.array([[0.0, 0.0, grid.size[2] + 0.01]]), np.ones((1, 3)), np.array([1e-4]), np.ones(1))

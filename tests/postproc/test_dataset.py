@@ -58,6 +58,13 @@ def test_weight_from_the_count_of_particles(dataset, write):
     assert open_results(write(dataset)).weight_per_area == pytest.approx(612.8, abs=0.1)
 
 
+def test_weight_as_the_run_wrote_it_down(dataset, write):
+    """A mixture: 60 g in 3e-5 m3."""
+    dataset.attrs |= {"solids_mass": 0.06, "solids_volume": 3e-5}
+    expected = (0.06 - 1.165 * 3e-5) * 9.81 / (0.08 * 0.015)
+    assert open_results(write(dataset)).weight_per_area == pytest.approx(expected, rel=1e-12)
+
+
 def test_fluxes_stay_in_si_units_without_inlet_flow(dataset, write):
     dataset.attrs["case"] = dataset.attrs["case"].replace("inlet_velocity = 1.2", "inlet_velocity = 0.0")
     scale, symbol, unit = flux_scale(open_results(write(dataset)))

@@ -1,0 +1,189 @@
+"""Kinds of particles: shares by mass and by number, distributions cut into classes, and what cannot be mixed."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from fbcouple.case.checks import find_problems
+from fbcouple.case.lattice import lattice_kinds, lattice_positions
+from fbcouple.case.mixture import count_kinds, draw_kinds, list_kinds, mean_density, mean_kind, solids_volume
+from fbcouple.case.positions import start_kinds
+from fbcouple.case.preflight import estimate
+from fbcouple.case.schema import Case, Particles
+
+
+def make(**particles):
+    return Particles.model_validate({"diameter": 1e-3, "density": 2500.0} | particles)
+
+
+def make_case(**changes):
+    content = {
+        "title": "a mixture",
+        "end_time": 1.0,
+        "domain": {"size": [0.02, 0.02, 0.05], "cells": [5, 5, 12]},
+        "gas": {"density": 1.2, "viscosity": 1.8e-5, "inlet_velocity": 1.0},
+        "particles": {"diameter": 1e-3, "density": 2500.0, "count": 1000},
+        "contact": {"restitution": 0.9, "wall_restitution": 0.9, "friction": 0.1, "wall_friction": 0.1},
+        "start": {},
+        "exchange": {},
+    }
+    for section, table in changes.items():
+        content[section] = content[section] | table
+    return Case.model_validate(content)
+
+
+def test_without_a_mixture_there_is_one_kind_that_holds_all():
+    (kind,) = list_kinds(make(mass=0.075))
+    assert (kind.diameter, kind.density, kind.species, kind.share) == (1e-3, 2500.0, 1, 1.0)
+    assert count_kinds(make(mass=0.075)) == [57296]
+
+
+def test_fractions_by_mass():
+    """A quarter of the mass in particles of half the diameter and twice the density: a part 1/4 / (3/4 / 4 + 1/4)."""
+    particles = make(mass=0.01, mixture=[[0.5e-3, 5000.0, 0.25]])
+    counts, kinds = count_kinds(particles), list_kinds(particles)
+    masses = [count * kind.mass for count, kind in zip(counts, kinds, strict=True)]
+    assert sum(masses) == pytest.approx(0.01, rel=1e-3) and masses[1] == pytest.approx(0.0025, rel=1e-3)
+    assert counts[1] / counts[0] == pytest.approx(4 / 3, rel=1e-3)
+    assert [kind.species for kind in kinds] == [1, 2]
+
+
+def test_fractions_by_number():
+    mixture = [[2e-3, 1000.0, 0.24], [3e-3, 1000.0, 0.36]]
+    assert count_kinds(make(count=10, fractions="number", mixture=mixture)) == [4, 2, 4]
+
+
+@pytest.mark.parametrize("count", [3, 10, 101, 99_999])
+def test_counts_add_up_and_are_within_one_of_their_share(count):
+    particles = make(count=count, fractions="number", mixture=[[2e-3, 1000.0, 0.17], [3e-3, 1000.0, 0.21]])
+    counts = count_kinds(particles)
+    assert sum(counts) == count
+    assert np.abs(np.array(counts) - np.array([0.62, 0.17, 0.21]) * count).max() < 1
+
+
+@pytest.mark.parametrize("classes", [2, 8, 50])
+def test_classes_of_a_normal_distribution_keep_its_mean_volume(classes):
+    """E[d^3] = m^3 + 3 m s^2 of a normal one, its cut-offs too far off to matter; equal numbers in each class."""
+    middle, deviation = 1e-3, 0.1e-3
+    spread = {"spread": "normal", "deviation": deviation, "smallest": 0.3e-3, "largest": 1.7e-3, "classes": classes}
+    kinds = list_kinds(make(count=1000, fractions="number", **spread))
+    assert [kind.share for kind in kinds] == pytest.approx([1 / classes] * classes, rel=1e-3)
+    mean = sum(kind.share * kind.diameter**3 for kind in kinds)
+    assert mean == pytest.approx(middle**3 + 3 * middle * deviation**2, rel=1e-3)
+    assert np.diff([kind.diameter for kind in kinds]).min() > 0
+
+
+def test_two_classes_of_a_normal_distribution_by_hand():
+    """The mean of the upper half lies sqrt(2/pi) s above the mean; the cube's mean hardly above that if s is small."""
+    spread = {"spread": "normal", "deviation": 1e-5, "smallest": 0.9e-3, "largest": 1.1e-3, "classes": 2}
+    low, high = (kind.diameter for kind in list_kinds(make(count=10, fractions="number", **spread)))
+    shift = math.sqrt(2 / math.pi) * 1e-5
+    assert high == pytest.approx(1e-3 + shift, abs=1e-7) and low == pytest.approx(1e-3 - shift, abs=1e-7)
+
+
+def test_a_lognormal_distribution_has_its_median_and_its_deviation():
+    """By number, ln(d) is normal about ln(median) with ln(1 + deviation/diameter)."""
+    spread = {"spread": "lognormal", "deviation": 0.2e-3, "smallest": 0.1e-3, "largest": 5e-3, "classes": 50}
+    kinds = list_kinds(make(count=1000, fractions="number", **spread))
+    logs = np.log([kind.diameter / 1e-3 for kind in kinds])
+    assert np.mean(logs) == pytest.approx(0.0, abs=2e-3)
+    assert np.std(logs) == pytest.approx(math.log(1.2), rel=0.01)
+
+
+def test_a_distribution_by_mass_has_equal_masses_in_its_classes():
+    spread = {"spread": "normal", "deviation": 0.2e-3, "smallest": 0.4e-3, "largest": 1.6e-3, "classes": 4}
+    particles = make(mass=0.05, **spread)
+    masses = [c * kind.mass for c, kind in zip(count_kinds(particles), list_kinds(particles), strict=True)]
+    assert masses == pytest.approx([0.0125] * 4, rel=1e-2) and sum(masses) == pytest.approx(0.05, rel=1e-4)
+
+
+def test_means_of_a_mixture():
+    """One of 1 mm, one of 2 mm: volumes 1 and 8, surfaces 1 and 4; densities 1000 and 2000."""
+    particles = make(count=2, density=1000.0, fractions="number", mixture=[[2e-3, 2000.0, 0.5]])
+    assert mean_kind(particles).diameter == pytest.approx(1e-3 * 9 / 5)
+    assert mean_density(particles) == pytest.approx(17000 / 9)
+    assert solids_volume(particles) == pytest.approx(9 * math.pi / 6 * 1e-9)
+
+
+def test_no_two_particles_of_a_mixed_lattice_touch():
+    case = make_case(particles={"mixture": [[0.4e-3, 2500.0, 0.3], [1.6e-3, 1000.0, 0.3]]}, start={"jitter": 0.99})
+    assert find_problems(case) == []
+    positions, kinds = lattice_positions(case), lattice_kinds(case)
+    radii = np.array([kind.diameter / 2 for kind in list_kinds(case.particles)])[kinds]
+    distances = np.linalg.norm(positions[:, None] - positions[None], axis=2) + 9.0 * np.eye(len(positions))
+    assert (distances - radii[:, None] - radii[None]).min() > 0
+    assert (np.minimum(positions, [0.02, 0.02, 1.0] - positions) - radii[:, None]).min() > 0
+
+
+def test_the_order_of_the_kinds_follows_the_seed():
+    particles = make(count=500, mixture=[[2e-3, 2500.0, 0.5]])
+    assert (draw_kinds(particles, 1) == draw_kinds(particles, 1)).all()
+    assert (draw_kinds(particles, 1) != draw_kinds(particles, 2)).any()
+
+
+def test_a_positions_file_may_say_the_kinds(tmp_path):
+    particles = {"count": 2, "fractions": "number", "mixture": [[2e-3, 2500.0, 0.5]], "positions": "start.csv"}
+    case = make_case(particles=particles).model_copy(update={"start": None})
+    (tmp_path / "start.csv").write_text("x,y,z,kind\n0.01,0.01,0.01,2\n0.01,0.01,0.02,1\n")
+    assert find_problems(case, tmp_path) == [] and start_kinds(case, tmp_path).tolist() == [1, 0]
+    (tmp_path / "start.csv").write_text("x,y,z,kind\n0.01,0.01,0.01,1\n0.01,0.01,0.02,1\n")
+    (problem,) = find_problems(case, tmp_path)
+    assert "start.csv holds [2, 0] particles of each kind and the case [1, 1]" in problem
+    (tmp_path / "start.csv").write_text("x,y,z,kind\n0.01,0.01,0.01,1.5\n0.01,0.01,0.02,0\n")
+    (problem,) = find_problems(case, tmp_path)
+    assert "the kind of particle 1 is no whole number from 1" in problem
+
+
+SPREAD = {"spread": "normal", "deviation": 1e-4, "smallest": 0.7e-3, "largest": 1.3e-3}
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (
+            {"particles": {"mixture": [[1e-3, 1e3, 0.5], [2e-3, 1e3, 0.5]]}},
+            "particles.mixture: the fractions add up to 1",
+        ),
+        ({"particles": {"mixture": [[1e-3, 1e3, 1e-9]]}}, "the bed holds less than one particle of 0.001 m and 1000"),
+        ({"particles": {"mixture": [[0.03, 1e3, 0.5]]}}, "particles.diameter: 0.03 m is given, but the box is 0.02 m"),
+        ({"particles": {"deviation": 1e-4}}, "particles.deviation: 0.0001 is given and no spread"),
+        (
+            {"particles": SPREAD | {"largest": None}},
+            'particles.largest: nothing is given and spread = "normal" needs it',
+        ),
+        (
+            {"particles": SPREAD | {"smallest": 1.1e-3}},
+            "particles.smallest: 0.0011 to 0.0013 m does not hold the diameter",
+        ),
+        ({"contact": {"pairs": [[1, 2, 0.9, 0.1]]}}, "contact.pairs: species 1 and 2 is given, 1 to 1 are there"),
+        ({"contact": {"pairs": [[1, 1, 0.9, 0.1]] * 2}}, "contact.pairs: species 1 and 1 is given twice"),
+        ({"contact": {"walls": [[2, 0.9, 0.1]]}}, "contact.walls: species 2 is given, 1 to 1 are there"),
+    ],
+)
+def test_what_does_not_fit_together_is_told(changes, words):
+    (problem,) = find_problems(make_case(**changes))
+    assert words in problem
+
+
+def test_a_row_the_other_way_round_is_the_same_pair():
+    case = make_case(
+        particles={"mixture": [[2e-3, 2500.0, 0.5]]}, contact={"pairs": [[1, 2, 0.9, 0.1], [2, 1, 0.8, 0.1]]}
+    )
+    (problem,) = find_problems(case)
+    assert "species 2 and 1 is given twice" in problem
+
+
+def test_pre_flight_of_a_mixture():
+    """Terminal velocity of the smallest, cells over the largest, drop from weight less buoyancy."""
+    case = make_case(particles={"mixture": [[0.5e-3, 2500.0, 0.5], [2e-3, 1000.0, 0.2]]})
+    numbers = {number.name: number.value for number in estimate(case)}
+    alone = {n.name: n.value for n in estimate(make_case(particles={"diameter": 0.5e-3}))}
+    assert numbers["terminal velocity"] == pytest.approx(alone["terminal velocity"], rel=1e-9)
+    assert numbers["DEM step"] == pytest.approx(alone["DEM step"], rel=1e-9)
+    assert numbers["cell size x"] == pytest.approx(2.0)
+    particles = case.particles
+    weight = solids_volume(particles) * (mean_density(particles) - 1.2) * 9.81 / 0.0004
+    assert numbers["pressure drop"] == pytest.approx(weight)
