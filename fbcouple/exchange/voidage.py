@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fbcouple.case.mixture import largest_diameter
 from fbcouple.case.schema import Case
 from fbcouple.exchange.corners import corner_offsets
 from fbcouple.exchange.plan import Patch
@@ -40,9 +41,10 @@ class Spread:
 def find_spread(case: Case) -> Spread:
     """The largest radius of the case's particles and the bandwidths that it asks for."""
     assert case.exchange is not None
-    diameter = case.particles.diameter if case.particles else 0.0
+    if case.particles is None:
+        return Spread(0.0, 0.0)
     widths = case.exchange.kernel_width or 0.0, case.exchange.diffusion_width or 0.0
-    return Spread(diameter / 2.0, *(width * diameter for width in widths))
+    return Spread(largest_diameter(case.particles) / 2.0, *(width * case.particles.diameter for width in widths))
 
 
 class Mapping(ABC):

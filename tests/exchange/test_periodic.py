@@ -16,7 +16,7 @@ CELLS = [(6, 3, 7), (2, 1, 5), (1, 1, 4)]
 DT = 3e-4
 
 
-def couple(cells, places, velocities, radii, gas, passes, periodic=("x", "y")):
+def couple(cells, places, velocities, radii, gas, exchange, periodic=("x", "y")):
     """Voidage, K and S (x, y, z, 5) and forces (n, 3) of one coupling step in this process; gas (x, y, z, 6)."""
     size = tuple((cells * EDGES).tolist())
     case = Case.model_validate(
@@ -25,7 +25,8 @@ def couple(cells, places, velocities, radii, gas, passes, periodic=("x", "y")):
             "end_time": 1.0,
             "domain": {"size": size, "cells": cells, "periodic": periodic},
             "gas": {"density": 1.165, "viscosity": 2e-5, "inlet_velocity": 1.0},
-            "exchange": {"filter_passes": passes},
+            "particles": {"diameter": 4e-4, "density": 2500.0, "count": len(radii)},
+            "exchange": exchange,
         }
     )
     centres = (np.stack(np.meshgrid(*map(np.arange, cells), indexing="ij"), axis=-1).reshape(-1, 3) + 0.5) * EDGES
@@ -47,33 +48,44 @@ def draw(rng, cells, count=80):
     return places, rng.standard_normal((count, 3)), rng.uniform(1e-4, 2e-4, count), gas
 
 
+WAYS = {
+    "trilinear": {},
+    "filtered": {"filter_passes": 3},
+    "centre": {"voidage": "centre"},
+    "divided": {"voidage": "divided"},
+    "gaussian": {"voidage": "gaussian", "kernel_width": 3.0},
+    "diffusion": {"diffusion_width": 3.0},
+}
+every_way = pytest.mark.parametrize("exchange", WAYS.values(), ids=WAYS)
+
+
 @pytest.mark.parametrize("cells", CELLS)
-@pytest.mark.parametrize("passes", [0, 1, 3])
-def test_bed_and_gas_moved_by_cells_give_the_same_moved(rng, cells, passes):
+@every_way
+def test_bed_and_gas_moved_by_cells_give_the_same_moved(rng, cells, exchange):
     places, velocities, radii, gas = draw(rng, cells)
-    fields, forces = couple(cells, places, velocities, radii, gas, passes)
+    fields, forces = couple(cells, places, velocities, radii, gas, exchange)
     moved = (places + np.array([2.0, 1.0, 0.0]) * EDGES) % (np.array(cells) * EDGES)
-    again, same = couple(cells, moved, velocities, radii, np.roll(gas, (2, 1), (0, 1)), passes)
+    again, same = couple(cells, moved, velocities, radii, np.roll(gas, (2, 1), (0, 1)), exchange)
     assert again == pytest.approx(np.roll(fields, (2, 1), (0, 1)), rel=1e-9, abs=1e-9)
     assert same == pytest.approx(forces, rel=1e-9, abs=1e-12)
 
 
-@pytest.mark.parametrize("passes", [0, 2])
-def test_a_particle_that_is_not_yet_back_counts_as_if_it_were(rng, passes):
+@every_way
+def test_a_particle_that_is_not_yet_back_counts_as_if_it_were(rng, exchange):
     cells = (6, 3, 7)
     places, velocities, radii, gas = draw(rng, cells)
     size = np.array(cells) * EDGES
     out = places + np.where(places < 9e-4, size, 0.0) * [1.0, 1.0, 0.0]
     out -= np.where(places > size - 9e-4, size, 0.0) * [1.0, 1.0, 0.0]
     assert (out != places).any(axis=1).sum() > 20
-    for one, other in zip(*(couple(cells, p, velocities, radii, gas, passes) for p in (places, out)), strict=True):
+    for one, other in zip(*(couple(cells, p, velocities, radii, gas, exchange) for p in (places, out)), strict=True):
         assert other == pytest.approx(one, rel=1e-9, abs=1e-9)
 
 
 def test_walls_make_a_difference_beside_them_only(rng):
     cells = (8, 7, 5)
     bed = draw(rng, cells, 400)
-    free, walled = (couple(cells, *bed, 0, periodic=axes)[0] for axes in (("x", "y"), ()))
+    free, walled = (couple(cells, *bed, {}, periodic=axes)[0] for axes in (("x", "y"), ()))
     off = np.abs(free - walled).max(axis=(2, 3))
     assert off[2:-2, 2:-2].max() < 1e-12 and off[0].min() > 1e-3 and off[:, -1].min() > 1e-3
 
@@ -86,7 +98,7 @@ def test_one_axis_alone_may_be_periodic(rng, axis):
     place = size / 2
     place[axis] = 0.1 * EDGES[axis]
     names = ("x",) if axis == 0 else ("y",)
-    fields, _ = couple(cells, place[None], np.zeros((1, 3)), np.array([1e-4]), np.zeros((*cells, 6)), 0, names)
+    fields, _ = couple(cells, place[None], np.zeros((1, 3)), np.array([1e-4]), np.zeros((*cells, 6)), {}, names)
     solids = np.moveaxis(1.0 - fields[..., 0], axis, 0)
     far = solids[-1].sum() / solids.sum()
     assert far == pytest.approx(0.0 if axis == 2 else 0.4, abs=1e-9)
