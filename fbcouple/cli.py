@@ -9,20 +9,20 @@ diverged or broke a conservation check; 75 stopped early with a checkpoint. Heav
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import click
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 from fbcouple import __version__
 from fbcouple.batch.schedulers import SCHEDULERS
+from fbcouple.commands.study import study
+from fbcouple.commands.table import print_table
 from fbcouple.errors import CaseError, FbcoupleError, SolverError
 
-NARROWEST_PIPE = 150
 INTERRUPTED = 130
 DIVERGED = 4
 PROGRESS_EVERY = 5.0
@@ -61,19 +61,6 @@ def read_clock(ctx: click.Context, parameter: click.Parameter, value: str) -> in
     if minutes > 59 or seconds > 59 or hours + minutes + seconds == 0:
         raise click.BadParameter("minutes and seconds go to 59, and the limit is above 0")
     return 3600 * hours + 60 * minutes + seconds
-
-
-def print_table(columns: Iterable[str], rows: Iterable[Iterable[str | Text]]) -> None:
-    """Print a table; piped output is wide enough for a row a line in most cases."""
-    console = Console(soft_wrap=False)
-    if not console.is_terminal:
-        console = Console(width=NARROWEST_PIPE)
-    table = Table(box=None, pad_edge=False)
-    for column in columns:
-        table.add_column(column, overflow="fold")
-    for row in rows:
-        table.add_row(*(cell if isinstance(cell, Text) else Text(cell) for cell in row))
-    console.print(table)
 
 
 def take_settings(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -284,6 +271,9 @@ def doctor(mends: bool) -> None:
     broken = [row.name for row in rows if not row.ok]
     if broken:
         raise SolverError(f"a run cannot work yet: {', '.join(broken)}")
+
+
+cli.add_command(study)
 
 
 def main() -> None:

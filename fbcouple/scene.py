@@ -96,7 +96,8 @@ def _start_clock(case: Case, end: float) -> Clock:
     if case.gas:
         speed = max(derived.open_velocity(case), _SLOWEST)
         room = case.gas.max_courant * float(derived.cell_size(case).min()) / speed
-        first, longest = dem_step or room, room if case.gas.inlet_ramp else longest
+        longest = min(room if case.gas.inlet_ramp else math.inf, case.gas.max_step or math.inf)
+        first = dem_step or min(room, longest)
     return Clock(end, dem_step, first, longest)
 
 

@@ -88,14 +88,15 @@ def write_case(case: Case, path: Path) -> None:
 
 
 def _write_keys(table: dict[str, Any]) -> list[str]:
-    return [f"{key} = {_write_value(value)}" for key, value in table.items() if value is not None]
+    return [f"{key} = {write_value(value)}" for key, value in table.items() if value is not None]
 
 
-def _write_value(value: Any) -> str:
+def write_value(value: Any) -> str:
+    """Write a value as TOML."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")
     if isinstance(value, list | tuple):
-        return f"[{', '.join(_write_value(entry) for entry in value)}]"
+        return f"[{', '.join(write_value(entry) for entry in value)}]"
     return repr(value)

@@ -13,7 +13,13 @@ from pydantic_core import PydanticUndefined
 
 from fbcouple.case.schema import Case, Section
 
-_KINDS = {"number": "a number", "integer": "a whole number", "string": "a text in quotes", "boolean": "true or false"}
+_KINDS = {
+    "number": "a number",
+    "integer": "a whole number",
+    "string": "a text in quotes",
+    "boolean": "true or false",
+    "object": "a table",
+}
 _LIMITS = {
     "exclusiveMinimum": "above",
     "minimum": "at least",
@@ -37,10 +43,10 @@ class Option:
 
 
 @cache
-def list_sections() -> dict[str, type[Section]]:
-    """Return the sections of a case file by name; the key "" stands for the top of the file."""
-    sections: dict[str, type[Section]] = {"": Case}
-    for name, field in Case.model_fields.items():
+def list_sections(root: type[Section] = Case) -> dict[str, type[Section]]:
+    """Return the sections of a case file (or of what `root` describes) by name; "" stands for the top of the file."""
+    sections: dict[str, type[Section]] = {"": root}
+    for name, field in root.model_fields.items():
         for part in (field.annotation, *get_args(field.annotation)):
             if isinstance(part, type) and issubclass(part, Section):
                 sections[name] = part
@@ -48,13 +54,13 @@ def list_sections() -> dict[str, type[Section]]:
 
 
 @cache
-def list_options() -> dict[str, Option]:
-    """Return every option of the schema by its dotted key, in the order of the schema; sections are not among them."""
+def list_options(root: type[Section] = Case) -> dict[str, Option]:
+    """Return every option of a schema by its dotted key, in the order of the schema; sections are not among them."""
     options = {}
-    for section, model in list_sections().items():
+    for section, model in list_sections(root).items():
         described = model.model_json_schema()
         for name, field in model.model_fields.items():
-            if not section and name in list_sections():
+            if not section and name in list_sections(root):
                 continue
             key = f"{section}.{name}" if section else name
             rules = described["properties"][name]

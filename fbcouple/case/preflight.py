@@ -92,12 +92,19 @@ def estimate(case: Case, law: Law | None = None) -> list[Number]:
 
 
 def gas_step(case: Case) -> float:
-    """Fluid step [s] that the Courant limit at U_f/0.40 and the Fourier limit allow, whichever is shorter."""
+    """Fluid step [s] that the Courant limit at U_f/0.40, the Fourier limit and `gas.max_step` allow."""
     assert case.gas is not None
     cell = cell_size(case)
     fourier = case.gas.max_fourier * case.gas.density / case.gas.viscosity / float((1.0 / cell**2).sum())
     speed = fastest_inlet(case.gas) / (EXPANDED if case.particles else 1.0)
-    return min(fourier, case.gas.max_courant * float(cell[2]) / speed) if speed > 0.0 else fourier
+    courant = case.gas.max_courant * float(cell[2]) / speed if speed > 0.0 else math.inf
+    return min(fourier, courant, case.gas.max_step or math.inf)
+
+
+def coupling_step(case: Case) -> float:
+    """Step [s] of a scene of both phases: the fluid step, and no less than the one DEM step that it has to hold."""
+    assert case.particles is not None and case.contact is not None
+    return max(gas_step(case), dem_step(case.contact, case.particles))
 
 
 def minimum_fluidization(case: Case, voidage: float = EXPANDED, law: Law | None = None) -> float:
@@ -193,7 +200,7 @@ def _weigh_bed(case: Case) -> Iterator[Number]:
 
 def _time_gas(case: Case) -> Iterator[Number]:
     assert case.gas is not None
-    meaning = "What the Courant limit at U_f/0.40 and the Fourier limit allow; a lively bed takes shorter steps."
+    meaning = "What the Courant limit at U_f/0.40, the Fourier limit and max_step allow; a lively bed takes less."
     yield Number("fluid step", gas_step(case), "s", None, None, meaning)
     meaning = "Superficial velocity through the open faces of the floor."
     yield Number("open inlet velocity", open_velocity(case), "m s-1", None, None, meaning)
@@ -206,7 +213,8 @@ def _time_gas(case: Case) -> Iterator[Number]:
 
 def _time_exchange(case: Case, law: Law | None) -> Iterator[Number]:
     assert case.gas is not None and case.particles is not None and case.exchange is not None
-    step, slip = gas_step(case), fastest_inlet(case.gas) / PACKED
+    step = coupling_step(case) if case.contact else gas_step(case)
+    slip = fastest_inlet(case.gas) / PACKED
     kinds = list_kinds(case.particles)
     drags = [_drag(case, PACKED, slip, law, kind) for kind in kinds]
     per_particle = sum(kind.share * beta for kind, beta in zip(kinds, drags, strict=True))
@@ -221,10 +229,9 @@ def _time_exchange(case: Case, law: Law | None) -> Iterator[Number]:
         meaning = f"Fluid step over the response time of the {whose} in a packed bed, {time:.3g} s."
         yield Number(f"fluid step/{name}", step / time, "1", limit, verdict, meaning)
     if case.contact:
-        meaning = "DEM steps in a fluid step."
-        yield Number(
-            "DEM steps per fluid step", step / dem_step(case.contact, case.particles), "1", None, None, meaning
-        )
+        meaning = "DEM steps in a fluid step; below 1 the step is a DEM step, longer than the gas wants it."
+        held = gas_step(case) / dem_step(case.contact, case.particles)
+        yield Number("DEM steps per fluid step", held, "1", "at least 1", _judge(held >= 1.0), meaning)
 
 
 def _measure_cells(case: Case) -> Iterator[Number]:

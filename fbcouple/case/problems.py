@@ -11,6 +11,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from fbcouple.case.options import list_options, list_sections
+from fbcouple.case.schema import Case, Section
 
 _LONGEST = 60
 _DEEPEST = 3
@@ -58,8 +59,10 @@ def suggest(given: str, known: Iterable[str]) -> str | None:
     return close[0] if close else None
 
 
-def word_errors(error: ValidationError, raw: dict[str, Any]) -> tuple[list[Problem], set[str]]:
-    """Put what the schema found into words.
+def word_errors(
+    error: ValidationError, raw: dict[str, Any], root: type[Section] = Case
+) -> tuple[list[Problem], set[str]]:
+    """Put what the schema `root` found into words.
 
     A key that is missing because it is misspelt is told once, as misspelt.
 
@@ -73,13 +76,13 @@ def word_errors(error: ValidationError, raw: dict[str, Any]) -> tuple[list[Probl
         key = ".".join(parts)
         is_entry = len(parts) < len(detail["loc"])
         if detail["type"] == "extra_forbidden":
-            wanted = _find_meant(parts)
+            wanted = _find_meant(parts, root)
             meant.update([".".join([*parts[:-1], wanted])] if wanted else [])
-            found[key] = _word_unknown(parts, wanted)
+            found[key] = _word_unknown(parts, wanted, root)
         elif detail["type"] == "missing" and not is_entry:
-            missing[key] = _word_missing(key)
+            missing[key] = _word_missing(key, root)
         else:
-            found[key] = _word_wrong(key, _look_up(raw, parts))
+            found[key] = _word_wrong(key, _look_up(raw, parts), root)
     told = {key: problem for key, problem in missing.items() if key not in meant}
     return [*found.values(), *told.values()], {*found, *missing, *meant}
 
@@ -91,35 +94,35 @@ def _look_up(raw: dict[str, Any], parts: list[str]) -> Any:
     return value
 
 
-def _find_meant(parts: list[str]) -> str | None:
-    return suggest(parts[-1], list_sections()[parts[0] if len(parts) > 1 else ""].model_fields)
+def _find_meant(parts: list[str], root: type[Section]) -> str | None:
+    return suggest(parts[-1], list_sections(root)[parts[0] if len(parts) > 1 else ""].model_fields)
 
 
-def _word_unknown(parts: list[str], wanted: str | None) -> Problem:
+def _word_unknown(parts: list[str], wanted: str | None, root: type[Section]) -> Problem:
     section = parts[0] if len(parts) > 1 else ""
-    known = ", ".join(list_sections()[section].model_fields)
-    owner = f"[{section}]" if section else "a case file"
-    elsewhere = [key for key in list_options() if key.split(".")[-1] == parts[-1]]
+    known = ", ".join(list_sections(root)[section].model_fields)
+    owner = f"[{section}]" if section else f"a {root.__name__.lower()} file"
+    elsewhere = [key for key in list_options(root) if key.split(".")[-1] == parts[-1]]
     guess = wanted or (elsewhere[0] if elsewhere else None)
     hint = f"; did you mean `{guess}`" if guess else "; remove it"
     return Problem(show_key(parts), f"{owner} has no such key, allowed are: {known}{hint}.")
 
 
-def _word_missing(key: str) -> Problem:
-    if key in list_options():
-        option = list_options()[key]
+def _word_missing(key: str, root: type[Section]) -> Problem:
+    if key in list_options(root):
+        option = list_options(root)[key]
         section, _, name = key.rpartition(".")
         where = f"under [{section}]" if section else "at the top of the file"
         unit = f" in {option.unit}" if option.unit != "1" else ""
         return Problem(key, f"is missing; add `{name} = ...` {where}: {option.allowed}{unit}. {option.sentence}")
-    needed = [name for name, field in list_sections()[key].model_fields.items() if field.is_required()]
+    needed = [name for name, field in list_sections(root)[key].model_fields.items() if field.is_required()]
     return Problem(key, f"the section is missing; add [{key}] with {', '.join(needed)}.")
 
 
-def _word_wrong(key: str, value: Any) -> Problem:
-    if key not in list_options():
+def _word_wrong(key: str, value: Any, root: type[Section]) -> Problem:
+    if key not in list_options(root):
         return Problem(key, f"{show(value)} is given, a section is allowed; write [{key}] and its keys below it.")
-    option = list_options()[key]
+    option = list_options(root)[key]
     unit = f" (in {option.unit})" if option.unit != "1" else ""
     if isinstance(value, str) and "number" in option.allowed:
         mend = "give a bare number, without quotes or unit"

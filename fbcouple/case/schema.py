@@ -83,6 +83,9 @@ class Gas(Section):
     )
     max_courant: float = option("Courant limit of the fluid step (paper: 0.2).", default=0.2, **Positive)
     max_fourier: float = option("Fourier (diffusion) limit of the fluid step (paper: 0.15).", default=0.15, **Positive)
+    max_step: float | None = option(
+        "Longest fluid step; absent: the Courant and Fourier limits alone.", "s", None, **Positive
+    )
     correctors: int = option("PISO pressure corrections a step.", default=2, ge=1, le=20)
     pressure_tolerance: float = option(
         "Normalised residual at which each pressure solve stops.", default=1e-6, gt=0.0, lt=0.1

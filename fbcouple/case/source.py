@@ -13,6 +13,8 @@ from fbcouple.errors import CaseError
 
 FILE_NAME = "case.toml"
 SETS_NAME = "sets.toml"
+STUDIES = "studies"
+"""Folder of the shipped studies, whose files are no cases."""
 LARGEST_FILE = 50_000_000
 BASE = "base"
 """Key at the top of a case file: the shipped case that the file's own keys go on top of, section by section."""
@@ -21,9 +23,13 @@ MOST_BASES = 5
 
 def list_shipped() -> dict[str, Path]:
     """Return the case files that come with fbcouple, by name: patil/c2/case.toml and patil/c2.toml are `patil/c2`."""
-    found = [path for path in places.CASES.glob("**/*.toml") if path.name != SETS_NAME]
+    found = [path for path in places.CASES.glob("**/*.toml") if path.name != SETS_NAME and not _is_study(path)]
     named = {_name_shipped(path): path for path in found}
     return {name: named[name] for name in sorted(named)}
+
+
+def _is_study(path: Path) -> bool:
+    return path.relative_to(places.CASES).parts[0] == STUDIES
 
 
 def _name_shipped(path: Path) -> str:

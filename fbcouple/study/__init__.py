@@ -1,0 +1,1 @@
+"""What accuracy costs, and what blows up: `fbcouple study`."""

@@ -1,0 +1,115 @@
+"""Error against run time: makes the members' runs, measures them, and says what each knob costs and brings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fbcouple.case.load import load_case
+from fbcouple.errors import CaseError
+from fbcouple.study.fronts import mark_pareto, tabulate_knobs
+from fbcouple.study.measures import MEASURES, Error, Finished, check_measures, find_error
+from fbcouple.study.members import REFERENCE, Member, list_members
+from fbcouple.study.runs import Ending, run_case
+from fbcouple.study.schema import Study
+from fbcouple.study.source import Source
+from postproc.dataset import open_results
+
+RUNS = "members"
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Done:
+    """A member whose run has ended, its results if it came to its end, and its cost."""
+
+    member: Member
+    ending: Ending
+    finished: Finished | None
+    cost: float
+    """Core-seconds a simulated second, nan if the run did not come to its end."""
+
+
+def plan_members(study: Study, source: Source) -> list[Member]:
+    """The members of the study. Raises: CaseError with all mistakes of measures, keys and cases."""
+    problems = [f"{source.place}: {p}" for p in check_measures(study.measures, bool(study.reference))]
+    try:
+        members = list_members(study, source)
+    except CaseError as error:
+        raise CaseError([*problems, *error.problems]) from None
+    if problems:
+        raise CaseError(problems)
+    return members
+
+
+def run_members(study: Study, source: Source, folder: Path, say: Say) -> list[Done]:
+    """Run every member that has not been run to its end in `folder` before; `say` is told of each.
+
+    Raises: CaseError if the study is wrong.
+    """
+    members, base = plan_members(study, source), source.find_base(study.base)
+    done = []
+    for n, member in enumerate(members, 1):
+        run = folder / RUNS / member.name
+        ending = run_case(base, member.settings, run, member.ranks, study.wall_limit)
+        done.append(_open(member, ending, run))
+        say(f"{n}/{len(members)} {member.name}: {ending.how} ({ending.seconds:.1f} s) {ending.text}".rstrip())
+    return done
+
+
+def _open(member: Member, ending: Ending, run: Path) -> Done:
+    if ending.how != "complete":
+        return Done(member, ending, None, math.nan)
+    results = open_results(run)
+    cost = float(results.data.attrs["core_seconds"]) / float(results.data["time"].values[-1])
+    return Done(member, ending, Finished(results, load_case(str(run))), cost)
+
+
+def tabulate(study: Study, done: list[Done]) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """A row for each measure and member, and a row for each measure, knob and set of members along it."""
+    reference = next((d.finished for d in done if d.member.name == REFERENCE), None)
+    rows: list[dict[str, Any]] = []
+    knobs: list[dict[str, Any]] = []
+    for text in study.measures:
+        is_relative = MEASURES[text.partition(":")[0]].needs_reference
+        found = [_measure(text, d, reference) for d in done]
+        kept = [n for n, d in enumerate(done) if d.member.name != REFERENCE]
+        costs = [done[n].cost for n in kept]
+        errors = [error.error if (error := found[n][0]) else math.nan for n in kept]
+        front = dict(zip(kept, mark_pareto(costs, errors), strict=True))
+        for n, d in enumerate(done):
+            if not (d.member.name == REFERENCE and is_relative):
+                rows.append(_make_row(text, d, *found[n], pareto=front.get(n, False)))
+        knobs += [{"measure": text} | row for row in tabulate_knobs([done[n].member for n in kept], costs, errors)]
+    return rows, knobs
+
+
+def _measure(text: str, done: Done, reference: Finished | None) -> tuple[Error | None, str]:
+    """The error of a member, or why there is none."""
+    if done.finished is None:
+        return None, done.ending.text
+    if MEASURES[text.partition(":")[0]].needs_reference and reference is None:
+        return None, "the reference did not come to its end"
+    try:
+        return find_error(text, done.finished, reference), ""
+    except CaseError as error:
+        return None, str(error)
+
+
+def _make_row(text: str, done: Done, error: Error | None, why: str, pareto: bool) -> dict[str, Any]:
+    row: dict[str, Any] = {"measure": text, "member": done.member.name, "how": done.ending.how}
+    row |= {key: str(value) if isinstance(value, tuple) else value for key, value in done.member.knobs.items()}
+    row |= {
+        "error": error.error if error else None,
+        "stderr": error.stderr if error else None,
+        "value": error.value if error else None,
+        "expected": error.expected if error else None,
+        "unit": error.unit if error else None,
+        "core_seconds_per_second": done.cost if math.isfinite(done.cost) else None,
+        "wall_seconds": done.ending.seconds,
+        "pareto": pareto,
+    }
+    return row | {"why": why}

@@ -1,0 +1,224 @@
+"""What a member's error is measured by, as a registry. To add one: a function under `@measure("name")`.
+
+A measure compares a finished run with a number that follows from physics, with the finest member, or with measured
+points; the case file calls it by its name, `name:argument` where it takes one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from fbcouple.case import derived
+from fbcouple.case.lattice import lay_out
+from fbcouple.case.preflight import terminal_velocity
+from fbcouple.case.problems import Problem, show, suggest
+from fbcouple.case.schema import Case
+from fbcouple.errors import CaseError
+from fbcouple.reference import QUANTITIES, parse_reference, read_points
+from fbcouple.results import HISTORIES
+from postproc.dataset import Results, at_height, depth_average
+from postproc.measures import mean_of_history
+
+
+@dataclass(frozen=True)
+class Error:
+    """A member's value beside the expected one, SI; `error` is relative to the measure's scale, `stderr` its
+    statistical standard error where the value is a time mean."""
+
+    value: float
+    expected: float
+    unit: str
+    error: float
+    stderr: float | None = None
+
+
+@dataclass(frozen=True)
+class Finished:
+    """A finished run: its results and its case, which was checked."""
+
+    results: Results
+    case: Case
+
+
+Function = Callable[[Finished, str, Finished | None], Error]
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A measure: its function, the arguments that it takes (none: it takes no argument), and what it compares with."""
+
+    name: str
+    function: Function
+    arguments: tuple[str, ...]
+    needs_reference: bool
+
+
+MEASURES: dict[str, Measure] = {}
+
+
+def measure(name: str, arguments: Sequence[str] = (), needs_reference: bool = False) -> Callable[[Function], Function]:
+    """Register a measure under the name by which a study calls it."""
+
+    def register(function: Function) -> Function:
+        MEASURES[name] = Measure(name, function, tuple(arguments), needs_reference)
+        return function
+
+    return register
+
+
+def check_measures(texts: Sequence[str], has_reference: bool) -> Iterator[Problem]:
+    """Each text names a measure, with an argument that it takes, and what it compares with is there."""
+    if not texts:
+        yield Problem("measures", f"the list is empty; give one or more of: {', '.join(MEASURES)}.")
+    for text in texts:
+        name, _, argument = text.partition(":")
+        if name not in MEASURES:
+            close = suggest(name, MEASURES)
+            hint = f"; did you mean `{close}`" if close else ""
+            yield Problem("measures", f"{show(text)} is given, allowed are: {', '.join(MEASURES)}{hint}.")
+            continue
+        allowed = MEASURES[name].arguments
+        if bool(allowed) != bool(argument) or (argument and argument not in allowed):
+            close = suggest(argument, allowed)
+            hint = f"; did you mean `{name}:{close}`" if close else ""
+            wanted = f"{name}: and one of {', '.join(allowed)}" if allowed else f"`{name}` without an argument"
+            yield Problem("measures", f"{show(text)} is given, {wanted} is allowed{hint}.")
+        if MEASURES[name].needs_reference and not has_reference:
+            yield Problem("measures", f"{show(text)} compares with the finest member; add [reference] with its keys.")
+
+
+def find_error(text: str, run: Finished, reference: Finished | None) -> Error:
+    """Measure `run` by the measure that `text` names.
+
+    Raises: CaseError if the results lack what it needs.
+    """
+    name, _, argument = text.partition(":")
+    return MEASURES[name].function(run, argument, reference)
+
+
+def _fall(run: Finished) -> tuple[np.ndarray, np.ndarray]:
+    """Times [s] and heights [m] of the particles' centre."""
+    heights = run.results.history("solids_centre_z")
+    return heights["time"].values.astype(float), heights.values
+
+
+def _rise(case: Case) -> float:
+    """Velocity [m/s] of the gas far from the particles."""
+    if case.gas is None or case.gas.inlet_velocity is None:
+        raise CaseError(["terminal-velocity and path need gas.inlet_velocity."])
+    return case.gas.inlet_velocity
+
+
+@measure("terminal-velocity")
+def measure_fall(run: Finished, argument: str, reference: Finished | None) -> Error:
+    """Slip of a lone particle over the last tenth of the run against its drag law's balance with the weight."""
+    time, height = _fall(run)
+    late = time >= 0.9 * time[-1]
+    slip = _rise(run.case) - float(np.polyfit(time[late], height[late], 1)[0])
+    expected = terminal_velocity(run.case)
+    return Error(slip, expected, "m s-1", abs(slip / expected - 1.0))
+
+
+@measure("path")
+def measure_path(run: Finished, argument: str, reference: Finished | None) -> Error:
+    """Largest distance of a lone particle, which starts at rest, from the solution of its equation of motion in
+    gas of the inlet's velocity, over the way of its terminal velocity."""
+    time, height = _fall(run)
+    exact = height[0] + _solve_path(run.case, time)
+    worst = int(np.abs(height - exact).argmax())
+    scale = terminal_velocity(run.case) * time[-1]
+    return Error(float(height[worst]), float(exact[worst]), "m", float(abs(height[worst] - exact[worst])) / scale)
+
+
+def _solve_path(case: Case, time: np.ndarray) -> np.ndarray:
+    """Way [m] of a lone particle: m dv/dt = beta(|u - v|)(u - v) - V (rho_p - rho) g."""
+    from fbcouple.exchange.drag import DRAG_LAWS  # noqa: PLC0415  (loads numba)
+
+    assert case.gas is not None and case.particles is not None and case.exchange is not None
+    law, gas, particles, rise = DRAG_LAWS[case.exchange.drag], case.gas, case.particles, _rise(case)
+    weight = derived.particle_volume(particles) * (particles.density - gas.density) * case.gravity
+
+    def move(_: float, state: np.ndarray) -> tuple[float, float]:
+        slip = rise - state[1]
+        beta = float(law(1.0, abs(slip), particles.diameter, gas.density, gas.viscosity))
+        return state[1], (beta * slip - weight) / derived.particle_mass(particles)
+
+    solved = solve_ivp(move, (0.0, time[-1]), (0.0, 0.0), t_eval=time, rtol=1e-9, atol=1e-13)
+    return solved.y[0]
+
+
+@measure("bed-pressure")
+def measure_bed(run: Finished, argument: str, reference: Finished | None) -> Error:
+    """Pressure over a held lattice bed at the end of the run against its drag law at the lattice's voidage, and the
+    gas's gain of head at its surface: dp = n beta u/eps L - rho U^2/2 (1/eps^2 - 1), u = U/eps (model A)."""
+    from fbcouple.exchange.drag import DRAG_LAWS  # noqa: PLC0415  (loads numba)
+
+    case = run.case
+    if case.gas is None or case.particles is None or case.exchange is None or case.start is None:
+        raise CaseError(["bed-pressure needs gas and particles on the lattice of [start]."])
+    layout, superficial = lay_out(case), _rise(case)
+    per_volume = 1.0 / math.prod(layout.spacing)
+    voidage = 1.0 - per_volume * derived.particle_volume(case.particles)
+    velocity = superficial / voidage
+    beta = float(
+        DRAG_LAWS[case.exchange.drag](voidage, velocity, case.particles.diameter, case.gas.density, case.gas.viscosity)
+    )
+    head = 0.5 * case.gas.density * superficial**2 * (1.0 / voidage**2 - 1.0)
+    expected = per_volume * beta * velocity / voidage * layout.layers * layout.spacing[2] - head
+    value = float(run.results.history("pressure_drop").values[-1])
+    return Error(value, expected, "Pa", abs(value / expected - 1.0))
+
+
+@measure("bed-weight")
+def measure_weight(run: Finished, argument: str, reference: Finished | None) -> Error:
+    """Time-mean pressure drop of a fluidized bed against its weight less its buoyancy over the floor."""
+    mean, expected = mean_of_history(run.results, "pressure_drop"), run.results.weight_per_area
+    if not expected:
+        raise CaseError(["bed-weight needs gas, particles and gravity."])
+    return Error(mean.value, expected, "Pa", abs(mean.value / expected - 1.0), mean.error / expected)
+
+
+@measure("finest", arguments=tuple(HISTORIES), needs_reference=True)
+def compare_finest(run: Finished, argument: str, reference: Finished | None) -> Error:
+    """Root mean square distance of a history from the finest member's, over the range of that one."""
+    assert reference is not None
+    here, there = run.results.history(argument), reference.results.history(argument)
+    known = np.isfinite(there.values)
+    time, wanted = there["time"].values[known], there.values[known]
+    found = np.isfinite(here.values)
+    values = np.interp(time, here["time"].values[found], here.values[found])
+    scale = float(np.ptp(wanted)) or abs(float(wanted[-1])) or 1.0
+    error = float(np.sqrt(np.mean((values - wanted) ** 2))) / scale
+    return Error(float(values[-1]), float(wanted[-1]), HISTORIES[argument][0], error)
+
+
+@measure("experiment", arguments=tuple(QUANTITIES))
+def compare_experiment(run: Finished, argument: str, reference: Finished | None) -> Error:
+    """Root mean square distance of the time means from the measured points of a quantity, over the points' range."""
+    named = [parse_reference(text) for text in run.case.output.references]
+    lines = [line for line in named if line.quantity == argument]
+    if not lines:
+        raise CaseError([f"experiment:{argument}: the case names no such line in output.references."])
+    rows = []
+    for line in lines:
+        points = read_points(run.results.path.parent / line.file)
+        mean, error = (_read_line(run.results, argument + suffix, line.height, points.x) for suffix in ("", "_stderr"))
+        rows.append(np.stack([mean, error, points.value]))
+    means, errors, wanted = np.concatenate(rows, axis=1)
+    away, scale = means - wanted, float(np.ptp(wanted))
+    rms = float(np.sqrt(np.mean(away**2)))
+    spread = float(np.sqrt(np.nansum((away * errors) ** 2))) / (len(away) * rms) if rms else 0.0
+    return Error(float(means.mean()), float(wanted.mean()), QUANTITIES[argument], rms / scale, spread / scale)
+
+
+def _read_line(results: Results, name: str, height: float, x: np.ndarray) -> np.ndarray:
+    """Depth average of a time mean, of a vector its vertical component, at height [m] and the places `x` [m]."""
+    field = results.data[name].astype(float)
+    upward = field.sel(component="z") if "component" in field.dims else field
+    line = at_height(depth_average(upward), height)
+    return np.interp(x, line["x"].values, line.values)

@@ -1,0 +1,62 @@
+"""Error against core-seconds a simulated second: a panel a measure, a colour a knob, the Pareto front as a line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from postproc.style import BLUE, DPI, GREEN, GREY, INK, ORANGE, PAGE, SKY, VERMILION, journal_style, save
+
+_COLOURS = (BLUE, VERMILION, GREEN, ORANGE, SKY, GREY)
+_MARKERS = "os^DvPX*<>hp"
+_PANEL = 2.9
+"""Height of a panel [in]."""
+
+
+def draw(rows: list[dict[str, Any]], knobs: list[str], title: str, path: Path) -> Path:
+    """Draw the rows of `tabulate` to `path`; a member belongs to the first knob in which it is not the base."""
+    shown = [row for row in rows if row["error"] and row["core_seconds_per_second"]]
+    measures = list(dict.fromkeys(row["measure"] for row in rows))
+    with journal_style():
+        picture = Figure(figsize=(PAGE, _PANEL * len(measures) + 0.4), dpi=DPI, layout="constrained")
+        FigureCanvasAgg(picture)
+        picture.suptitle(title, parse_math=False, fontsize=9)
+        panels = picture.subplots(len(measures), 1, squeeze=False)[:, 0]
+        for axes, measure in zip(panels, measures, strict=True):
+            _draw_panel(axes, [row for row in shown if row["measure"] == measure], knobs)
+            axes.set_ylabel(f"{measure}\nrelative error [-]")
+        panels[-1].set_xlabel("Core-seconds a simulated second")
+        return save(picture, path, title)
+
+
+def _draw_panel(axes: Axes, rows: list[dict[str, Any]], knobs: list[str]) -> None:
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    if not rows:
+        axes.text(0.5, 0.5, "no member came to its end", transform=axes.transAxes, ha="center")
+        return
+    base = next((row for row in rows if row["member"] == "base"), rows[0])
+    named: set[int] = set()
+    for row in rows:
+        differs = [n for n, knob in enumerate(knobs) if row[knob] != base[knob]]
+        which = differs[0] if differs else len(knobs)
+        label = (knobs[which] if differs else "base") if which not in named else None
+        named.add(which)
+        place = row["core_seconds_per_second"], row["error"]
+        axes.errorbar(
+            *place,
+            yerr=row["stderr"],
+            fmt=_MARKERS[which % len(_MARKERS)],
+            color=_COLOURS[which % len(_COLOURS)],
+            markersize=5,
+            capsize=2,
+            label=label,
+        )
+        axes.annotate(row["member"], place, (3, 3), textcoords="offset points", size=4.5, color=GREY)
+    front = sorted((row["core_seconds_per_second"], row["error"]) for row in rows if row["pareto"])
+    axes.plot(*zip(*front, strict=True), color=INK, linewidth=0.8, linestyle="--", label="Pareto front", zorder=0)
+    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))

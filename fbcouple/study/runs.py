@@ -1,0 +1,117 @@
+"""One run of a study: set up, run, or left as it is when an earlier call has finished it."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import signal
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from types import FrameType
+from typing import Literal
+
+import xarray as xr
+
+from fbcouple.case.load import load_case, write_case
+from fbcouple.case.schema import Case
+from fbcouple.errors import DivergedError, SolverError
+from fbcouple.launch import launch
+from fbcouple.layout import lay_out
+from fbcouple.study.source import Settings, word_settings
+
+ENDING = "ending.json"
+How = Literal["complete", "diverged", "failed", "out of time"]
+
+
+@dataclass(frozen=True)
+class Ending:
+    """How a run ended, in its own words, and the wall time [s] from set-up to end."""
+
+    how: How
+    text: str
+    seconds: float
+    ranks: int
+
+    @property
+    def is_final(self) -> bool:
+        """Would the same run end the same way again?"""
+        return self.how in ("complete", "diverged")
+
+
+class OutOfTimeError(Exception):
+    """The wall limit of a run is over."""
+
+
+def run_case(base: str, settings: Settings, run: Path, ranks: int, wall_limit: float) -> Ending:
+    """Run the case `base` under `settings` in the folder `run`, unless it has been run to its end there before.
+
+    A folder that holds another case, or one that did not end by itself, is laid out afresh.
+
+    Raises: CaseError if the case is wrong or the folder cannot be written.
+    """
+    case = load_case(base, word_settings(settings))
+    known = _read_ending(run, case, ranks)
+    if known:
+        return known
+    begin = time.monotonic()
+    shutil.rmtree(run, ignore_errors=True)
+    run.parent.mkdir(parents=True, exist_ok=True)
+    lay_out(base, run, word_settings(settings), trusted=False)
+    how, text = _start(run, ranks, wall_limit)
+    ending = Ending(how, text, time.monotonic() - begin, ranks)
+    (run / ENDING).write_text(json.dumps(asdict(ending)) + "\n")
+    return ending
+
+
+def _read_ending(run: Path, case: Case, ranks: int) -> Ending | None:
+    """The ending of this case on these ranks, if `run` holds it and it is final."""
+    if not (run / ENDING).is_file() or not (run / "case.toml").is_file():
+        return None
+    ending = Ending(**json.loads((run / ENDING).read_text()))
+    wanted = run / ".wanted.toml"
+    write_case(case, wanted)
+    same = wanted.read_text() == (run / "case.toml").read_text() and ending.ranks == ranks
+    wanted.unlink()
+    if not same or not ending.is_final or (ending.how == "complete" and not _is_complete(run)):
+        return None
+    return ending
+
+
+def _is_complete(run: Path) -> bool:
+    path = run / "results.nc"
+    if not path.is_file():
+        return False
+    with xr.open_dataset(path, decode_times=False) as data:
+        return bool(data.attrs.get("complete", 0))
+
+
+def _start(run: Path, ranks: int, wall_limit: float) -> tuple[How, str]:
+    try:
+        with limit_wall(wall_limit):
+            launch(run, ranks, None, True, lambda row: None)
+    except DivergedError as error:
+        return "diverged", str(error)
+    except SolverError as error:
+        return "failed", str(error)
+    except OutOfTimeError:
+        return "out of time", f"ended after {wall_limit:g} s of wall time"
+    return "complete", ""
+
+
+@contextmanager
+def limit_wall(seconds: float) -> Iterator[None]:
+    """Raise OutOfTimeError in the block when `seconds` of wall time are over (main thread only)."""
+
+    def end(number: int, frame: FrameType | None) -> None:
+        raise OutOfTimeError
+
+    before = signal.signal(signal.SIGALRM, end)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)

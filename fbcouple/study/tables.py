@@ -1,0 +1,84 @@
+"""Tables of a study on disk: CSV, JSON with one object a row, and one page of HTML that holds its pictures."""
+
+from __future__ import annotations
+
+import base64
+import csv
+import io
+import json
+import math
+import os
+import platform
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from fbcouple.places import TEMPLATES
+
+Row = dict[str, Any]
+Tables = dict[str, list[Row]]
+
+
+def describe_machine() -> str:
+    """System and cores of this machine, in words."""
+    return f"{platform.system()} {platform.machine()}, {len(os.sched_getaffinity(0))} cores"
+
+
+def show_cell(value: Any) -> str:
+    """A value as a table for people has it: four digits, nothing for None."""
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "yes" if value else ""
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def write_tables(folder: Path, name: str, tables: Tables, about: Row) -> list[Path]:
+    """Write NAME.json with `about` and every table, and a CSV file for each table; each under a temporary name first.
+
+    A number that is not finite is null in JSON. Returns: the files.
+    """
+    files = [folder / f"{name}.json"]
+    _write(
+        files[0], json.dumps(about | {k: [_spare(row) for row in rows] for k, rows in tables.items()}, indent=1) + "\n"
+    )
+    for table, rows in tables.items():
+        if rows:
+            text = io.StringIO()
+            writer = csv.DictWriter(text, list(dict.fromkeys(key for row in rows for key in row)), lineterminator="\n")
+            writer.writeheader()
+            writer.writerows(rows)
+            files.append(folder / f"{table}.csv")
+            _write(files[-1], text.getvalue())
+    return files
+
+
+def _spare(row: Row) -> Row:
+    return {key: None if isinstance(v, float) and not math.isfinite(v) else v for key, v in row.items()}
+
+
+def write_page(path: Path, title: str, note: str, pictures: Sequence[Path], tables: Tables, mark: str) -> Path:
+    """Write a page with the pictures inside it; rows whose column `mark` holds are marked."""
+    environment = Environment(
+        loader=FileSystemLoader(TEMPLATES / "study"), undefined=StrictUndefined, autoescape=True, trim_blocks=True
+    )
+    shown = []
+    for name, rows in tables.items():
+        columns = [
+            c for c in dict.fromkeys(k for r in rows for k in r) if any(r.get(c) not in (None, "") for r in rows)
+        ]
+        cells = [{"marked": bool(r.get(mark)), "cells": [show_cell(r.get(c)) for c in columns]} for r in rows]
+        shown.append({"title": name, "columns": columns, "rows": cells})
+    coded = [base64.b64encode(picture.read_bytes()).decode() for picture in pictures]
+    page = environment.get_template("page.html").render(title=title, note=note, pictures=coded, tables=shown)
+    _write(path, page)
+    return path
+
+
+def _write(path: Path, text: str) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    fresh = path.with_name(path.name + ".part")
+    fresh.write_text(text, encoding="utf-8")
+    fresh.replace(path)

@@ -1,0 +1,47 @@
+"""Pareto front, slopes and orders, on numbers whose answer is known."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from fbcouple.study.fronts import find_coordinate, fit_slope, mark_pareto, tabulate_knobs
+from fbcouple.study.members import Member
+
+
+def test_front():
+    costs = [1.0, 2.0, 3.0, 2.0, 4.0, math.nan, 0.1]
+    errors = [0.5, 0.2, 0.2, 0.4, 0.1, 0.0, math.nan]
+    assert mark_pareto(costs, errors) == [True, True, False, False, True, False, False]
+
+
+def test_equal_members_are_both_on_the_front():
+    assert mark_pareto([1.0, 1.0], [0.1, 0.1]) == [True, True]
+
+
+@pytest.mark.parametrize(
+    ("value", "expected"), [(2.0, 2.0), (3, 3.0), ([2, 4, 8], 4.0), ("explicit", None), (True, None), (0.0, None)]
+)
+def test_coordinate(value, expected):
+    assert find_coordinate(value) == (None if expected is None else pytest.approx(expected))
+
+
+def test_slope_of_a_power_law():
+    x = [1e-3, 2e-3, 4e-3]
+    assert fit_slope(x, [5 * v**1.5 for v in x]) == pytest.approx(1.5)
+    assert math.isnan(fit_slope([1.0, 1.0], [1.0, 2.0]))
+
+
+def test_knobs_are_told_apart():
+    """error = step^2 for one scheme and step for the other, cost = 1/step."""
+    steps = (1.0, 2.0, 4.0)
+    members = [Member(f"{s}{p}", {}, {"step": s, "scheme": p}) for p in ("a", "b") for s in steps]
+    costs = [1 / m.knobs["step"] for m in members]
+    errors = [m.knobs["step"] ** (2 if m.knobs["scheme"] == "a" else 1) for m in members]
+    rows = list(tabulate_knobs(members, costs, errors))
+    steps_rows = [row for row in rows if row["knob"] == "step"]
+    assert [row["order"] for row in steps_rows] == pytest.approx([2.0, 1.0])
+    assert [row["slope"] for row in steps_rows] == pytest.approx([-2.0, -1.0])
+    assert [row["gain"] for row in rows if row["knob"] == "scheme"] == pytest.approx([1.0, 2.0, 4.0])
+    assert all(row["order"] is None for row in rows if row["knob"] == "scheme")

@@ -1,0 +1,91 @@
+"""A study file: its members, and every mistake of it at once."""
+
+from __future__ import annotations
+
+import pytest
+
+from fbcouple.errors import CaseError
+from fbcouple.study.error_vs_time import plan_members
+from fbcouple.study.schema import Study
+from fbcouple.study.source import list_studies, read_study
+
+
+def plan(path):
+    return plan_members(*read_study(str(path), Study))
+
+
+def problems_of(path) -> list[str]:
+    with pytest.raises(CaseError) as caught:
+        plan(path)
+    return caught.value.problems
+
+
+def test_grid_has_every_combination_once(write):
+    members = plan(write())
+    assert [m.knobs for m in members] == [
+        {"gas.max_step": step, "exchange.scheme": scheme}
+        for step in (1e-3, 2e-3)
+        for scheme in ("explicit", "exponential")
+    ]
+    assert [m.name for m in members][1::2] == ["max_step-0.001", "max_step-0.002"]
+    assert all(m.settings["gas.max_courant"] == 10.0 for m in members)
+    assert "exchange.scheme" not in members[1].settings, "the base's own value is not set again"
+
+
+def test_each_has_the_base_and_one_knob_at_a_time(write):
+    members = plan(write(('design = "grid"\n', "")))
+    assert [m.name for m in members] == ["base", "max_step-0.001", "max_step-0.002", "scheme-explicit"]
+
+
+def test_reference_is_the_last_and_ranks_are_no_case_key(write):
+    text = ('"exponential"]', '"exponential"]\nranks = [1, 2]\n[reference]\ngas.max_step = 5e-4')
+    members = plan(write(text, ('["path"]', '["path", "finest:solids_centre_z"]')))
+    assert len(members) == 9 and members[-1].name == "reference"
+    assert members[-1].settings["gas.max_step"] == 5e-4
+    assert sorted({m.ranks for m in members}) == [1, 2] and all("ranks" not in m.settings for m in members)
+
+
+def test_a_knob_of_lists(write):
+    members = plan(write(("gas.max_step = [1e-3, 2e-3]", "domain.cells = [[1, 1, 6], [2, 2, 12]]")))
+    assert [m.name for m in members] == ["scheme-explicit", "base", "cells-2x2x12_scheme-explicit", "cells-2x2x12"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "mend"),
+    [
+        ("title", "titel", "titel", "did you mean `title`"),
+        ('design = "grid"', 'design = "gird"', "design", 'did you mean "grid"'),
+        ("gas.max_step =", "gas.max_stp =", "knobs.gas.max_stp", "did you mean `gas.max_step`"),
+        ("[1e-3, 2e-3]", "1e-3", "knobs.gas.max_step", "write [a, b, ...]"),
+        ("[1e-3, 2e-3]", "[1e-3, -2.0]", "gas.max_step", "a number above 0"),
+        ('"explicit", ', '"explizit", ', "exchange.scheme", 'did you mean "explicit"'),
+        ('["path"]', '["pat"]', "measures", "did you mean `path`"),
+        ('["path"]', '["path:z"]', "measures", "`path` without an argument"),
+        ('["path"]', '["finest:solids_center_z"]', "measures", "did you mean `finest:solids_centre_z`"),
+        ('["path"]', '["finest:solids_centre_z"]', "measures", "add [reference]"),
+        ("gas.max_courant = 10.0", "gas.max_couran = 10.0", "set.gas.max_couran", "did you mean `gas.max_courant`"),
+        ('"case.toml"', '"cas.toml"', "base", "neither a shipped case nor a file"),
+    ],
+)
+def test_mistake_names_key_and_mend(write, old, new, key, mend):
+    problems = problems_of(write((old, new)))
+    assert any(key in problem and mend in problem for problem in problems), problems
+
+
+def test_mistakes_come_all_at_once(write):
+    path = write(("gas.max_step =", "gas.max_stp ="), ('["path"]', '["pat"]'), ("gas.max_courant", "gas.max_couran"))
+    assert len(problems_of(path)) == 3
+
+
+def test_mistakes_of_several_members(write):
+    path = write(("[1e-3, 2e-3]", "[1e-3, -2.0]"), ('"explicit", ', '"explizit", '))
+    text = "\n".join(problems_of(path))
+    assert "-2" in text and "explizit" in text
+
+
+@pytest.mark.parametrize("name", list_studies())
+def test_shipped_error_studies_have_twelve_members(name):
+    if "scenes" in list_studies()[name].read_text():
+        return
+    members = plan(name)
+    assert len(members) >= 12

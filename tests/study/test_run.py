@@ -1,0 +1,57 @@
+"""A whole study with real runs: what is done is left alone, the exact solution is met at the known order."""
+
+from __future__ import annotations
+
+import csv
+import json
+
+import pytest
+from click.testing import CliRunner
+
+from fbcouple.case.load import load_case
+from fbcouple.case.preflight import terminal_velocity
+from fbcouple.cli import cli
+from fbcouple.study.measures import _solve_path
+
+SHORT = (("[set]\n", "[set]\nend_time = 0.04\noutput.record_every = 2e-3\n"), ('"exponential"]', '"semi-implicit"]'))
+
+
+def call(*arguments: object):
+    return CliRunner().invoke(cli, [str(argument) for argument in arguments])
+
+
+def test_study_runs_once_and_says_what_it_found(write, tmp_path):
+    path, out = write(*SHORT), tmp_path / "out"
+    first = call("study", "error-vs-time", path, "-o", out)
+    assert first.exit_code == 0, first.output
+    table = json.loads((out / "study.json").read_text())
+    rows = {row["member"]: row for row in table["members"]}
+    assert len(rows) == 4 and all(row["how"] == "complete" for row in rows.values())
+    coarse, fine = (rows[f"max_step-{step}_scheme-explicit"]["error"] for step in ("0.002", "0.001"))
+    assert coarse / fine == pytest.approx(2.0, rel=0.2), "first order in the fluid step"
+    assert any(row["pareto"] for row in rows.values())
+    assert table["machine"] and (out / "study.png").stat().st_size > 10_000
+    with (out / "members.csv").open() as file:
+        assert [float(row["error"]) for row in csv.DictReader(file)] == [row["error"] for row in table["members"]]
+    assert "data:image/png;base64" in (out / "study.html").read_text()
+
+    results = sorted(out.glob("members/*/results.nc"))
+    times = [result.stat().st_mtime_ns for result in results]
+    (results[0].parent / "ending.json").unlink()
+    again = call("study", "error-vs-time", path, "-o", out)
+    assert again.exit_code == 0
+    renewed = [result.stat().st_mtime_ns != time for result, time in zip(results, times, strict=True)]
+    assert renewed == [True, False, False, False], "only the member without an ending is run again"
+
+
+def test_mistakes_end_with_one_line_each_and_nothing_written(write, tmp_path):
+    path = write(("gas.max_step =", "gas.max_stp ="), ('["path"]', '["pat"]'))
+    done = call("study", "error-vs-time", path, "-o", tmp_path / "out")
+    assert done.exit_code == 1 and len(done.stderr.splitlines()) == 2
+    assert not (tmp_path / "out").exists()
+
+
+def test_path_ends_at_the_terminal_velocity(write):
+    case = load_case(str(write().parent / "case.toml"))
+    way = _solve_path(case, [0.0, 1.0, 1.1])
+    assert case.gas.inlet_velocity - (way[2] - way[1]) / 0.1 == pytest.approx(terminal_velocity(case), rel=1e-6)
