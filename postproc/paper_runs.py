@@ -28,6 +28,18 @@ _SHARED: dict[str, Any] = {
     "exchange.filter_passes": 1,
     "exchange.pressure_gradient": True,
 }
+# What none of them has: absent or empty, or as the second says.
+_ABSENT: dict[str, Any] = {
+    "domain.periodic": None,
+    "particles.mixture": None,
+    "particles.spread": None,
+    "contact.pairs": None,
+    "contact.walls": None,
+    "contact.model": "hooke",
+    "contact.tangential": "no-history",
+    "exchange.voidage": "trilinear",
+    "exchange.diffusion_width": None,
+}
 _NOZZLES = {(17, 3, 55): [3, 3], (35, 6, 110): [5, 4], (70, 12, 220): [10, 8]}
 
 
@@ -68,6 +80,8 @@ def identify(results: Results) -> tuple[str, list[str]]:
     """Tell which numerics (`AS_PRINTED`, `AS_COMPUTED`) and which rows of `BEDS` a run is; no row if it is none."""
     case = results.case
     if not all(_agrees(_look_up(case, key), wanted) for key, wanted in _SHARED.items()):
+        return "", []
+    if any(_look_up(case, key) and _look_up(case, key) != allowed for key, allowed in _ABSENT.items()):
         return "", []
     restitution = _look_up(case, "contact.restitution")
     cells = tuple(_look_up(case, "domain.cells"))

@@ -17,7 +17,7 @@ from fbcouple.case.checks import list_problems
 from fbcouple.case.options import list_sections
 from fbcouple.case.problems import Problem, show, word_errors
 from fbcouple.case.schema import Case, as_tuple
-from fbcouple.case.source import apply_settings, find_case, read_case
+from fbcouple.case.source import FILE_NAME, apply_settings, find_case, read_case
 from fbcouple.errors import CaseError
 
 
@@ -43,7 +43,10 @@ def load_case(name: str, sets: Sequence[str] = ()) -> Case:
 
 
 def _word_place(name: str, path: Path) -> str:
-    place = name if name.endswith(path.name) else f"{name.rstrip('/')}/{path.name}"
+    if name.endswith(path.name):
+        place = name
+    else:  # a folder, or a shipped name: patil/c2 is patil/c2/case.toml, patil/c6 is patil/c6.toml
+        place = f"{name.rstrip('/')}/{path.name}" if path.name == FILE_NAME else f"{name}.toml"
     return place if place.isprintable() else show(place)
 
 

@@ -258,6 +258,13 @@ def test_unknown_shipped_name_is_suggested():
     assert "did you mean `patil/c2`" in problem and "fbcouple cases" in problem
 
 
+def test_mistake_in_a_shipped_file_names_it(monkeypatch, tmp_path):
+    monkeypatch.setattr("fbcouple.places.CASES", tmp_path)
+    (tmp_path / "bed").mkdir()
+    (tmp_path / "bed/deep.toml").write_text("end_time = 1\n")
+    assert all(problem.startswith("bed/deep.toml: ") for problem in problems_of("bed/deep"))
+
+
 def test_set_is_no_case():
     (problem,) = problems_of("patil/all")
     assert "is a set of cases" in problem
