@@ -13,6 +13,7 @@ from typing import Any
 
 MODULES = (
     "contact",
+    "single_impact",
     "friction",
     "oblique",
     "hertz",
