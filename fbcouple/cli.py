@@ -191,6 +191,7 @@ def require_run(run: Path) -> None:
 @click.option("--queue", help="Partition or queue.")
 @click.option("--account", help="Account or project.")
 @click.option("--chain", type=click.IntRange(min=1), help="Hand in so many jobs, one after the other; no requeueing.")
+@take_trust
 def batch(place: Path, scheduler: str, **request: Any) -> None:
     """Write the job script of RUN for a batch system; of a folder of runs, an array job."""
     from fbcouple.batch.jobs import Request, write_job

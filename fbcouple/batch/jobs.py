@@ -12,8 +12,10 @@ from pathlib import Path
 
 from fbcouple.batch.schedulers import SCHEDULERS, Scheduler
 from fbcouple.case.checks import needed_memory
+from fbcouple.case.drag_file import require_trust
 from fbcouple.case.load import load_case
 from fbcouple.case.problems import show
+from fbcouple.case.schema import Case
 from fbcouple.case.source import FILE_NAME
 from fbcouple.decks.render import make_environment
 from fbcouple.errors import CaseError
@@ -31,7 +33,7 @@ class Request:
     """What a job asks for: ranks, wall-time limit and notice before it [s], memory [MiB], modules, queue, account.
 
     `memory` None: estimated from the case. `chain`: jobs that are handed in one after the other; None: one job that
-    requeues itself until the run is done.
+    requeues itself until the run is done. `trusted`: the job may run the code that the case brings.
     """
 
     ranks: int
@@ -42,6 +44,7 @@ class Request:
     queue: str | None = None
     account: str | None = None
     chain: int | None = None
+    trusted: bool = False
 
 
 def find_runs(place: Path) -> list[Path]:
@@ -67,7 +70,11 @@ def write_job(place: Path, scheduler: str, request: Request) -> tuple[Path, Path
     _require_sound(place.resolve(), runs, system, scheduler, request)
     folder = place.resolve() / "batch"
     job, submit = folder / f"{scheduler}.sh", folder / f"submit-{scheduler}.sh"
-    memory = request.memory or estimate_memory(runs, request.ranks)
+    cases = [load_case(str(run)) for run in runs]
+    for case in cases:
+        require_trust(case, request.trusted)
+    memory = request.memory or estimate_memory(cases, request.ranks)
+    limit = "" if system.warns else f" --wall-limit {request.limit - request.notice}"
     minutes = request.limit // 60
     first, then = system.submit(shlex.quote(str(job)))
     context = {
@@ -82,7 +89,7 @@ def write_job(place: Path, scheduler: str, request: Request) -> tuple[Path, Path
         "minutes_limit": minutes,
         "notice": request.notice,
         "minutes_notice": math.ceil(request.notice / 60),
-        "limit_option": "" if system.warns else f" --wall-limit {request.limit - request.notice}",
+        "options": limit + (" --trust" if request.trusted else ""),
         "requeues": request.chain is None,
         "modules": request.modules,
         "queue": request.queue,
@@ -103,9 +110,9 @@ def write_job(place: Path, scheduler: str, request: Request) -> tuple[Path, Path
     return job, submit
 
 
-def estimate_memory(runs: list[Path], ranks: int) -> int:
-    """Memory [MiB] that the largest of `runs` needs on `ranks` ranks, all of them together."""
-    largest = max(needed_memory(load_case(str(run))) for run in runs)
+def estimate_memory(cases: list[Case], ranks: int) -> int:
+    """Memory [MiB] that the largest of `cases` needs on `ranks` ranks, all of them together."""
+    largest = max(needed_memory(case) for case in cases)
     return math.ceil(_RANK_MEMORY * ranks + _MARGIN * largest / 2**20)
 
 

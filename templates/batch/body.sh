@@ -30,7 +30,7 @@ echo running > "$state"
 job=
 trap '[ -z "$job" ] || kill -USR1 "$job" 2>/dev/null' USR1
 trap '[ -z "$job" ] || kill -TERM "$job" 2>/dev/null' TERM
-{{ python | shell }} -m fbcouple.cli run "$run" -n {{ ranks }}{{ limit_option }} ${how[@]+"${how[@]}"} &
+{{ python | shell }} -m fbcouple.cli run "$run" -n {{ ranks }}{{ options }} ${how[@]+"${how[@]}"} &
 job=$!
 wait "$job"
 code=$?

@@ -134,9 +134,24 @@ def test_single_run_is_no_array_and_what_is_not_asked_for_leaves_no_trace(runs, 
 
 def test_memory_is_ranks_and_the_largest_case(runs):
     write_case(load_case("patil/c3"), runs / "b/case.toml")
-    one, four = (estimate_memory([runs / "a", runs / "b"], ranks) for ranks in (1, 4))
+    middle, fine = (load_case(f"patil/{name}") for name in ("c2", "c3"))
+    one, four = (estimate_memory([middle, fine], ranks) for ranks in (1, 4))
     assert four - one == 1200
-    assert one == estimate_memory([runs / "b"], 1) > estimate_memory([runs / "a"], 1) > 400
+    assert one == estimate_memory([fine], 1) > estimate_memory([middle], 1) > 400
+    text = write_job(runs, "pbs", request_of("pbs"))[0].read_text()
+    assert f":mem={four}mb" in text
+
+
+def test_case_that_brings_code_needs_trust_which_the_job_hands_on(runs):
+    run = runs / "a"
+    (run / "law.py").write_text("def beta(voidage, slip, diameter, density, viscosity):\n    return diameter\n")
+    settings = ["exchange.drag=own", "exchange.drag_file=law.py"]
+    write_case(load_case(str(run), settings), run / "case.toml")
+    with pytest.raises(CaseError, match="--trust"):
+        write_job(run, "slurm", request_of("slurm"))
+    assert not (run / "batch").exists()
+    job, _ = write_job(run, "slurm", request_of("slurm", trusted=True))
+    assert 'run "$run" -n 4 --trust ' in job.read_text()
 
 
 @pytest.mark.parametrize(("scheduler", "variable"), [("slurm", "SLURM_ARRAY_TASK_ID"), ("pbs", "PBS_ARRAY_INDEX")])
