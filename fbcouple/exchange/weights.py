@@ -12,13 +12,18 @@ from numba import njit
 from fbcouple.errors import DivergedError
 from fbcouple.exchange.plan import Patch
 
+_BLOCK = 128
+"""Particles whose coordinates go through the SIMD loop at once: they stay in the first cache."""
+
 
 class Weights:
     """Stencils of this rank's particles: `base` (n,) flat place of the lower cell, `upper` (n, 3) weight above it."""
 
     def __init__(self, patch: Patch) -> None:
-        grid, self._patch = patch.grid, patch
-        self._box = 1.0 / grid.spacing, np.array(patch.low), np.array(patch.high), patch.walls
+        self._patch = patch
+        nx, ny, _ = patch.shape
+        axes = 1.0 / patch.grid.spacing, *patch.walls, patch.low, patch.high, (1, nx, nx * ny)
+        self._box = np.array([np.tile(values, _BLOCK) for values in axes], dtype=float)
         self._room: int = 0
         self._base = np.empty(0, np.uint64)
         self._upper = np.empty((0, 3))
@@ -34,8 +39,9 @@ class Weights:
             self._room = n + n // 4
             self._base, self._upper = np.empty(self._room, np.uint64), np.empty((self._room, 3))
         self.base, self.upper = self._base[:n], self._upper[:n]
-        stray = _locate(positions, *self._box, self.base, self.upper)
-        report_stray(self._patch, positions, stray)
+        places = np.ascontiguousarray(positions).ravel()
+        if _locate(places, self._box, self.base, self.upper.ravel()):
+            report_stray(self._patch, positions, _find_stray(places, self._box, self.base, self.upper.ravel()))
 
 
 def report_stray(patch: Patch, positions: np.ndarray, stray: int) -> None:
@@ -49,34 +55,39 @@ def report_stray(patch: Patch, positions: np.ndarray, stray: int) -> None:
         )
 
 
-@njit(inline="always")
-def _stand(s, low, high, first, last):
-    """Lower cell in the patch and weight above it for `s`, the place in cells from the first centre; (-1, 0) if out."""
-    i = int(np.floor(s))
-    w = s - i
-    if i < first:
-        inside = i == first - 1
-        i, w = first, 0.0
-    else:
-        inside = i <= last
-        if i == last:
-            w = 0.0
-    inside = inside and i >= low and (i + 1 < high or (i < high and w == 0.0))
-    return (i - low, w) if inside else (-1, 0.0)
+@njit(cache=True, error_model="numpy")
+def _locate(places, box, base, upper):
+    """Fill `base` (n,) and flat `upper` (3 n,) for the flat `places` (3 n,) [m]; returns how many do not fit.
+
+    The rows of `box` have an entry for each of a block's coordinates, x, y, z in turn, so that the loop over them is a
+    SIMD loop: cells a metre, first and last cell between walls, edges of the patch, flat step in it.
+    """
+    scale, first, last, low, high, step = box[0], box[1], box[2], box[3], box[4], box[5]
+    cell = np.empty(len(scale))
+    strays = 0
+    for start in range(0, len(places), len(scale)):
+        n = min(len(scale), len(places) - start)
+        here, there = places[start : start + n], upper[start : start + n]
+        for q in range(n):
+            s = here[q] * scale[q] - 0.5
+            held = first[q] if s < first[q] else s
+            held = last[q] if held > last[q] else held
+            lower = np.floor(held)
+            weight = held - lower
+            end = lower if weight == 0.0 else lower + 1.0
+            fits = (s >= first[q] - 1.0) & (s < last[q] + 1.0) & (lower >= low[q]) & (end < high[q])
+            strays += 0 if fits else 1
+            there[q] = weight
+            cell[q] = (lower - low[q]) * step[q]
+        block = base[start // 3 : (start + n) // 3]
+        for q in range(n // 3):
+            block[q] = np.uint64(np.int64(cell[3 * q] + cell[3 * q + 1] + cell[3 * q + 2]))
+    return strays
 
 
-@njit(cache=True)
-def _locate(positions, scale, low, high, walls, base, upper):
-    nx = high[0] - low[0] + 1
-    ny = high[1] - low[1] + 1
-    for p in range(len(positions)):
-        i, wx = _stand(positions[p, 0] * scale[0] - 0.5, low[0], high[0], walls[0, 0], walls[1, 0])
-        j, wy = _stand(positions[p, 1] * scale[1] - 0.5, low[1], high[1], walls[0, 1], walls[1, 1])
-        k, wz = _stand(positions[p, 2] * scale[2] - 0.5, low[2], high[2], walls[0, 2], walls[1, 2])
-        if i < 0 or j < 0 or k < 0:
-            return p
-        base[p] = (k * ny + j) * nx + i
-        upper[p, 0] = wx
-        upper[p, 1] = wy
-        upper[p, 2] = wz
-    return -1
+def _find_stray(places, box, base, upper):
+    """The first particle that does not fit."""
+    strays = (
+        _locate(places[3 * p : 3 * p + 3], box, base[p : p + 1], upper[3 * p : 3 * p + 3]) for p in range(len(base))
+    )
+    return next(p for p, count in enumerate(strays) if count)
