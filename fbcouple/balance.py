@@ -13,22 +13,24 @@ class Balance:
 
     def __init__(self, comm: MPI.Comm) -> None:
         self._comm = comm
-        self._given, self._drag = np.zeros(3), 0.0
+        self._given, self._scale = np.zeros(3), 0.0
         self.momentum_error = 0.0
-        """Imbalance of the last step over its drag impulse (the sum of the magnitudes)."""
+        """Imbalance of the last step over its impulse: the sum of the drag's magnitudes or, in a liquid, what buoyancy
+        makes of the whole."""
         self.particles = 0
         self.support = 0.0
         """Upward force [N] of the gas on all particles in the last step."""
 
     def give(self, loss: np.ndarray, drag: float, dt: float) -> None:
-        """The gas of this rank lost the force `loss` (3,) [N] over `dt` [s]; its drag magnitudes add up to `drag`."""
-        self._given, self._drag = loss * dt, drag * dt
+        """The gas of this rank lost the force `loss` (3,) [N] over `dt` [s]; magnitudes of drag and extra forces
+        add up to `drag`."""
+        self._given, self._scale = loss * dt, max(drag, float(np.linalg.norm(loss))) * dt
 
     def receive(self, forces: np.ndarray, dt: float) -> None:
         """The particles of this rank were under the gas force `forces` (n, 3) [N] for `dt` [s] (collective)."""
         received = np.zeros(3)
         add_rows(forces, received)
-        totals = np.array([*(self._given - received * dt), self._drag, len(forces), received[2]])
+        totals = np.array([*(self._given - received * dt), self._scale, len(forces), received[2]])
         self._comm.Allreduce(MPI.IN_PLACE, totals)
         self.particles = round(totals[4])
         self.support = float(totals[5])

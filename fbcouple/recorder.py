@@ -72,7 +72,7 @@ class Recorder:
         if not balance.momentum_error <= _MOMENTUM_LIMIT:
             raise DivergedError(
                 f"gas and particles disagree on the momentum exchanged up to t = {scene.clock.time:.6g} s: "
-                f"{balance.momentum_error:.3g} of the drag impulse, allowed {_MOMENTUM_LIMIT:.0e}"
+                f"{balance.momentum_error:.3g} of the impulse, allowed {_MOMENTUM_LIMIT:.0e}"
             )
         if balance.particles != self._particles:
             lost = self._particles - balance.particles

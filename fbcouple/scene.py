@@ -17,7 +17,9 @@ from fbcouple.case.schema import Case
 from fbcouple.clock import Cadence, Clock
 from fbcouple.engines.liggghts import Grains
 from fbcouple.engines.openfoam.gas import Gas, GasState
-from fbcouple.exchange.coupling import NOBODY, Coupling, Particles
+from fbcouple.exchange.coupling import Coupling
+from fbcouple.exchange.forces import ADDED_MASS
+from fbcouple.exchange.particles import NOBODY, Particles
 from fbcouple.exchange.plan import Plan, find_patch
 from fbcouple.grid import Grid
 from fbcouple.results import STAGES
@@ -64,7 +66,8 @@ class Scene:
         """See this rank's particles as they are now, in `particles`; valid until the next move."""
         if self.grains:
             grains = self.grains
-            self.particles = Particles(grains.positions, grains.velocities, grains.radii, grains.masses)
+            last = grains.last_velocities if grains.remembers else None
+            self.particles = Particles(grains.positions, grains.velocities, grains.radii, grains.masses, last)
 
 
 def open_scene(case: Case, run: Path, comm: MPI.Comm, end: float) -> Scene:
@@ -76,7 +79,10 @@ def open_scene(case: Case, run: Path, comm: MPI.Comm, end: float) -> Scene:
         log = logs / "fluid.log" if comm.rank == 0 else Path("/dev/null")
         gas = Gas(run / "fluid", log, case.gas.density, case.gas.correctors, comm.size > 1)
     if case.particles:
-        grains = Grains(Path("grains/in.grains"), logs / "grains.log", comm)
+        virtual_mass = case.exchange is not None and case.exchange.virtual_mass
+        grains = Grains(Path("grains/in.grains"), logs / "grains.log", comm, remembers=virtual_mass)
+        if virtual_mass and case.gas:
+            grains.add_inertia(ADDED_MASS * case.gas.density)
     if gas and grains and case.particles:
         coupling = Coupling(case, comm, gas.centres, grains.bounds, reach=largest_diameter(case.particles))
     owned = grid.indices(gas.centres) if gas else _own_cells(grid, grains)

@@ -47,6 +47,7 @@ def start(scene: Scene) -> None:
         scene.coupling.map(scene.particles)
         scene.gas.start(scene.coupling.voidage)
         scene.coupling.read_gas(scene.gas.state)
+        derive_fields(scene)
 
 
 def move(scene: Scene) -> None:
@@ -108,6 +109,13 @@ def react(scene: Scene) -> None:
             gas, grains, factor = scene.gas, scene.grains, scene.dt / scene.clock.dt
             drag = scene.coupling.react(scene.particles, gas.state, factor, grains.gas_force, grains.forces)
             scene.balance.give(scene.coupling.find_gas_loss(gas.state), drag, scene.dt)
+            derive_fields(scene)
+
+
+def derive_fields(scene: Scene) -> None:
+    """What lift, viscous force and virtual mass of the next step want to know of the gas."""
+    if scene.coupling and scene.coupling.forces and scene.gas:
+        scene.coupling.forces.read(scene.gas.derive(scene.coupling.forces.fields))
 
 
 def average(scene: Scene) -> None:

@@ -223,6 +223,11 @@ class Exchange(Section):
     )
     filter_passes: int = option("Passes of the (1/4, 1/2, 1/4) filter (paper: 1).", default=0, ge=0, le=20)
     pressure_gradient: bool = option("Pressure-gradient force on the particles.", default=True)
+    viscous_force: bool = option("Viscous force V div(tau) of the gas on the particles.", default=False)
+    lift_force: bool = option("Lift of particles in shear (Saffman, Mei).", default=False)
+    virtual_mass: bool = option(
+        "Virtual mass of the particles, half the gas that they displace; contacts have it too.", default=False
+    )
 
 
 class Averages(Section):

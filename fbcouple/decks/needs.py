@@ -172,6 +172,24 @@ def _pressure_gradient_force(case: Case) -> tuple[bool, str]:
 
 
 @_part
+def _viscous_force(case: Case) -> tuple[bool, str]:
+    wanted = case.exchange is not None and case.exchange.viscous_force
+    return wanted, "exchange.viscous_force" if wanted else "not asked for"
+
+
+@_part
+def _lift_force(case: Case) -> tuple[bool, str]:
+    wanted = case.exchange is not None and case.exchange.lift_force
+    return wanted, "exchange.lift_force" if wanted else "not asked for"
+
+
+@_part
+def _virtual_mass(case: Case) -> tuple[bool, str]:
+    wanted = case.exchange is not None and case.exchange.virtual_mass
+    return wanted, "exchange.virtual_mass" if wanted else "not asked for"
+
+
+@_part
 def _averages(case: Case) -> tuple[bool, str]:
     return case.averages is not None, "[averages] in the case" if case.averages else "no [averages]"
 

@@ -43,8 +43,10 @@ class Grains:
     next `advance`: ask again after it.
     """
 
-    def __init__(self, deck: Path, log: Path, comm: MPI.Comm) -> None:
-        """Read the deck `deck`; relative names in it start from the folder of the deck."""
+    def __init__(self, deck: Path, log: Path, comm: MPI.Comm, remembers: bool = False) -> None:
+        """Read the deck `deck`; relative names in it start from the folder of the deck. If it `remembers`, every
+        `advance` first keeps the velocities; the deck has a place for them."""
+        self.remembers = remembers
         self._library = load_library(LIBRARY, _FUNCTIONS, "sudo apt-get install liggghts")
         screen = log.with_suffix(".screen")
         words = [b"liggghts", b"-log", os.fsencode(log), b"-screen", os.fsencode(screen)]
@@ -103,6 +105,17 @@ class Grains:
         pointer = self._library.lammps_extract_fix(self._lammps, b"dragforce", 1, 2, 0, 0)
         return self._view(pointer, ctypes.c_double, self.count, 3)
 
+    @property
+    def last_velocities(self) -> np.ndarray:
+        """Velocities [m/s] before the last `advance`, shape (count, 3); only if it `remembers`."""
+        pointer = self._library.lammps_extract_fix(self._lammps, b"lastVelocity", 1, 2, 0, 0)
+        return self._view(pointer, ctypes.c_double, self.count, 3)
+
+    def add_inertia(self, density: float) -> None:
+        """Let each particle have the mass of its own density and of `density` [kg m-3] more; once or again."""
+        own = self._atoms("density", ctypes.c_double)
+        self.masses[:] = 4.0 / 3.0 * np.pi * self.radii**3 * (own + density)
+
     def ghost_positions(self) -> np.ndarray:
         """Centres [m] of this rank's particles and of its neighbours' near its border, shape (>= count, 3)."""
         rows = self.count + self._global("nghost", ctypes.c_int).value
@@ -115,6 +128,8 @@ class Grains:
 
     def advance(self, steps: int, first: bool = False) -> None:
         """Take `steps` DEM steps (collective); `first` also sets up, afterwards the run continues as it stands."""
+        if self.remembers:
+            self.last_velocities[:] = self.velocities
         self.command(f"run {steps}" if first else f"run {steps} pre no post no")
 
     def command(self, line: str) -> None:

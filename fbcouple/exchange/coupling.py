@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -14,23 +13,12 @@ from fbcouple.exchange import momentum
 from fbcouple.exchange.diffusion import Diffusion, find_margin
 from fbcouple.exchange.drag import choose_law
 from fbcouple.exchange.filter import filtered
+from fbcouple.exchange.forces import Forces, choose_forces
 from fbcouple.exchange.momentum import DRAG_SCHEMES
+from fbcouple.exchange.particles import Particles
 from fbcouple.exchange.plan import Plan, find_patch
 from fbcouple.exchange.voidage import VOIDAGE_METHODS, find_spread
 from fbcouple.grid import Grid
-
-
-@dataclass(frozen=True)
-class Particles:
-    """This rank's particles as the solver shows them now: positions, velocities (n, 3), radii, masses (n,)."""
-
-    positions: np.ndarray
-    velocities: np.ndarray
-    radii: np.ndarray
-    masses: np.ndarray
-
-
-NOBODY = Particles(np.empty((0, 3)), np.empty((0, 3)), np.empty(0), np.empty(0))
 
 
 class Coupling:
@@ -58,6 +46,10 @@ class Coupling:
         self._explicit = case.exchange.scheme == "explicit"
         self._push = float(case.exchange.pressure_gradient)
         self._lift = self._push * case.gas.density * case.gravity
+        self.forces = None
+        if names := choose_forces(case):
+            self.forces = Forces(case, names, self.plan, self._smooth_field)
+            self._lift += self.forces.weight
         cells = len(centres)
         self.voidage = np.ones(cells)
         self.drag_coefficient, self.drag_source = np.zeros(cells), np.zeros((cells, 3))
@@ -92,7 +84,7 @@ class Coupling:
         self._gas_rows[: self._layers, ..., 3] = voidage[..., 0]
         self.beta = self._beta[: len(particles.positions)]
         field = self._fields[4][: self._layers]
-        rows = self._mapping.open(field)
+        rows, gas_rows = self._mapping.open(field), self._mapping.read(self._gas_rows, 4)
         momentum.exert(
             self._law.kernel,
             DRAG_SCHEMES[self._options.scheme],
@@ -101,13 +93,15 @@ class Coupling:
             particles.velocities,
             particles.radii,
             particles.masses,
-            self._mapping.read(self._gas_rows, 4),
+            gas_rows,
             self._gas.density,
             self._gas.viscosity,
             dt,
             self.beta,
             rows,
         )
+        if self.forces:
+            self.forces.exert(particles, self._mapping, gas_rows, dt, rows)
         self._mapping.write(rows, field)
         self._add_up(4)
         momentum.spread_over_volume(self._deposit[4], self._cell_volume, *self.gas_input[1:])
@@ -118,8 +112,8 @@ class Coupling:
         """Put the particles under `factor` times the force of the new gas, in place.
 
         gas (cells, 6): velocity [m/s] and pressure gradient [Pa/m]; held (n, 3) [N]: the gas force of the next
-        sub-steps; current (n, 3) [N]: the total force that their next half kick starts from. Returns the summed drag
-        magnitude [N] without the factor (collective).
+        sub-steps; current (n, 3) [N]: the total force that their next half kick starts from. Returns the sum of the
+        magnitudes [N] of drag and extra forces without the factor (collective).
         """
         before = self._gas_rows[..., :3].copy() if self._explicit else None
         self.read_gas(gas)
@@ -127,7 +121,7 @@ class Coupling:
         if before is not None:
             rows = rows.copy()
             rows[..., :3] = before
-        return momentum.react(
+        drag = momentum.react(
             *self._mapping.stencil,
             self._mapping.read(rows, 8),
             self.beta,
@@ -139,6 +133,9 @@ class Coupling:
             held,
             current,
         )
+        if self.forces:
+            drag += self.forces.hand_over(self._mapping, self._mapping.read(self._gas_rows, 4), factor, held, current)
+        return drag
 
     def read_gas(self, gas: np.ndarray) -> None:
         """Bring velocity and pressure gradient (cells, 6) to the particles' patch, filtered (collective)."""
@@ -153,7 +150,9 @@ class Coupling:
 
     def _smooth(self, components: int) -> np.ndarray:
         """Diffuse and filter a patch field as far as the case asks for it; the operators commute."""
-        field, scratch = (fields[components][: self._layers] for fields in (self._fields, self._scratch))
+        return self._smooth_field(*(fields[components][: self._layers] for fields in (self._fields, self._scratch)))
+
+    def _smooth_field(self, field: np.ndarray, scratch: np.ndarray) -> np.ndarray:
         if self._diffusion:
             self._diffusion.smooth(field)
         return filtered(field, self._options.filter_passes, scratch)
@@ -172,15 +171,16 @@ class Coupling:
         return self.voidage, self.drag_coefficient, self.drag_source
 
     def find_gas_loss(self, gas: np.ndarray) -> np.ndarray:
-        """Force [N], shape (3,), that this rank's cells gave up by the step to `gas` (cells, 6)."""
+        """Force [N], shape (3,), that this rank's cells gave up by the step to `gas` (cells, 6) and the particles are
+        still to get."""
         loss = np.zeros(3)
         momentum.find_loss(gas, *self.gas_input, self._push, self._lift, loss)
-        return self._cell_volume * loss
+        return self._cell_volume * loss - (self.forces.moved if self.forces else 0.0)
 
     def _add_up(self, components: int) -> None:
         """Smooth a patch field and add it up at the owners of the cells (collective)."""
-        field = self._smooth(components)
-        self.plan.deposit(field, self._deposit[components])
+        # The last layer, the extra one, holds nothing that counts: what a higher bed left there.
+        self.plan.deposit(self._smooth(components)[:-1], self._deposit[components])
 
     def _make_room(self, count: int) -> None:
         if count > self._room:

@@ -39,7 +39,19 @@ def conservation_periodic(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     yield from conserve(place, comm, _BED | {"domain": _BED["domain"] | {"periodic": ["x", "y"]}}, _DRIFT)
 
 
-def conserve(place: Path, comm: MPI.Comm, bed: dict[str, Any], drift: float = 0.0) -> Iterator[Number]:
+_WATER: dict[str, Any] = {"density": 1000.0, "viscosity": 1e-3, "inlet_velocity": 0.06, "pressure_tolerance": 1e-12}
+_FORCES: dict[str, Any] = {"viscous_force": True, "lift_force": True, "virtual_mass": True}
+
+
+@scene("conservation-forces", ranks=(1, 2), fast=False)
+def conservation_forces(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+    """The same with every force there is, in water, where they matter."""
+    yield from conserve(place, comm, _BED | {"gas": _WATER, "exchange": _BED["exchange"] | _FORCES}, steps=300)
+
+
+def conserve(
+    place: Path, comm: MPI.Comm, bed: dict[str, Any], drift: float = 0.0, steps: int = _STEPS
+) -> Iterator[Number]:
     """Run a bed whose particles start with the velocity `drift` [m/s] along x, and look for what is lost."""
     bench = open_bench(place, comm, bed)
     start(bench)
@@ -47,7 +59,7 @@ def conserve(place: Path, comm: MPI.Comm, bed: dict[str, Any], drift: float = 0.
     bench.grains.velocities[:, 0] = drift
     way = 0.0
     momentum = solids = gas = 0.0
-    for _ in range(_STEPS):
+    for _ in range(steps):
         move(bench)
         way += float(bench.grains.velocities[:, 0].sum()) * bench.dt
         momentum = max(momentum, bench.balance.momentum_error)

@@ -45,7 +45,7 @@ def fall(place: Path, comm: MPI.Comm, exchange: dict[str, Any], expected: dict[f
     }
     top = (_CELLS_UP - 0.5) * _CELL
     positions = np.array([[(n + 0.5) * _CELL, 0.5 * _CELL, top] for n in range(cells[0])])
-    edits: dict[str, Edit] = {"grains/in.grains": _coarsen_bins}
+    edits: dict[str, Edit] = {"grains/in.grains": coarsen_bins}
     bench = open_bench(place, comm, sections, positions, edits, np.arange(len(diameters)))
     grains = bench.grains
     assert grains is not None
@@ -69,10 +69,10 @@ def name_sizes(diameters: np.ndarray) -> dict[str, Any]:
     return {"diameter": float(diameters[0]), "fractions": "number", "mixture": mixture}
 
 
-def _coarsen_bins(deck: str) -> str:
+def coarsen_bins(deck: str, cell: float = _CELL) -> str:
     """LIGGGHTS bins the box by skin and bin size: 24 000 diameters up, bins as small as a particle are too many."""
-    deck = re.sub(r"neighbor( +)\S+ bin", f"neighbor {_CELL / 4} bin", deck)
-    return re.sub(r"binsize \S+", f"binsize {_CELL / 2}", deck)
+    deck = re.sub(r"neighbor( +)\S+ bin", f"neighbor {cell / 4} bin", deck)
+    return re.sub(r"binsize \S+", f"binsize {cell / 2}", deck)
 
 
 @scene("terminal-velocity")

@@ -36,7 +36,7 @@ def close_box(velocity: str, lid: str | None = None) -> Edits:
     }
 
 
-def _split_sides(edits: Edits) -> Edits:
+def split_sides(edits: Edits) -> Edits:
     """The walls across y become a slip patch of their own: a flow in the plane x-z."""
 
     def split(text: str) -> str:
@@ -60,7 +60,7 @@ def _split_sides(edits: Edits) -> Edits:
     return split_mesh | {name: with_sides(name, entry) for name, entry in fields.items()}
 
 
-def _run_until_steady(bench: Scene, dt: float, most: int, change: float) -> None:
+def run_until_steady(bench: Scene, dt: float, most: int, change: float) -> None:
     gas = bench.gas
     assert gas is not None
     before = np.array(gas.velocity)
@@ -86,9 +86,9 @@ def poiseuille(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     width, length, cells, speed, viscosity = 0.01, 0.03, (32, 1, 48), 0.02, 2e-5
     domain = {"size": [width, width / 32, length], "cells": list(cells)}
     gas = {"density": 1.0, "viscosity": viscosity, "inlet_velocity": speed}
-    bench = open_bench(place, comm, {"domain": domain, "gas": gas}, edits=_split_sides({}))
+    bench = open_bench(place, comm, {"domain": domain, "gas": gas}, edits=split_sides({}))
     assert bench.gas is not None
-    _run_until_steady(bench, dt=5e-3, most=2000, change=1e-4)
+    run_until_steady(bench, dt=5e-3, most=2000, change=1e-4)
     profile = _as_plane(bench, bench.gas.velocity[:, 2])[-8]
     x = (np.arange(cells[0]) + 0.5) / cells[0]
     exact = 6.0 * speed * x * (1.0 - x)
@@ -121,9 +121,9 @@ def cavity(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     domain = {"size": [1.0, 1.0 / cells, 1.0], "cells": [cells, 1, cells]}
     gas = {"density": 1.0, "viscosity": 0.01, "inlet_velocity": 0.0}
     lid = "type fixedValue; value uniform (1 0 0);"
-    bench = open_bench(place, comm, {"domain": domain, "gas": gas}, edits=_split_sides(close_box("type noSlip;", lid)))
+    bench = open_bench(place, comm, {"domain": domain, "gas": gas}, edits=split_sides(close_box("type noSlip;", lid)))
     assert bench.gas is not None
-    _run_until_steady(bench, dt=0.01, most=3000, change=1e-4)
+    run_until_steady(bench, dt=0.01, most=3000, change=1e-4)
     u, v = (_as_plane(bench, bench.gas.velocity[:, axis]) for axis in (0, 2))
     middle = cells // 2
     centres = (np.arange(cells) + 0.5) / cells

@@ -22,6 +22,7 @@ MODULES = (
     "manufactured",
     "bed",
     "fall",
+    "forces",
     "conservation",
     "fluidization",
     "inlet",

@@ -39,7 +39,7 @@ _DENSE = 1e9
 """Drag [kg m-3 s-1] that holds the gas to the velocity S/K of its source."""
 
 
-def _name_sides(sides: str, text: str) -> str:
+def name_sides(sides: str, text: str) -> str:
     """Every side of the box a patch of its own, of OpenFOAM's type `sides` (left and right: cyclic or that)."""
     cyclic = {"left": "type cyclic; neighbourPatch right;", "right": "type cyclic; neighbourPatch left;"}
     faces = {"left": "(0 4 7 3)", "right": "(1 2 6 5)", "front": "(0 1 5 4)", "back": "(3 7 6 2)"}
@@ -51,7 +51,7 @@ def _name_sides(sides: str, text: str) -> str:
     return f"{head}{entries});\n"
 
 
-def _start_from(velocity: np.ndarray, entries: dict[str, str], text: str) -> str:
+def start_from(velocity: np.ndarray, entries: dict[str, str], text: str) -> str:
     """Start with `velocity` (cells, 3) [m/s]; cells run along x first, then y."""
     rows = "\n".join(f"({u!r} {v!r} {w!r})" for u, v, w in velocity.tolist())
     field = f"internalField nonuniform List<vector> {len(velocity)} ({rows});"
@@ -63,9 +63,9 @@ def _open(place: Path, comm: MPI.Comm, model: str, cells: tuple[int, int, int], 
     velocity, entries, sides = flow
     cyclic = dict.fromkeys(("left", "right"), "type cyclic;") if sides == "cyclic" else {}
     edits: Edits = {
-        "fluid/system/blockMeshDict": partial(_name_sides, sides),
+        "fluid/system/blockMeshDict": partial(name_sides, sides),
         "fluid/system/controlDict": lambda text: text.replace("binary", "ascii"),
-        "fluid/0/U": partial(_start_from, velocity, entries | cyclic),
+        "fluid/0/U": partial(start_from, velocity, entries | cyclic),
     }
     scalars = {"p", "voidage", "nut"} | {"keqn": {"k"}, "dynamic-lagrangian": {"flm", "fmm"}}.get(model, set())
     edits |= {f"fluid/0/{name}": set_patches(_ZERO_GRADIENT | cyclic) for name in scalars}

@@ -10,6 +10,7 @@ from test_render import GAS_OPTIONS, build, join, numbers_after
 from fbcouple.case.schema import Gas
 from fbcouple.decks.needs import find_needs
 from fbcouple.decks.render import render_decks
+from fbcouple.exchange.forces import FORCES
 from fbcouple.verify.registry import load_scenes
 
 # Part -> the changes that put it in, words that then must be there (and are not without it), files of it.
@@ -24,6 +25,9 @@ OPTIONS = {
         ["LESModel        dynamicLagrangian;", "filter          simple;", "div(voidagePhi,flm)", "div(voidagePhi,fmm)"],
         ["fluid/0/flm", "fluid/0/fmm"],
     ),
+    "viscous_force": ({"exchange__viscous_force": True}, ["viscousForceOnParticles yes;"], []),
+    "lift_force": ({"exchange__lift_force": True}, [], []),
+    "virtual_mass": ({"exchange__virtual_mass": True}, ["lastVelocity"], []),
 }
 MODELS = get_args(Gas.model_fields["turbulence"].annotation)
 
@@ -53,6 +57,15 @@ def test_the_lagrangian_averages_start_with_smagorinskys_coefficient():
 def test_sub_grid_energy_is_zero_at_walls_that_hold_the_gas(walls):
     text = render_decks(build(gas__turbulence="keqn", gas__walls=walls))["fluid/0/k"]
     assert text.count("fixedValue") == (1 if walls == "slip" else 3)
+
+
+@pytest.mark.parametrize("name", FORCES)
+def test_every_force_has_an_anchor(name):
+    assert name.replace("_", "-") in load_scenes()
+
+
+def test_a_force_that_lives_in_the_loop_leaves_the_decks_as_they_are():
+    assert render_decks(build(exchange__lift_force=True)) == render_decks(build())
 
 
 @pytest.mark.parametrize("model", [model for model in MODELS if model != "none"])

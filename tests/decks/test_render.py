@@ -64,7 +64,7 @@ NO_GAS = {"gas": None, "exchange": None}
 NO_PARTICLES = {"particles": None, "contact": None, "start": None, "exchange": None}
 
 # Options of the gas that are out of the full scene: test_gas_decks.py puts each of them in.
-GAS_OPTIONS = ("subgrid_energy", "lagrangian_averages")
+GAS_OPTIONS = ("subgrid_energy", "lagrangian_averages", "viscous_force", "lift_force", "virtual_mass")
 
 # Part -> the changes that take it out, and words and files that then must be gone (and are there with it).
 TRACES = {

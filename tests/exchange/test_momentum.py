@@ -278,6 +278,14 @@ def test_balance_measures_what_is_missing(rng):
     assert balance.momentum_error == pytest.approx(0.25, rel=1e-14) and balance.particles == 2
 
 
+def test_balance_in_a_liquid_is_of_the_whole_impulse():
+    """Buoyancy of 4 N beside a drag of next to nothing: a missing 1 N is a quarter."""
+    balance = Balance(MPI.COMM_SELF)
+    balance.give(np.array([0.0, 0.0, 4.0]), 1e-12, 1e-4)
+    balance.receive(np.array([[0.0, 0.0, 3.0]]), 1e-4)
+    assert balance.momentum_error == pytest.approx(0.25, rel=1e-12)
+
+
 @pytest.mark.parametrize("passes", PASSES)
 def test_particles_that_rise_above_what_was_read_feel_the_gas_there(rng, passes):
     """Only the layers of the bed are read; what a step carries above them is read again without a message."""
@@ -294,3 +302,17 @@ def test_particles_that_rise_above_what_was_read_feel_the_gas_there(rng, passes)
     assert (bed.coupling.beta == other.coupling.beta).all()
     assert (bed.coupling.drag_source == other.coupling.drag_source).all()
     assert bed.coupling.beta.min() > 0
+
+
+@pytest.mark.parametrize("passes", PASSES)
+def test_a_bed_that_sinks_leaves_nothing_behind(passes):
+    """Only the layers of the bed are added up; those above it still hold what a higher bed wrote."""
+    bed = Bed(np.random.default_rng(5), (4, 3, 30), filter_passes=passes)
+    for height in (1.0, 0.5, 0.2):
+        bed.particles.positions[:, 2] *= height
+        bed.prepare()
+        solids = np.sum(1.0 - bed.coupling.voidage) * bed.grid.cell_volume
+        assert solids == pytest.approx(bed.volumes.sum(), rel=1e-12)
+        forces, magnitude = bed.react(bed.velocity, bed.pressure_gradient)
+        loss = bed.find_loss(bed.velocity, bed.pressure_gradient)
+        assert loss == pytest.approx(forces.sum(axis=0), abs=1e-13 * magnitude)

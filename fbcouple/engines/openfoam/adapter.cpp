@@ -16,10 +16,9 @@
 #include <stdexcept>
 #include <string>
 
-#include "fvCFD.H"
+#include "adapter.hpp"
 #include "PhaseIncompressibleTurbulenceModel.H"
 #include "singlePhaseTransportModel.H"
-#include "wallFvPatch.H"
 
 namespace
 {
@@ -53,13 +52,14 @@ class Gas
     autoPtr<turbulenceModelType> turbulence_;
     const dimensionedScalar rho_;
     const int correctors_;
+    const bool sharesStress_;
     label pRefCell_;
     scalar pRefValue_;
     int iterations_;
 
     void fill(volScalarField& field, const double* values);
     void fill(volVectorField& field, const double* values);
-    tmp<fvVectorMatrix> viscousForce();
+    tmp<volScalarField> stressViscosity() const;
     void setVelocity();
     void correctPressure(const fvVectorMatrix& UEqn);
 
@@ -73,6 +73,7 @@ public:
     void measure(double* values) const;
     void write();
     label nCells() const { return mesh_.nCells(); }
+    const fvMesh& mesh() const { return mesh_; }
 };
 
 Gas::Gas(int argc, char** argv, double rho, int correctors)
@@ -102,6 +103,7 @@ Gas::Gas(int argc, char** argv, double rho, int correctors)
     turbulence_(turbulenceModelType::New(eps_, U_, epsPhi_, phi_, transport_)),
     rho_("rho", dimDensity, rho),
     correctors_(correctors),
+    sharesStress_(mesh_.solutionDict().subOrEmptyDict("PISO").lookupOrDefault<bool>("viscousForceOnParticles", false)),
     pRefCell_(0),
     pRefValue_(0),
     iterations_(0)
@@ -147,21 +149,11 @@ void Gas::setVelocity()
     U_.correctBoundaryConditions();
 }
 
-// div(eps nu (grad U + grad U^T - 2/3 div U)). Along a wall the velocity normal to it is zero everywhere, so its
-// tangential derivatives there are too; the value of the cell in their place would be a false shear stress on it.
-tmp<fvVectorMatrix> Gas::viscousForce()
+// With a viscous force on the particles the gas keeps eps div(tau): div(tau) here, less what they take, in S. Without
+// it the gas has all of the averaged stress, div(eps tau).
+tmp<volScalarField> Gas::stressViscosity() const
 {
-    const volScalarField epsNu("voidageNu", eps_*turbulence_->nuEff());
-    volTensorField gradU(fvc::grad(U_));
-    forAll(mesh_.boundary(), patchi)
-    {
-        if (!isA<wallFvPatch>(mesh_.boundary()[patchi])) continue;
-        const vectorField n(mesh_.boundary()[patchi].nf());
-        tensorField& atWall = gradU.boundaryFieldRef()[patchi];
-        const vectorField normal(atWall & n);
-        atWall -= (normal - n*(n & normal))*n;
-    }
-    return fvm::laplacian(epsNu, U_) + fvc::div(epsNu*dev2(gradU.T()), "div(viscousStress)");
+    return sharesStress_ ? turbulence_->nuEff() : eps_*turbulence_->nuEff();
 }
 
 // The momentum equation of a cell, A U = H - eps grad(p), read on both halves of the way between two cells, with one
@@ -228,7 +220,7 @@ void Gas::step(double dt, const double* voidage, const double* dragK, const doub
     (
         fvm::ddt(eps_, U_) + fvm::div(epsPhi_, U_)
       - fvm::Sp(fvc::ddt(eps_) + fvc::div(epsPhi_), U_)
-      - viscousForce()
+      - viscousForce(stressViscosity(), U_)
       + fvm::Sp(dragK_/rho_, U_)
      ==
         dragS_/rho_
@@ -303,8 +295,11 @@ Gas* gas = nullptr;
 std::ofstream* logFile = nullptr;
 std::string reason;
 
-template<class Action>
-int guarded(Action action)
+}
+
+const Foam::fvMesh& gasMesh() { return gas->mesh(); }
+
+int guarded(const std::function<void()>& action)
 {
     try
     {
@@ -320,8 +315,6 @@ int guarded(Action action)
         reason = err.what();
     }
     return 1;
-}
-
 }
 
 extern "C"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -26,6 +27,7 @@ _FUNCTIONS: dict[str, Signature] = {
     "gas_start": (ctypes.c_int, [_double]),
     "gas_step": (ctypes.c_int, [ctypes.c_double, _double, _double, _double]),
     "gas_fields": (ctypes.c_int, [_double, _double]),
+    "gas_derive": (ctypes.c_int, [ctypes.c_char_p, _double]),
     "gas_measure": (ctypes.c_int, [_double]),
     "gas_write": (ctypes.c_int, []),
 }
@@ -91,6 +93,14 @@ class Gas:
         self._check(self._library.gas_measure(_pointer(values)))
         courant, fourier, mass_error, pressure, iterations = values.tolist()
         return GasState(courant, fourier, mass_error, pressure, int(iterations))
+
+    def derive(self, names: Sequence[str]) -> np.ndarray:
+        """Fields of the velocity as it is now, shape (n, 3 names), of "curl" [1/s], "convection" u.grad(u) and
+        "viscous" div(tau)/rho [m/s2] (collective)."""
+        fields = [np.empty((len(self.volumes), 3)) for _ in names]
+        for name, field in zip(names, fields, strict=True):
+            self._check(self._library.gas_derive(name.encode(), _pointer(field)))
+        return np.concatenate(fields, axis=1)
 
     def write(self) -> None:
         """Write the fields as an OpenFOAM time directory (collective)."""
