@@ -27,6 +27,7 @@ MODULES = (
     "fluidization",
     "inlet",
     "mixture",
+    "weight",
 )
 
 
