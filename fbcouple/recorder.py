@@ -108,13 +108,15 @@ class Recorder:
         volumes = 4.0 / 3.0 * np.pi * grains.radii**3
         masses, z = grains.masses, grains.positions[:, 2]
         layer = np.clip((z / height * layers).astype(int), 0, layers - 1)
-        sums = np.array([masses.sum(), masses @ z, *np.bincount(layer, volumes, minlength=layers)])
-        sums = comm.allreduce(sums)
-        profile = sums[2:] / (scene.grid.cell_volume * scene.grid.cells[0] * scene.grid.cells[1])
+        squares = np.einsum("ij,ij->i", grains.velocities, grains.velocities)
+        totals = masses.sum(), masses @ z, 0.5 * masses @ squares
+        sums = comm.allreduce(np.array([*totals, *np.bincount(layer, volumes, minlength=layers)]))
+        profile = sums[3:] / (scene.grid.cell_volume * scene.grid.cells[0] * scene.grid.cells[1])
         overlap = find_max_overlap(grains.ghost_positions(), grains.ghost_radii(), grains.count)
         return {
             "particles": scene.balance.particles,
             "solids_centre_z": float(sums[1] / sums[0]),
+            "kinetic_energy": float(sums[2]),
             "bed_height": find_bed_height(profile, scene.grid.centres(2)),
             "max_overlap": comm.allreduce(overlap, max),
         }

@@ -36,6 +36,7 @@ HISTORIES: dict[str, tuple[str, str]] = {
     "solids_centre_z": ("m", "height of the particles' centre of mass"),
     "particles": ("1", "number of particles"),
     "momentum_error": ("1", "largest imbalance of a step over its impulse since the last row"),
+    "kinetic_energy": ("J", "kinetic energy of the particles' translation"),
     "gas_mass_error": ("1", "largest gas volume rate lost by continuity over the inflow, since the last row"),
     "max_courant": ("1", "largest Courant number since the last row"),
     "min_voidage": ("1", "least voidage of a cell"),

@@ -211,18 +211,24 @@ def _time_gas(case: Case) -> Iterator[Number]:
         yield Number("bulk Reynolds number", reynolds, "1", limit, _judge(reynolds > TURBULENT), meaning)
 
 
+def response_times(case: Case, law: Law | None = None, voidage: float = PACKED) -> dict[str, float]:
+    """Response times [s] of the gas, tau_g = eps rho/(n beta), and of the particles, tau_p = m/beta, the shortest of a
+    mixture, in a bed of `voidage` that the fastest inlet flows through."""
+    assert case.gas is not None and case.particles is not None
+    slip = fastest_inlet(case.gas) / voidage
+    kinds = list_kinds(case.particles)
+    drags = [_drag(case, voidage, slip, law, kind) for kind in kinds]
+    per_particle = sum(kind.share * beta for kind, beta in zip(kinds, drags, strict=True))
+    return {
+        "tau_g": voidage * case.gas.density * mean_volume(case.particles) / ((1.0 - voidage) * per_particle),
+        "tau_p": min(kind.mass / beta for kind, beta in zip(kinds, drags, strict=True)),
+    }
+
+
 def _time_exchange(case: Case, law: Law | None) -> Iterator[Number]:
     assert case.gas is not None and case.particles is not None and case.exchange is not None
     step = coupling_step(case) if case.contact else gas_step(case)
-    slip = fastest_inlet(case.gas) / PACKED
-    kinds = list_kinds(case.particles)
-    drags = [_drag(case, PACKED, slip, law, kind) for kind in kinds]
-    per_particle = sum(kind.share * beta for kind, beta in zip(kinds, drags, strict=True))
-    times = {
-        "tau_g": PACKED * case.gas.density * mean_volume(case.particles) / ((1.0 - PACKED) * per_particle),
-        "tau_p": min(kind.mass / beta for kind, beta in zip(kinds, drags, strict=True)),
-    }
-    for name, time in times.items():
+    for name, time in response_times(case, law).items():
         limit = f"below {STABLE_EXPLICIT:g} (explicit drag)" if case.exchange.scheme == "explicit" else None
         verdict = _judge(step / time < STABLE_EXPLICIT, "unfit") if limit else None
         whose = "gas" if name == "tau_g" else "particles"

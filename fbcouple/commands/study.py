@@ -67,3 +67,35 @@ def error_vs_time(name: str, output: Path | None, dry: bool) -> None:
     print_table(columns, [[show_cell(row[column]) for column in columns] for row in knobs])
     for file in (*files, picture, page):
         click.echo(str(file))
+
+
+@study.command()
+@click.argument("name", metavar="STUDY")
+@take_output
+@click.option("--dry", is_flag=True, help="Only list the scenes.")
+def stability(name: str, output: Path | None, dry: bool) -> None:
+    """Run the stiff and extreme scenes of STUDY that are not done, and tell which exchange form stands which."""
+    from fbcouple.study.map import draw_map
+    from fbcouple.study.scenes import list_scenes
+    from fbcouple.study.schema import Stability
+    from fbcouple.study.signs import list_limits
+    from fbcouple.study.source import read_study
+    from fbcouple.study.stability import confuse, find_limits, run_scenes
+    from fbcouple.study.tables import describe_machine, show_cell, write_page, write_tables
+
+    loaded, source = read_study(name, Stability)
+    if dry:
+        scenes = list_scenes(loaded, source)
+        print_table(["scene", "end [s]"], [(scene.name, f"{scene.settings['end_time']:.4g}") for scene in scenes])
+        return
+    folder = choose_folder(name, output)
+    rows = run_scenes(loaded, source, folder, click.echo)
+    tables = {"scenes": rows, "confusion": confuse(rows), "limits": find_limits(rows), "signs": list(list_limits())}
+    files = write_tables(folder, "stability", tables, {"title": loaded.title, "machine": describe_machine()})
+    picture = draw_map(rows, loaded.title, folder / "stability.png")
+    page = write_page(folder / "stability.html", loaded.title, describe_machine(), [picture], tables, "")
+    for table in ("confusion", "limits"):
+        if tables[table]:
+            print_table(tables[table][0], [[show_cell(cell) for cell in row.values()] for row in tables[table]])
+    for file in (*files, picture, page):
+        click.echo(str(file))

@@ -1,0 +1,123 @@
+"""Stiff and extreme scenes: what `fbcouple check` predicts, what happens, and where each exchange form gives up."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from fbcouple.case.lattice import lay_out
+from fbcouple.case.load import load_case
+from fbcouple.case.mixture import mean_volume
+from fbcouple.case.preflight import coupling_step, estimate, response_times
+from fbcouple.case.schema import Case
+from fbcouple.results import read_line
+from fbcouple.study.runs import Ending, run_case
+from fbcouple.study.scenes import Scene, list_scenes
+from fbcouple.study.schema import Stability
+from fbcouple.study.signs import judge, read_signs
+from fbcouple.study.source import Source
+
+RUNS = "scenes"
+PREDICTIONS = ("fit", "warn", "unfit")
+OUTCOMES = ("stable", "inaccurate", "unstable", "unfinished")
+Row = dict[str, Any]
+Say = Callable[[str], None]
+
+
+def run_scenes(study: Stability, source: Source, folder: Path, say: Say) -> list[Row]:
+    """Run every scene that has not been run to its end in `folder` before; a row for each.
+
+    Raises: CaseError if the study is wrong.
+    """
+    scenes = list_scenes(study, source)
+    rows = []
+    for n, scene in enumerate(scenes, 1):
+        run = folder / RUNS / scene.name
+        ending = run_case(scene.base, scene.settings, run, scene.ranks, study.wall_limit)
+        rows.append(_describe(scene, ending, run))
+        text = f"{rows[-1]['predicted']}, {rows[-1]['verdict']} {rows[-1]['signs']}".rstrip()
+        say(f"{n}/{len(scenes)} {scene.name}: {text} ({ending.seconds:.1f} s)")
+    return rows
+
+
+def _describe(scene: Scene, ending: Ending, run: Path) -> Row:
+    case = load_case(str(run))
+    verdict, why, signs = _judge_run(case, ending, _read_rows(run))
+    predicted, doubts = predict(case)
+    varied = ", ".join(f"{key} = {value}" for key, value in scene.varied.items())
+    row: Row = {"scene": scene.group, "varied": varied, "form": scene.form, "predicted": predicted, "doubts": doubts}
+    row |= {"verdict": verdict, "signs": why, "how": ending.how, "why": ending.text[:200]}
+    row |= find_stiffness(case)
+    return row | {"seconds": ending.seconds} | signs
+
+
+def _read_rows(run: Path) -> list[Row]:
+    """History rows of a run, also of one that blew up."""
+    log = run / "logs/run.jsonl"
+    lines = log.read_text().splitlines() if log.is_file() else []
+    return [row for line in lines if (row := read_line(line))]
+
+
+def _judge_run(case: Case, ending: Ending, rows: list[Row]) -> tuple[str, str, dict[str, float]]:
+    signs = read_signs(case, rows) if rows else {}
+    verdict, why = judge(signs)
+    if ending.how == "out of time" and verdict != "unstable":
+        return "unfinished", why, signs
+    if ending.how in ("diverged", "failed"):
+        return "unstable", ", ".join(filter(None, [f"run {ending.how}", why])), signs
+    return verdict, why, signs
+
+
+def predict(case: Case) -> tuple[str, str]:
+    """The worst verdict of the pre-flight numbers, and the numbers that say so."""
+    judged = [number for number in estimate(case) if number.verdict]
+    worst = max((PREDICTIONS.index(number.verdict or "fit") for number in judged), default=0)
+    said = [number.name for number in judged if number.verdict == PREDICTIONS[worst]] if worst else []
+    return PREDICTIONS[worst], ", ".join(said)
+
+
+def find_stiffness(case: Case) -> dict[str, float | None]:
+    """Expected step over tau_g and tau_p of a packed bed, and over tau_g of the start lattice if the bed is one."""
+    if not (case.gas and case.particles and case.exchange and case.contact):
+        return {"dt/tau_g": None, "dt/tau_p": None, "dt/tau_g of the lattice": None}
+    step, times = coupling_step(case), response_times(case)
+    own = None
+    if case.start:
+        layout = lay_out(case)
+        voidage = 1.0 - mean_volume(case.particles) / math.prod(layout.spacing)
+        own = step / response_times(case, voidage=voidage)["tau_g"]
+    return {"dt/tau_g": step / times["tau_g"], "dt/tau_p": step / times["tau_p"], "dt/tau_g of the lattice": own}
+
+
+def confuse(rows: list[Row]) -> list[Row]:
+    """The confusion table: predictions down, outcomes across, number of scenes in each, for each form."""
+    table = []
+    for form in dict.fromkeys(row["form"] for row in rows):
+        for predicted in PREDICTIONS:
+            of = [row["verdict"] for row in rows if row["form"] == form and row["predicted"] == predicted]
+            counts = {outcome: of.count(outcome) for outcome in OUTCOMES}
+            table.append({"form": form or "none", "predicted": predicted} | counts)
+    return table
+
+
+def find_limits(rows: list[Row]) -> list[Row]:
+    """Where each form gives up along a group whose scenes differ in dt/tau_g: the largest ratio below which all are
+    not unstable, the smallest that is unstable, and their geometric mean."""
+    limits = []
+    key = "dt/tau_g of the lattice"
+    for group, form in dict.fromkeys((row["scene"], row["form"]) for row in rows):
+        along = sorted(
+            (row[key], row["verdict"] == "unstable")
+            for row in rows
+            if (row["scene"], row["form"]) == (group, form) and row[key] is not None
+        )
+        if len({ratio for ratio, _ in along}) < 3:
+            continue
+        first = next((ratio for ratio, broken in along if broken), None)
+        below = [ratio for ratio, _ in along if first is None or ratio < first]
+        last = max(below, default=None)
+        middle = math.sqrt(first * last) if first and last else None
+        limits.append({"scene": group, "form": form, "last stable": last, "first unstable": first, "limit": middle})
+    return limits

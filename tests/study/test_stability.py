@@ -1,0 +1,146 @@
+"""Scenes of a stability study, the signs that judge them, and where explicit drag gives up."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from fbcouple.case.load import load_case
+from fbcouple.errors import CaseError
+from fbcouple.places import CASES
+from fbcouple.study.scenes import list_scenes
+from fbcouple.study.schema import Stability
+from fbcouple.study.signs import SIGNS, judge, read_signs
+from fbcouple.study.source import read_study
+from fbcouple.study.stability import confuse, find_limits, predict, run_scenes
+
+STABILITY = """
+title = "beads"
+base = "case.toml"
+span = "particles"
+[set]
+gas.max_courant = 10.0
+[scenes.steps]
+gas.max_step = [1e-3, 2e-3]
+forms = ["explicit", "exponential"]
+[scenes.meshes]
+domain.cells = [[1, 1, 6], [2, 2, 12]]
+forms = ["exponential"]
+times = 3
+[scenes.box]
+domain.cells = [1, 1, 3]
+span = "passage"
+times = 1000
+forms = ["exponential"]
+"""
+
+
+def expand(path):
+    return list_scenes(*read_study(str(path), Stability))
+
+
+def test_scenes_are_every_combination_for_each_form(write):
+    scenes = expand(write(text=STABILITY))
+    assert [s.name for s in scenes] == [
+        "steps-0.001-explicit",
+        "steps-0.001-exponential",
+        "steps-0.002-explicit",
+        "steps-0.002-exponential",
+        "meshes-1x1x6-exponential",
+        "meshes-2x2x12-exponential",
+        "box-exponential",
+    ]
+    assert scenes[1].varied == {"gas.max_step": 1e-3} and scenes[-1].varied == {}
+    assert scenes[3].settings["exchange.scheme"] == "exponential"
+
+
+def test_end_is_so_many_characteristic_times_and_steps(write):
+    scenes = {s.name: s for s in expand(write(text=STABILITY))}
+    for name, step in (("steps-0.001-explicit", 1e-3), ("steps-0.002-explicit", 2e-3)):
+        assert scenes[name].settings["end_time"] > 200 * step * 0.999
+    assert scenes["box-exponential"].settings["end_time"] == pytest.approx(1000 * 0.06 / 0.6)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "mend"),
+    [
+        ("gas.max_step =", "gas.max_stp =", "scenes.steps.gas.max_stp", "did you mean `gas.max_step`"),
+        ("times = 3", "times = -3", "scenes.meshes.times", "a number from 0"),
+        ('span = "passage"', 'span = "pasage"', "scenes.box.span", "allowed are"),
+        ('["explicit", "exponential"]', '["explizit"]', "scenes.steps.forms", "did you mean `explicit`"),
+        ("[1e-3, 2e-3]", "[1e-3, -2e-3]", "gas.max_step", "above 0"),
+        ('span = "particles"', 'span = "particle"', "span", 'did you mean "particles"'),
+    ],
+)
+def test_mistake_names_key_and_mend(write, old, new, key, mend):
+    with pytest.raises(CaseError) as caught:
+        expand(write((old, new), text=STABILITY))
+    assert any(key in problem and mend in problem for problem in caught.value.problems), caught.value.problems
+
+
+GOOD = {"steps": 1, "time": 1e-3, "substeps": 10, "max_courant": 0.05, "momentum_error": 1e-14, "min_voidage": 0.99}
+GOOD |= {"kinetic_energy": 1e-12, "solids_centre_z": 0.02, "max_overlap": 0.0, "cells_over_packed": 0}
+GOOD |= {"pressure_drop": 1.0, "gas_mass_error": 1e-9}
+
+
+@pytest.mark.parametrize(
+    ("changes", "verdict", "sign"),
+    [
+        ({}, "stable", ""),
+        ({"pressure_drop": math.nan}, "unstable", "not finite"),
+        ({"momentum_error": 5e-10}, "inaccurate", "momentum error"),
+        ({"min_voidage": -0.1}, "unstable", "solids fraction"),
+        ({"cells_over_packed": 2}, "inaccurate", "over-packed"),
+        ({"max_overlap": 0.2}, "inaccurate", "overlap"),
+        ({"max_overlap": 0.7}, "unstable", "overlap"),
+        ({"max_courant": 100.0}, "unstable", "gas speed"),
+        ({"kinetic_energy": 1.0}, "unstable", "kinetic energy"),
+        ({"gas_mass_error": 0.01}, "inaccurate", "gas mass error"),
+    ],
+)
+def test_each_sign_judges(changes, verdict, sign):
+    case = load_case(str(CASES / "studies/single-particle/case.toml"))
+    rows = [GOOD | {"steps": 0, "time": 0.0}, GOOD, GOOD | {"steps": 2, "time": 2e-3} | changes]
+    found, why = judge(read_signs(case, rows))
+    assert found == verdict and sign in why
+
+
+def test_energy_gain_needs_a_scene_without_gas():
+    case = load_case(str(CASES / "studies/single-particle/case.toml"))
+    alone = case.model_copy(update={"gas": None, "exchange": None})
+    rows = [{"kinetic_energy": 0.0, "solids_centre_z": 0.02}, {"kinetic_energy": 0.0, "solids_centre_z": 0.05}]
+    assert math.isnan(SIGNS["energy gained"].function(case, rows))
+    assert SIGNS["energy gained"].function(alone, rows) == pytest.approx(0.5)
+
+
+def test_confusion_and_limits():
+    key = "dt/tau_g of the lattice"
+    rows = [
+        {"scene": "s", "form": "explicit", "predicted": p, "verdict": v, key: r}
+        for p, v, r in [("fit", "stable", 0.5), ("fit", "stable", 1.6), ("unfit", "unstable", 2.5)]
+    ]
+    assert confuse(rows)[0] == {
+        "form": "explicit", "predicted": "fit", "stable": 2, "inaccurate": 0, "unstable": 0, "unfinished": 0
+    }  # fmt: skip
+    (limit,) = find_limits(rows)
+    assert limit["limit"] == pytest.approx(2.0) and limit["last stable"] == 1.6
+
+
+def test_explicit_drag_gives_up_within_a_fifth_of_two(tmp_path):
+    """A held bed at a fixed step: |1 - dt/tau_g| > 1 makes a disturbance grow."""
+    study, source = read_study("explicit-limit", Stability)
+    two = {"gas-stiffness": {"forms": ["explicit"], "gas": {"max_step": [8.1e-4, 1.22e-3]}}}
+    rows = run_scenes(study.model_copy(update={"scenes": two}), source, tmp_path, lambda text: None)
+    ratios = [row["dt/tau_g of the lattice"] for row in rows]
+    assert ratios[0] == pytest.approx(1.6, rel=0.01) and ratios[1] == pytest.approx(2.4, rel=0.01)
+    assert [row["verdict"] for row in rows] == ["stable", "unstable"]
+    assert "gas speed" in rows[1]["signs"]
+
+
+def test_prediction_is_the_worst_number():
+    case = load_case("patil/c2")
+    assert predict(case)[0] in ("fit", "warn")
+    explicit = load_case("patil/c2", ["exchange.scheme=explicit", "gas.max_courant=10", "gas.max_fourier=10"])
+    verdict, doubts = predict(explicit)
+    assert verdict == "unfit" and "fluid step/tau_g" in doubts
