@@ -62,6 +62,8 @@ def _turn(vector: np.ndarray) -> np.ndarray:
 @njit(inline="always")
 def _reflect(cell, first, last):
     """The cell that `cell` falls on when the walls beyond the cells `first` and `last` are mirrors."""
+    if first <= cell <= last:
+        return cell
     count = last - first + 1
     around = (cell - first) % (2 * count)
     return first + (around if around < count else 2 * count - 1 - around)

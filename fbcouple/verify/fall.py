@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from mpi4py import MPI
 
+from fbcouple.exchange.voidage import VOIDAGE_METHODS
 from fbcouple.verify.bench import FRICTIONLESS, GAS, GLASS, Edit, open_bench
 from fbcouple.verify.registry import Number, scene
 from fbcouple.worker import exert_drag, map_solids, move, react, start, step_gas
@@ -81,6 +83,25 @@ def terminal_velocity(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     # Drag averaged over the step assumes that nothing else acts: a step of an eighth of the response time then costs
     # a sixteenth of the fall speed. The drag at the step's start has the right balance at any step.
     yield from fall(place, comm, {"drag": "schiller-naumann", "scheme": "explicit"}, _SCHILLER_NAUMANN)
+
+
+_WIDE = _CELL / GLASS["diameter"]
+"""A cell in diameters, the width of kernels here."""
+_SHARED: dict[str, dict[str, Any]] = {name: {"voidage": name} for name in VOIDAGE_METHODS if name != "trilinear"}
+_SHARED["gaussian"]["kernel_width"] = _WIDE
+_SHARED["diffusion"] = {"diffusion_width": _WIDE}
+
+
+def _put_together(measured: dict[str, list[Number]]) -> Iterator[Number]:
+    for method, numbers in measured.items():
+        yield from (replace(number, name=f"{method}: {number.name}") for number in numbers)
+
+
+@scene("terminal-velocity-voidage", fast=False, variants=tuple(_SHARED), judge=_put_together)
+def terminal_velocity_voidage(place: Path, comm: MPI.Comm, method: str) -> Iterator[Number]:
+    """1 mm with each way to share a particle among cells and to read them: the fall of a lone one does not change."""
+    exchange = {"drag": "schiller-naumann", "scheme": "explicit"} | _SHARED[method]
+    yield from fall(place, comm, exchange, {1e-3: _SCHILLER_NAUMANN[1e-3]})
 
 
 @scene("terminal-velocity-paper")

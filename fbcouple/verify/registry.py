@@ -24,6 +24,7 @@ MODULES = (
     "fall",
     "forces",
     "conservation",
+    "kernels",
     "fluidization",
     "inlet",
     "mixture",
