@@ -74,8 +74,9 @@ def _kinds_contact_time(contact: Contact, one: Kind, other: Kind) -> float:
 
 
 def effective(one: float, other: float) -> float:
-    """Effective mass, or radius, of two bodies: one other/(one + other)."""
-    return one / (1.0 + one / other)
+    """Effective mass, or radius, of two bodies: one other/(one + other), to the last bit the same either way round."""
+    less, more = sorted((one, other))
+    return less / (1.0 + less / more)
 
 
 def tangential_stiffness(contact: Contact) -> float:

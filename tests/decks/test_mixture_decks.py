@@ -49,6 +49,15 @@ def test_every_pair_meets_its_restitution_and_friction(deck, pair, wanted):
     assert damping[i, j] == damping[j, i] and friction[i, j] == friction[j, i]
 
 
+def test_tables_of_many_kinds_are_symmetric_to_the_last_bit():
+    """LIGGGHTS compares them so."""
+    spread = {"spread": "normal", "deviation": 1e-4, "smallest": 0.7e-3, "largest": 1.3e-3, "classes": 20}
+    deck = render_decks(build(**{f"particles__{key}": value for key, value in spread.items()}))["grains/in.grains"]
+    for name in ("gamman", "gammat", "kn", "friction"):
+        table = np.array(numbers_after(deck, f"fix +{name} .* peratomtypepair 21 ")).reshape(21, 21)
+        assert (table == table.T).all(), name
+
+
 def test_the_step_is_of_the_shortest_contact(deck):
     """Two of the lightest, 4.02e-10 kg: T_C = pi sqrt(M/k) to 1e-4 with e = 0.97."""
     (step,) = numbers_after(deck, "timestep +")
