@@ -19,6 +19,7 @@ MODULES = (
     "hertz",
     "gas",
     "turbulence",
+    "smoothing",
     "manufactured",
     "bed",
     "fall",

@@ -1,0 +1,118 @@
+"""Mistakes that the field has made, put into a copy of the package: the scene that should see each of them does."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from fbcouple.engines.openfoam import build
+from fbcouple.exchange.drag import DRAG_LAWS
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = ("fbcouple", "postproc", "templates", "cases")
+PASSED, FAILED = 0, 4
+
+
+@dataclass(frozen=True)
+class Mutation:
+    """Texts of files and what stands there instead, wherever they are, and the scenes that must then fail."""
+
+    changes: tuple[tuple[str, str, str], ...]
+    scenes: tuple[str, ...]
+
+
+MUTATIONS = {
+    "every drag law 5 % too strong": Mutation(
+        (("fbcouple/exchange/drag_laws.py", "beta[p] = ", "beta[p] = 1.05 * "),),
+        tuple(f"fixed-bed-{law}" for law in DRAG_LAWS),
+    ),
+    "drag of the wrong sign": Mutation(
+        (("fbcouple/exchange/momentum.py", "(uz - velocities[p, 2])", "(velocities[p, 2] - uz)"),), ("held-lattice",)
+    ),
+    "pressure gradient twice on the particles": Mutation(
+        (("fbcouple/exchange/momentum.py", "volume * push * gz", "2.0 * volume * push * gz"),), ("held-lattice",)
+    ),
+    "pressure gradient twice in the gas, Germano's identity with the width of the mesh": Mutation(
+        (
+            (
+                "fbcouple/engines/openfoam/adapter.cpp",
+                "fvm::laplacian(conductance, p_)",
+                "fvm::laplacian(2.0*conductance, p_)",
+            ),
+            ("fbcouple/engines/openfoam/turbulence.cpp", "coarse(4.0*mag(Sf)*Sf)", "coarse(mag(Sf)*Sf)"),
+        ),
+        ("fixed-bed-ergun", "turbulence-localized-dynamic"),
+    ),
+    "no damping of their own for the walls": Mutation(
+        (
+            (
+                "fbcouple/decks/context.py",
+                "kind.mass, find_wall(",
+                "kind.mass / 2, find_wall(",
+            ),
+        ),
+        ("wall-restitution",),
+    ),
+    "no reflection of the filter at walls": Mutation(
+        (("fbcouple/exchange/filter.py", "0.75 * wall[q]", "0.5 * wall[q]"),), ("filter",)
+    ),
+    "walls hold the gas that should slip": Mutation(
+        (("templates/openfoam/0/U", '{{ "slip" if case', '{{ "noSlip" if case'),), ("slip-walls",)
+    ),
+    "lift down, stress against the flow, a whole added mass": Mutation(
+        (
+            ("fbcouple/exchange/forces.py", "total[p, 2] += size", "total[p, 2] -= size"),
+            ("fbcouple/exchange/forces.py", "mass * stress[p, axis]", "-mass * stress[p, axis]"),
+            ("fbcouple/exchange/forces.py", "ADDED_MASS = 0.5", "ADDED_MASS = 1.0"),
+        ),
+        ("lift-force", "viscous-force", "virtual-mass"),
+    ),
+}
+
+
+def run_scenes(place: Path, scenes: tuple[str, ...]) -> tuple[int, set[str]]:
+    """Exit code of `fbcouple verify` with the package in `place`, and the scenes with a number that missed."""
+    program = [
+        sys.executable,
+        "-c",
+        "from fbcouple.cli import main; main()",
+        "verify",
+        *scenes,
+        "--json",
+        "checks.json",
+    ]
+    environment = os.environ | {"PYTHONPATH": str(place), "PWD": str(place)}
+    if (place / "cache").is_dir():
+        environment["FBCOUPLE_CACHE"] = str(place / "cache")
+        subprocess.run(
+            [sys.executable, "-m", "fbcouple.engines.openfoam.build"], cwd=place, env=environment, check=True
+        )
+    done = subprocess.run(program, cwd=place, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode in (PASSED, FAILED), done.stdout + done.stderr
+    rows = json.loads((place / "checks.json").read_text())["checks"]
+    return done.returncode, {row["name"].split(":")[0] for row in rows if not row["passed"]}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", MUTATIONS)
+def test_a_mistake_is_seen(name, tmp_path):
+    mutation = MUTATIONS[name]
+    for package in PACKAGES:
+        shutil.copytree(ROOT / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__"))
+    for file, old, new in mutation.changes:
+        text = (tmp_path / file).read_text()
+        assert old in text, f"{file} no longer has what this mutation changes: {old}"
+        (tmp_path / file).write_text(text.replace(old, new))
+    if any(file.endswith(".cpp") for file, _, _ in mutation.changes):
+        (tmp_path / "cache").mkdir()
+        for headers in build.build_adapter().parent.glob("openfoam-*-headers"):
+            (tmp_path / "cache" / headers.name).symlink_to(headers)
+    code, missed = run_scenes(tmp_path, mutation.scenes)
+    assert code == FAILED and missed == set(mutation.scenes)
