@@ -11,29 +11,19 @@ from collections.abc import Callable, Collection, Iterator
 from itertools import pairwise
 from pathlib import Path
 
-import numpy as np
-
 from fbcouple.case.companions import find_companion
-from fbcouple.case.derived import dem_step, wraps
+from fbcouple.case.derived import dem_step
 from fbcouple.case.drag_file import OWN, examine_drag_file
-from fbcouple.case.lattice import lattice_height, lay_out
-from fbcouple.case.mixture import largest_diameter, mean_density, mean_volume, particle_count
-from fbcouple.case.mixture_checks import check_counts, check_kinds, check_species, find_unsound
-from fbcouple.case.positions import read_positions
+from fbcouple.case.mixture import largest_diameter, particle_count
+from fbcouple.case.mixture_checks import find_unsound
 from fbcouple.case.problems import Problem, show, suggest
 from fbcouple.case.schema import Case, Exchange
 from fbcouple.errors import CaseError
 
-RANDOM_PACKING = 0.64
-"""Solids fraction of a random close packing of equal spheres: no start can hold more."""
 MOST = 2_000_000_000
 """Cells, or particles, that 32-bit labels can number."""
 BYTES_PER_PARTICLE = 1000
 BYTES_PER_CELL = 2000
-LEAST_PERIOD = 3
-"""Diameters along a periodic axis: neighbour lists reach 1.5, so that a neighbour and its image are not both in one."""
-WALL_OVERLAP = 0.1
-"""Part of a diameter by which a start position may press into a wall (resting contacts do, a little)."""
 
 COEFFICIENTS = tuple(
     f"contact.{key}" for key in ("restitution", "wall_restitution", "friction", "wall_friction", "pairs", "walls")
@@ -143,79 +133,6 @@ def has_bed(case: Case) -> bool:
     return largest_diameter(particles) < min(case.domain.size) * (1 + 1e-9)
 
 
-@check("particles.diameter", "domain.size")
-def check_diameter(case: Case, folder: Path) -> Iterator[Problem]:
-    """The box is at least one diameter wide in every direction."""
-    if case.particles is None:
-        return
-    size, axis = min(zip(case.domain.size, "xyz", strict=True))
-    if (diameter := largest_diameter(case.particles)) > size * (1 + 1e-9):
-        text = f"{diameter:g} m is given, but the box is {size:g} m along {axis} (domain.size)"
-        mend = "give a smaller particle (in m: 1 mm is 1e-3) or a larger box."
-        yield Problem("particles.diameter", f"{text}, at most that is allowed; {mend}")
-
-
-@check("particles.diameter", "domain.size", "domain.periodic")
-def check_periodic(case: Case, folder: Path) -> Iterator[Problem]:
-    """An axis is periodic once, and so long that no particle meets another one and its image."""
-    key, axes = "domain.periodic", case.domain.periodic
-    if len(set(axes)) < len(axes):
-        yield Problem(key, f"{show(axes)} is given; name each axis once.")
-    if case.particles is None:
-        return
-    for axis in dict.fromkeys(axes):
-        size, least = case.domain.size["xyz".index(axis)], LEAST_PERIOD * largest_diameter(case.particles)
-        if size < least * (1 - 1e-9):
-            text = f"{axis} is given, and the box is {size:g} m along it, at least {least:g} m is allowed"
-            yield Problem(key, f"{text} ({LEAST_PERIOD} diameters); enlarge domain.size or leave walls there.")
-
-
-@check(*BED)
-def check_packing(case: Case, folder: Path) -> Iterator[Problem]:
-    """At least one particle, and not more than a random packing of the box holds."""
-    if not has_bed(case):
-        return
-    assert case.particles is not None
-    key = "particles.mass" if case.particles.count is None else "particles.count"
-    count = particle_count(case.particles)
-    most = RANDOM_PACKING * math.prod(case.domain.size) / mean_volume(case.particles)
-    if count < 1:
-        yield Problem(key, "the mass is less than that of half a particle; give the mass of the bed in kg.")
-    elif count > most:
-        heaviest = most * mean_volume(case.particles) * mean_density(case.particles)
-        text = f"{count:.6g} particles do not fit into the box: {RANDOM_PACKING} of its volume holds {most:.6g}"
-        yield Problem(key, f"{text} ({heaviest:.4g} kg); give less, in kg or particles, or enlarge domain.size.")
-
-
-@check(*BED)
-def check_mixture(case: Case, folder: Path) -> Iterator[Problem]:
-    """No kind of particle is so rare that there is none."""
-    if has_bed(case) and not next(check_packing(case, folder), None):
-        yield from check_counts(case)
-
-
-@check("contact.pairs", "contact.walls", "particles.mixture")
-def check_rows(case: Case, folder: Path) -> Iterator[Problem]:
-    """The rows of [contact] name species that are there."""
-    if case.contact is not None and case.particles is not None:
-        yield from check_species(case)
-
-
-@check(*BED, "start.spacing", "particles.positions")
-def check_lattice(case: Case, folder: Path) -> Iterator[Problem]:
-    """The start lattice is not higher than the box."""
-    if not has_bed(case) or case.start is None or next(check_packing(case, folder), None):
-        return
-    height = lattice_height(case)
-    layout = lay_out(case)
-    if height > case.domain.size[2] * (1 + 1e-9):
-        text = f"{case.start.spacing:g} is given; the lattice of {layout.columns} x {layout.rows} sites"
-        end = f"is {height:.4g} m high and the box {case.domain.size[2]:g} m"
-        yield Problem("start.spacing", f"{text} {end}; lower the spacing (above 1) or the bed, or raise domain.size.")
-    elif layout.columns * layout.rows > 2**62:
-        yield Problem("domain.size", "the floor holds more lattice sites than can be counted; give sizes in m.")
-
-
 @check("contact.stiffness", "contact.steps_per_contact", "end_time", *COEFFICIENTS, *BED[:2])
 def check_contact(case: Case, folder: Path) -> Iterator[Problem]:
     """The DEM step is a number that time can advance by."""
@@ -305,52 +222,3 @@ def check_drag_file(options: Exchange, folder: Path) -> Iterator[Problem]:
             examine_drag_file(find_companion(folder, name, ".py"))
         except CaseError as error:
             yield from (Problem(key, problem) for problem in error.problems)
-
-
-@check("particles.positions", "domain.periodic", *BED)
-def check_positions(case: Case, folder: Path) -> Iterator[Problem]:
-    """The positions file lies beside the case and holds every particle, inside the box."""
-    key = "particles.positions"
-    if case.particles is None or case.particles.positions is None:
-        return
-    name = case.particles.positions
-    try:
-        positions = read_positions(find_companion(folder, name, ".csv"))
-    except CaseError as error:
-        yield from (Problem(key, problem) for problem in error.problems)
-        return
-    if has_bed(case) and len(positions) != particle_count(case.particles):
-        text = f"{name} holds {len(positions)} particles and the case {particle_count(case.particles)}"
-        yield Problem(key, f"{text}; give particles.count = {len(positions)} (in place of mass) or mend the file.")
-    elif has_bed(case):
-        yield from check_kinds(case, folder / name)
-    margin = np.where(wraps(case.domain), 0.0, (0.5 - WALL_OVERLAP) * largest_diameter(case.particles))
-    outside = np.flatnonzero(((positions < margin) | (positions > np.array(case.domain.size) - margin)).any(axis=1))
-    if outside.size:
-        where = ", ".join(f"{x:g}" for x in positions[outside[0]])
-        text = (
-            f"{name}: {outside.size} particles are not inside the box, first is particle {outside[0] + 1} at ({where})"
-        )
-        end = f"centres may come as near as {margin.max():g} m to a wall, coordinates are in m."
-        yield Problem(key, f"{text} m; {end}")
-
-
-@check("domain.cells", *BED)
-def check_size(case: Case, folder: Path) -> Iterator[Problem]:
-    """Cells can be numbered, and the run fits into the memory of this machine."""
-    cells = math.prod(case.domain.cells)
-    if cells > MOST:
-        text = f"{cells:.3g} cells are given ({BYTES_PER_CELL * cells / 1e9:.3g} GB), at most {MOST:.1g} are allowed"
-        yield Problem("domain.cells", f"{text}; give fewer.")
-    if case.particles is not None and (not has_bed(case) or next(check_packing(case, folder), None)):
-        return
-    count = particle_count(case.particles) if case.particles else 0
-    if count > MOST:
-        key = "particles.mass" if case.particles and case.particles.count is None else "particles.count"
-        text = f"{count:.3g} particles need about {BYTES_PER_PARTICLE * count / 1e9:.3g} GB"
-        yield Problem(key, f"{text}, at most {MOST:.1g} are allowed; give fewer, or a larger diameter.")
-    needed, held = needed_memory(case), machine_memory()
-    if needed > held and max(cells, count) <= MOST:
-        key = "domain.cells" if cells * BYTES_PER_CELL > needed / 2 else "particles"
-        text = f"{cells:.3g} cells and {count:.3g} particles need about {needed / 1e9:.3g} GB"
-        yield Problem(key, f"{text}, this machine has {held / 1e9:.3g} GB; give fewer or take a larger machine.")

@@ -10,6 +10,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+import fbcouple.case.bed_checks
 import fbcouple.case.contact_checks
 import fbcouple.case.output_checks
 import fbcouple.case.voidage_checks  # noqa: F401  (each registers its checks)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fbcouple.case import checks
+from fbcouple.case import bed_checks
 from fbcouple.case.checks import find_problems
 from fbcouple.case.load import load_case
 from fbcouple.case.positions import start_positions
@@ -87,7 +87,7 @@ def test_unknown_drag_law_is_suggested(good):
 
 
 def test_memory_is_refused_with_the_estimate(good, monkeypatch):
-    monkeypatch.setattr(checks, "machine_memory", lambda: 100_000_000)
+    monkeypatch.setattr(bed_checks, "machine_memory", lambda: 100_000_000)
     (problem,) = find_problems(good)
     assert "particles: 2.31e+04 cells and 5.73e+04 particles need about 0.103 GB, this machine has 0.1 GB" in problem
 

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+import fbcouple.case.load  # noqa: F401  (registers the checks)
 from fbcouple.case.checks import find_problems
 from fbcouple.case.lattice import lattice_kinds, lattice_positions
 from fbcouple.case.mixture import count_kinds, draw_kinds, list_kinds, mean_density, mean_kind, solids_volume
