@@ -19,6 +19,7 @@ from rich.text import Text
 
 from fbcouple import __version__
 from fbcouple.batch.schedulers import SCHEDULERS
+from fbcouple.commands.bench import bench
 from fbcouple.commands.study import study
 from fbcouple.commands.table import print_table
 from fbcouple.errors import CaseError, FbcoupleError, SolverError
@@ -275,6 +276,7 @@ def doctor(mends: bool) -> None:
 
 
 cli.add_command(study)
+cli.add_command(bench)
 
 
 def main() -> None:

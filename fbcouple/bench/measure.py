@@ -1,0 +1,174 @@
+"""Coupled steps on the clock, and then the same steps of each solver alone, in one MPI rank."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from mpi4py import MPI
+
+from fbcouple.case.schema import Case
+from fbcouple.recorder import Recorder
+from fbcouple.results import STAGES
+from fbcouple.scene import Scene, open_scene
+from fbcouple.stopwatch import Stopwatch
+from fbcouple.worker import average, choose_step, exert_drag, map_solids, move, react, start, step_gas
+
+_FIRST = 5
+"""Steps that are never timed: lists, buffers and compiled code are made in them."""
+
+
+class TotalWatch(Stopwatch):
+    """A stopwatch whose totals stand through restarts."""
+
+    def __init__(self) -> None:
+        super().__init__(STAGES)
+        self.total = dict.fromkeys(STAGES, 0.0)
+
+    def restart(self) -> dict[str, float]:
+        """The seconds since the last call, which are added to the totals as well."""
+        seconds = super().restart()
+        for stage, value in seconds.items():
+            self.total[stage] += value
+        return seconds
+
+
+@dataclass(frozen=True)
+class Taken:
+    """What coupled steps took: wall seconds together, stages of this rank, and each step's length [s] and DEM steps."""
+
+    wall: float
+    stages: dict[str, float]
+    steps: list[tuple[float, int]]
+
+
+def open_run(case: Case, comm: MPI.Comm) -> tuple[Scene, Recorder]:
+    """Open the run in the current folder, and take it through its first steps (collective)."""
+    scene = open_scene(case, Path("."), comm, 1e9)
+    recorder = Recorder(scene, Path("."), Path("case.toml").read_text())
+    start(scene)
+    recorder.observe(scene)
+    for _ in range(_FIRST):
+        step(scene, recorder)
+    return scene, recorder
+
+
+def step(scene: Scene, recorder: Recorder) -> None:
+    """One pass of the time loop."""
+    move(scene)
+    map_solids(scene)
+    exert_drag(scene)
+    step_gas(scene)
+    choose_step(scene)
+    react(scene)
+    average(scene)
+    recorder.observe(scene)
+
+
+def time_coupled(scene: Scene, recorder: Recorder, steps: int) -> Taken:
+    """Take coupled steps on the clock (collective)."""
+    watch = TotalWatch()
+    scene.watch = watch
+    taken = []
+
+    def run() -> None:
+        for _ in range(steps):
+            step(scene, recorder)
+            taken.append((scene.dt, scene.substeps))
+
+    wall = _clock(scene.comm, run)
+    watch.restart()
+    return Taken(wall, watch.total, taken)
+
+
+def time_grains(scene: Scene, steps: list[tuple[float, int]]) -> tuple[float, float]:
+    """Wall seconds, of all ranks together and of this one, of LIGGGHTS alone on the same particles and steps; what
+    the gas does to a particle stays as it is (collective)."""
+    grains = scene.grains
+    assert grains is not None
+
+    def run() -> None:
+        for _, substeps in steps:
+            grains.advance(substeps)
+
+    return _clock_own(scene.comm, run)
+
+
+def time_gas(scene: Scene, steps: list[tuple[float, int]]) -> tuple[float, float]:
+    """The same of the gas solver alone on the same mesh and steps, with the voidage and drag of the last step."""
+    gas = scene.gas
+    assert gas is not None
+    frozen = scene.coupling.gas_input if scene.coupling else gas.clean_input
+    held = [np.array(field) for field in frozen]
+    gas.step(steps[0][0], *held)
+
+    def run() -> None:
+        for dt, _ in steps:
+            gas.step(dt, *held)
+            gas.measure()
+
+    return _clock_own(scene.comm, run)
+
+
+def _clock(comm: MPI.Comm, run: Callable[[], None]) -> float:
+    return _clock_own(comm, run)[0]
+
+
+def _clock_own(comm: MPI.Comm, run: Callable[[], None]) -> tuple[float, float]:
+    """Wall seconds until all ranks are through, and until this one is."""
+    comm.Barrier()
+    begin = time.perf_counter()
+    run()
+    own = time.perf_counter() - begin
+    comm.Barrier()
+    return time.perf_counter() - begin, own
+
+
+def measure_overhead(case: Case, comm: MPI.Comm, warm: float, seconds: float) -> dict[str, Any]:
+    """Coupled steps for about `seconds` of wall time after `warm` [s] of simulated time, and the floors of the same
+    steps; rows a rank and their totals, on every rank (collective)."""
+    scene, recorder = open_run(case, comm)
+    while scene.clock.time < warm:
+        step(scene, recorder)
+    trial = time_coupled(scene, recorder, _FIRST)
+    count = comm.bcast(max(_FIRST, round(seconds / (trial.wall / _FIRST))))
+    coupled = time_coupled(scene, recorder, count)
+    own: dict[str, Any] = {"rank": comm.rank, "particles": scene.grains.count if scene.grains else 0}
+    own |= {"cells": len(scene.owned)} | coupled.stages
+    floors = 0.0
+    if scene.grains:
+        wall, own["grains alone"] = time_grains(scene, coupled.steps)
+        floors += wall
+    if scene.gas:
+        wall, own["gas alone"] = time_gas(scene, coupled.steps)
+        floors += wall
+    rows = comm.allgather(own)
+    solvers = sum(max(row[stage] for row in rows) for stage in ("grains", "gas"))
+    total = {
+        "ranks": comm.size,
+        "steps": count,
+        "simulated_seconds": sum(dt for dt, _ in coupled.steps),
+        "wall_seconds": coupled.wall,
+        "floor_seconds": floors,
+        "wall_over_floors": coupled.wall / floors,
+        "not_in_a_solver": 1.0 - solvers / coupled.wall,
+    }
+    return {"ranks": rows, "total": total}
+
+
+def measure_steps(case: Case, comm: MPI.Comm, steps: int, repeats: int) -> dict[str, Any]:
+    """Wall seconds of a coupled step, the fastest of `repeats` times `steps` steps (collective)."""
+    scene, recorder = open_run(case, comm)
+    walls = [time_coupled(scene, recorder, steps).wall / steps for _ in range(repeats)]
+    return {
+        "ranks": comm.size,
+        "seconds": min(walls),
+        "slowest_seconds": max(walls),
+        "particles": comm.allreduce(scene.grains.count if scene.grains else 0),
+        "cells": comm.allreduce(len(scene.owned)),
+        "substeps": scene.substeps,
+    }

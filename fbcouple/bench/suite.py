@@ -1,0 +1,91 @@
+"""Lays out the runs of a benchmark in a temporary folder, starts their processes, and makes its tables."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from fbcouple.bench.canonical import make_box
+from fbcouple.case.load import load_case, write_case
+from fbcouple.case.schema import Case
+from fbcouple.decks.render import set_up
+from fbcouple.errors import SolverError
+from fbcouple.launch import mpi_command, mpi_environment, prepare_mesh
+from fbcouple.layout import lay_out
+
+_TAIL = 12
+_FOUND = "bench.json"
+Row = dict[str, Any]
+
+
+def measure_overhead(case: str, sets: Sequence[str], ranks: int, warm: float, seconds: float) -> dict[str, Any]:
+    """Stages of each rank beside LIGGGHTS and the gas solver alone, and totals. Raises CaseError, SolverError."""
+    with _place() as place:
+        run = place / "run"
+        lay_out(case, run, sets, trusted=False)
+        return _measure("overhead", run, load_case(str(run)), ranks, warm, seconds)
+
+
+def measure_scaling(cells: int, counts: Sequence[int], steps: int, repeats: int) -> list[Row]:
+    """Strong and weak scaling of the canonical box of `cells`^3 cells (a rank, for the weak one), eqs 46-47."""
+    rows = []
+    for kind in ("strong", "weak"):
+        first: Row | None = None
+        for ranks in counts:
+            case = make_box((cells * ranks if kind == "weak" else cells, cells, cells))
+            with _place() as place:
+                set_up(case, place / "run")
+                row = {"scaling": kind} | _measure("steps", place / "run", case, ranks, steps, repeats)
+            first = first or row
+            rows.append(row | compare(row, first))
+    return rows
+
+
+def compare(row: Row, first: Row) -> Row:
+    """Speed-up (eq. 46) or scale-up (eq. 47) over the first row, and its share of the ideal one."""
+    name = "speed-up" if row["scaling"] == "strong" else "scale-up"
+    grown = row["cells"] / first["cells"]
+    gain = first["ranks"] * first["seconds"] / row["seconds"] * grown
+    return {"gain": name, "value": gain, "of_ideal": gain / row["ranks"]}
+
+
+def count_traffic(cells: int, counts: Sequence[int]) -> list[Row]:
+    """Messages and bytes a rank of the canonical box, strong and weak, by making the plans of all ranks."""
+    rows = []
+    for kind in ("strong", "weak"):
+        for ranks in counts:
+            case = make_box((cells * ranks if kind == "weak" else cells, cells, cells))
+            with _place() as place:
+                (place / "run").mkdir()
+                write_case(case, place / "run/case.toml")
+                rows.append({"scaling": kind} | _start("traffic", place / "run", 1, ranks))
+    return rows
+
+
+@contextmanager
+def _place() -> Iterator[Path]:
+    with tempfile.TemporaryDirectory(prefix="fbcouple-bench-") as place:
+        yield Path(place)
+
+
+def _measure(kind: str, run: Path, case: Case, ranks: int, *numbers: float) -> dict[str, Any]:
+    if case.gas:
+        prepare_mesh(case, run, ranks)
+    return _start(kind, run, ranks, *numbers)
+
+
+def _start(kind: str, run: Path, ranks: int, *numbers: float) -> dict[str, Any]:
+    program = [sys.executable, "-m", "fbcouple.bench.process", kind, str(run), *map(repr, numbers)]
+    environment = mpi_environment() | {"PWD": os.getcwd()}
+    done = subprocess.run(mpi_command(ranks, program), env=environment, capture_output=True, text=True, check=False)
+    if done.returncode:
+        words = "\n".join((done.stdout + done.stderr).strip().splitlines()[-_TAIL:])
+        raise SolverError(f"bench {kind} on {ranks} ranks failed:\n{words}")
+    return json.loads((run / _FOUND).read_text())

@@ -1,0 +1,78 @@
+"""`fbcouple bench`: where the time goes, and how it scales."""
+
+# ruff: noqa: PLC0415  (a command loads only what it needs)
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import click
+
+from fbcouple.commands.table import print_table
+
+Row = dict[str, Any]
+take_file = click.option(
+    "--json", "file", type=click.Path(path_type=Path, dir_okay=False), help="Write the tables to FILE."
+)
+
+
+def show(rows: list[Row]) -> None:
+    """Print a table of rows that have the same columns."""
+    from fbcouple.study.tables import show_cell
+
+    columns = list(dict.fromkeys(key for row in rows for key in row))
+    print_table(columns, [[show_cell(row.get(column)) for column in columns] for row in rows])
+
+
+def write(file: Path | None, tables: dict[str, list[Row]]) -> None:
+    """Write the tables as JSON, one object a row."""
+    from fbcouple.study.tables import describe_machine
+
+    if file:
+        file.write_text(json.dumps({"machine": describe_machine()} | tables, indent=1) + "\n")
+
+
+@click.group()
+def bench() -> None:
+    """Where the time goes, beside what the solvers alone take, and how it scales."""
+
+
+@bench.command()
+@click.argument("case")
+@click.option("-n", "--ranks", type=click.IntRange(min=1), default=1, show_default=True, help="MPI ranks.")
+@click.option("--seconds", type=click.FloatRange(min=0.1), default=20.0, show_default=True, help="Wall time measured.")
+@click.option("--warm", type=click.FloatRange(min=0.0), default=0.0, help="Simulated time before it [s].")
+@click.option("--set", "sets", multiple=True, metavar="KEY=VALUE", help="Put a value on top of the case file.")
+@take_file
+def overhead(case: str, ranks: int, seconds: float, warm: float, sets: tuple[str, ...], file: Path | None) -> None:
+    """Seconds of each stage and rank of CASE, beside LIGGGHTS and the gas solver alone on the same steps."""
+    from fbcouple.bench.suite import measure_overhead
+
+    found = measure_overhead(case, sets, ranks, warm, seconds)
+    show(found["ranks"])
+    show([found["total"]])
+    write(file, {"ranks": found["ranks"], "total": [found["total"]]})
+
+
+@bench.command()
+@click.option("--cells", type=click.IntRange(min=10), default=12, show_default=True, help="Cells along an edge.")
+@click.option("-n", "--ranks", "counts", type=click.IntRange(min=1), multiple=True, help="Ranks to run; several times.")
+@click.option("--steps", type=click.IntRange(min=1), default=20, show_default=True, help="Fluid steps a repeat.")
+@click.option("--repeats", type=click.IntRange(min=1), default=3, show_default=True, help="The fastest counts.")
+@click.option("--traffic-only", is_flag=True, help="Run nothing: only messages and bytes of the exchange plans.")
+@take_file
+def scaling(
+    cells: int, counts: tuple[int, ...], steps: int, repeats: int, traffic_only: bool, file: Path | None
+) -> None:
+    """The canonical box, strong and weak, by eqs 46-47; messages and bytes of the exchange plan to 64 ranks."""
+    from fbcouple.bench.suite import count_traffic, measure_scaling
+
+    tables = {}
+    if not traffic_only:
+        tables["scaling"] = measure_scaling(cells, counts or (1, 2), steps, repeats)
+        show(tables["scaling"])
+    tables["traffic"] = count_traffic(cells, (1, 2, 4, 8, 16, 32, 64))
+    show(tables["traffic"])
+    write(file, tables)

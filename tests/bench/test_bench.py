@@ -1,0 +1,89 @@
+"""Benchmarks: the canonical box is the paper's, the floors are of the same steps, the traffic is that of the plan."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from fbcouple.bench.canonical import PER_CELL, SUBSTEPS, make_box
+from fbcouple.bench.suite import compare
+from fbcouple.bench.traffic import count_traffic, cut_cells
+from fbcouple.case.checks import find_problems
+from fbcouple.case.derived import dem_step
+from fbcouple.case.lattice import lattice_positions
+from fbcouple.cli import cli
+from fbcouple.errors import CaseError
+from fbcouple.grid import Grid
+from fbcouple.results import STAGES
+
+
+@pytest.mark.parametrize("cells", [(12, 12, 12), (24, 12, 12), (64, 12, 12)])
+def test_canonical_box(cells):
+    case = make_box(cells)
+    assert find_problems(case) == []
+    volume = case.particles.count * math.pi / 6 * case.particles.diameter**3
+    assert 1.0 - volume / math.prod(case.domain.size) == pytest.approx(0.54)
+    assert case.particles.count == PER_CELL * math.prod(cells)
+    assert case.gas.max_step == pytest.approx(SUBSTEPS * dem_step(case.contact, case.particles))
+    assert lattice_positions(case).max(axis=0) == pytest.approx(case.domain.size, rel=0.1)
+
+
+def test_too_small_a_box_is_refused():
+    with pytest.raises(CaseError, match="10 cells or more"):
+        make_box((2, 2, 2))
+
+
+def test_gains_of_a_perfect_machine_are_the_ranks():
+    """Eq. 46: half the time on twice the ranks; eq. 47: the same time for twice the cells on twice the ranks."""
+    first = {"scaling": "strong", "ranks": 2, "seconds": 1.0, "cells": 100}
+    strong = compare({"scaling": "strong", "ranks": 4, "seconds": 0.5, "cells": 100}, first)
+    weak = compare({"scaling": "weak", "ranks": 4, "seconds": 1.0, "cells": 200}, first)
+    assert strong == {"gain": "speed-up", "value": 4.0, "of_ideal": 1.0}
+    assert weak == {"gain": "scale-up", "value": 4.0, "of_ideal": 1.0}
+
+
+def test_every_cell_has_one_owner():
+    grid = Grid((7, 3, 2), (7.0, 3.0, 2.0))
+    parts = cut_cells(grid, 4)
+    assert len(np.unique(np.concatenate(parts), axis=0)) == grid.count
+    assert max(map(len, parts)) - min(map(len, parts)) <= 1
+
+
+def test_one_rank_sends_nothing_and_neighbours_are_all_that_many_ranks_have():
+    case = make_box((64, 10, 10))
+    alone, few, many = (count_traffic(case, ranks) for ranks in (1, 2, 16))
+    assert alone["messages_most"] == 0 and alone["bytes_most"] == 0
+    assert few["messages_most"] == 1 and many["messages_most"] == 2
+    layer = 10 * 10 * 8
+    # One diameter of stray, half a cell of the stencil and one of the filter: three layers a side at most.
+    assert 0 < many["bytes_most"] <= 2 * 3 * 12 * layer
+    assert many["bytes_most"] == pytest.approx(2 * few["bytes_most"], rel=0.4)
+
+
+def test_overhead_on_two_ranks(tmp_path):
+    text = (
+        'title = "b"\nend_time = 1.0\n[domain]\nsize = [0.01, 0.006, 0.02]\ncells = [5, 3, 10]\n'
+        "[gas]\ndensity = 1.165\nviscosity = 2e-5\ninlet_velocity = 0.5\n"
+        "[particles]\ndiameter = 1e-3\ndensity = 2500.0\ncount = 50\n"
+        "[contact]\nrestitution = 0.97\nwall_restitution = 0.97\nfriction = 0.1\nwall_friction = 0.1\n"
+        "[start]\n[exchange]\n"
+    )
+    (tmp_path / "case.toml").write_text(text)
+    file = tmp_path / "found.json"
+    done = CliRunner().invoke(
+        cli, ["bench", "overhead", str(tmp_path / "case.toml"), "-n", "2", "--seconds", "0.5", "--json", str(file)]
+    )
+    assert done.exit_code == 0, done.output
+    found = json.loads(file.read_text())
+    assert [row["rank"] for row in found["ranks"]] == [0, 1]
+    assert sum(row["particles"] for row in found["ranks"]) == 50 and sum(row["cells"] for row in found["ranks"]) == 150
+    (total,) = found["total"]
+    assert all(row["grains alone"] > 0 and row["gas alone"] > 0 for row in found["ranks"])
+    assert total["wall_over_floors"] == pytest.approx(total["wall_seconds"] / total["floor_seconds"])
+    for row in found["ranks"]:
+        assert sum(row[stage] for stage in STAGES) <= total["wall_seconds"] * 1.001
+        assert row["grains"] > 0 and row["gas"] > 0
