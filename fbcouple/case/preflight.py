@@ -245,10 +245,23 @@ def _measure_cells(case: Case) -> Iterator[Number]:
     wanted = 1.0 if case.exchange.filter_passes else 3.0
     limit = f"at least {wanted:g} ({'with' if case.exchange.filter_passes else 'without'} filter)"
     full = (math.pi / 6.0) ** (1.0 / 3.0)
+    if width := case.exchange.kernel_width or case.exchange.diffusion_width:
+        yield from _measure_spread(case, width)
+        return
     for axis, size in zip("xyz", cell_size(case) / largest_diameter(case.particles), strict=True):
         verdict = _judge(size >= wanted, "warn" if size > full else "unfit")
         meaning = f"Cell size over diameter along {axis}; a cube of {full:.2f} is filled by one particle."
         yield Number(f"cell size {axis}", float(size), "d", limit, verdict, meaning)
+
+
+def _measure_spread(case: Case, width: float) -> Iterator[Number]:
+    """The kernel, not the cell, says over what a particle is spread: cells may be small, and should be."""
+    assert case.particles is not None
+    for axis, size in zip("xyz", cell_size(case) / case.particles.diameter, strict=True):
+        meaning = (
+            f"The bandwidth over the cell size along {axis}; below 1 the cells spread a particle more than it does."
+        )
+        yield Number(f"width {axis}", width / float(size), "cells", "at least 1", _judge(width >= size), meaning)
 
 
 def _fluidize(case: Case, law: Law | None) -> Iterator[Number]:

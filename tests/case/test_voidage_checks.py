@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fbcouple.case.load import load_case
+from fbcouple.case.preflight import estimate
 from fbcouple.errors import CaseError
 
 GAUSSIAN = "exchange.voidage=gaussian"
@@ -15,6 +16,21 @@ GAUSSIAN = "exchange.voidage=gaussian"
 )
 def test_options_that_fit_together(sets):
     load_case("patil/c2", sets)
+
+
+@pytest.mark.parametrize(
+    ("sets", "verdict"),
+    [
+        ([GAUSSIAN, "exchange.kernel_width=6"], "fit"),
+        (["exchange.diffusion_width=6"], "fit"),
+        (["exchange.diffusion_width=1"], "warn"),
+    ],
+)
+def test_the_width_stands_before_the_run_in_place_of_the_cell_size(sets, verdict):
+    numbers = {number.name: number for number in estimate(load_case("patil/c2", sets))}
+    assert numbers["width z"].verdict == verdict
+    assert numbers["width z"].value == pytest.approx(float(sets[-1].split("=")[1]) * 1e-3 / (0.25 / 110))
+    assert "cell size z" not in numbers
 
 
 @pytest.mark.parametrize(
