@@ -19,7 +19,6 @@ MODULES = (
     "hertz",
     "gas",
     "turbulence",
-    "smoothing",
     "manufactured",
     "bed",
     "fall",
@@ -90,6 +89,7 @@ def scene(
     and yields its numbers, the same on all ranks."""
 
     def register(function: Function) -> Function:
+        assert name not in SCENES, f"two scenes have the name {name}"
         SCENES[name] = Scene(name, function, ranks, fast, variants, judge)
         return function
 
