@@ -129,13 +129,14 @@ def check(case: str, sets: tuple[str, ...], trusted: bool) -> None:
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Run folder; by default runs/<name of the case>.")
 @take_settings
 @click.option("--explain", "explained", is_flag=True, help="List what is in the decks, what is left out, and why.")
+@click.option("--force", "forced", is_flag=True, help="Also what the pre-flight numbers of `check` call unfit.")
 @take_trust
-def setup(case: str, output: Path | None, sets: tuple[str, ...], explained: bool, trusted: bool) -> None:
+def setup(case: str, output: Path | None, sets: tuple[str, ...], explained: bool, forced: bool, trusted: bool) -> None:
     """Write the run folder of CASE: effective case, decks, start positions. Of a set, one folder of run folders."""
     from fbcouple.decks.needs import explain
     from fbcouple.layout import lay_out
 
-    for run, loaded in lay_out(case, output, sets, trusted).items():
+    for run, loaded in lay_out(case, output, sets, trusted, forced).items():
         if explained:
             rows = [(part.name, "in" if part.is_in else "out", part.why) for part in explain(loaded)]
             print_table(["part", "", "why"], rows)

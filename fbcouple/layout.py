@@ -11,19 +11,22 @@ from fbcouple.case.companions import list_companions
 from fbcouple.case.drag_file import require_trust
 from fbcouple.case.load import load_case
 from fbcouple.case.positions import start_kinds, start_positions
+from fbcouple.case.preflight import require_fit
 from fbcouple.case.schema import Case
 from fbcouple.case.source import FILE_NAME, find_case, list_sets, list_shipped
 from fbcouple.decks.render import refuse_foreign, set_up
 from fbcouple.errors import CaseError
 
 
-def lay_out(name: str, output: Path | None, sets: Sequence[str], trusted: bool) -> dict[Path, Case]:
+def lay_out(
+    name: str, output: Path | None, sets: Sequence[str], trusted: bool, forced: bool = False
+) -> dict[Path, Case]:
     """Write the run folder of the case `name`, or of each member of the set `name` in one folder.
 
-    output: the folder; None: runs/<name>.
+    output: the folder; None: runs/<name>; forced: also what the pre-flight numbers call unfit.
 
     Returns: run folder -> its case.
-    Raises: CaseError, before anything is written, if a case is wrong or brings code that is not `trusted`.
+    Raises: CaseError, before anything is written, if a case is wrong, unfit, or brings code that is not `trusted`.
     """
     members = list_sets().get(name)
     place = output or Path("runs") / name_run(name, None if members else find_case(name))
@@ -31,7 +34,9 @@ def lay_out(name: str, output: Path | None, sets: Sequence[str], trusted: bool) 
     for member in members or [name]:
         case, source = load_case(member, sets), find_case(member)
         require_trust(case, trusted)
-        read_own_law(case, source.parent)
+        law = read_own_law(case, source.parent)
+        if not forced:
+            require_fit(case, law)
         runs[place / name_run(member, source) if members else place] = case, source.parent
     for run in runs:
         refuse_foreign(run)

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from fbcouple.bench.canonical import make_box
+from fbcouple.bench.parts import make_variants
 from fbcouple.case.load import load_case, write_case
 from fbcouple.case.schema import Case
 from fbcouple.decks.render import set_up
@@ -29,7 +30,7 @@ def measure_overhead(case: str, sets: Sequence[str], ranks: int, warm: float, se
     """Stages of each rank beside LIGGGHTS and the gas solver alone, and totals. Raises CaseError, SolverError."""
     with _place() as place:
         run = place / "run"
-        lay_out(case, run, sets, trusted=False)
+        lay_out(case, run, sets, trusted=False, forced=True)
         return _measure("overhead", run, load_case(str(run)), ranks, warm, seconds)
 
 
@@ -45,6 +46,19 @@ def measure_scaling(cells: int, counts: Sequence[int], steps: int, repeats: int)
                 row = {"scaling": kind} | _measure("steps", place / "run", case, ranks, steps, repeats)
             first = first or row
             rows.append(row | compare(row, first))
+    return rows
+
+
+def measure_parts(case: str, sets: Sequence[str], steps: int, repeats: int) -> list[Row]:
+    """Core-seconds a simulated second of a case without each of its parts, and over those of the whole case."""
+    rows: list[Row] = []
+    for name, variant in make_variants(load_case(case, sets)).items():
+        with _place() as place:
+            set_up(variant, place / "run")
+            found = _measure("steps", place / "run", variant, 1, steps, repeats)
+        cost = found["seconds"] / found["step"]
+        share = cost / rows[0]["core_seconds_per_second"] if rows else 1.0
+        rows.append({"left out": name, "core_seconds_per_second": cost, "of the whole": share} | found)
     return rows
 
 

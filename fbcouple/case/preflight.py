@@ -91,6 +91,18 @@ def estimate(case: Case, law: Law | None = None) -> list[Number]:
         raise CaseError([f"case: {text}"]) from None
 
 
+def require_fit(case: Case, law: Law | None = None) -> None:
+    """Raise CaseError, one text a number, if a pre-flight number says that the case cannot work."""
+    mend = "mend the case, or set it up all the same with --force."
+    problems = [
+        f"{number.name}: {number.value:.4g} {number.unit} is expected, {number.limit} is fit; {mend} {number.meaning}"
+        for number in estimate(case, law)
+        if number.verdict == "unfit"
+    ]
+    if problems:
+        raise CaseError(problems)
+
+
 def gas_step(case: Case) -> float:
     """Fluid step [s] that the Courant limit at U_f/0.40, the Fourier limit and `gas.max_step` allow."""
     assert case.gas is not None

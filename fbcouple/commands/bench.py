@@ -57,6 +57,21 @@ def overhead(case: str, ranks: int, seconds: float, warm: float, sets: tuple[str
 
 
 @bench.command()
+@click.argument("case")
+@click.option("--steps", type=click.IntRange(min=1), default=50, show_default=True, help="Steps a repeat.")
+@click.option("--repeats", type=click.IntRange(min=1), default=3, show_default=True, help="The fastest counts.")
+@click.option("--set", "sets", multiple=True, metavar="KEY=VALUE", help="Put a value on top of the case file.")
+@take_file
+def parts(case: str, steps: int, repeats: int, sets: tuple[str, ...], file: Path | None) -> None:
+    """What CASE costs without each of its parts: friction, filter, averages, gas, particles."""
+    from fbcouple.bench.suite import measure_parts
+
+    rows = measure_parts(case, sets, steps, repeats)
+    show(rows)
+    write(file, {"parts": rows})
+
+
+@bench.command()
 @click.option("--cells", type=click.IntRange(min=10), default=12, show_default=True, help="Cells along an edge.")
 @click.option("-n", "--ranks", "counts", type=click.IntRange(min=1), multiple=True, help="Ranks to run; several times.")
 @click.option("--steps", type=click.IntRange(min=1), default=20, show_default=True, help="Fluid steps a repeat.")

@@ -59,7 +59,7 @@ def run_case(base: str, settings: Settings, run: Path, ranks: int, wall_limit: f
     begin = time.monotonic()
     shutil.rmtree(run, ignore_errors=True)
     run.parent.mkdir(parents=True, exist_ok=True)
-    lay_out(base, run, word_settings(settings), trusted=False)
+    lay_out(base, run, word_settings(settings), trusted=False, forced=True)
     how, text = _start(run, ranks, wall_limit)
     ending = Ending(how, text, time.monotonic() - begin, ranks)
     (run / ENDING).write_text(json.dumps(asdict(ending)) + "\n")

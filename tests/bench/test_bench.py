@@ -10,14 +10,18 @@ import pytest
 from click.testing import CliRunner
 
 from fbcouple.bench.canonical import PER_CELL, SUBSTEPS, make_box
-from fbcouple.bench.suite import compare
+from fbcouple.bench.parts import LEFT_OUT, make_variants
+from fbcouple.bench.suite import compare, measure_parts
 from fbcouple.bench.traffic import count_traffic, cut_cells
 from fbcouple.case.checks import find_problems
 from fbcouple.case.derived import dem_step
 from fbcouple.case.lattice import lattice_positions
+from fbcouple.case.load import load_case
 from fbcouple.cli import cli
+from fbcouple.decks.render import render_decks
 from fbcouple.errors import CaseError
 from fbcouple.grid import Grid
+from fbcouple.places import CASES
 from fbcouple.results import STAGES
 
 
@@ -87,3 +91,26 @@ def test_overhead_on_two_ranks(tmp_path):
     for row in found["ranks"]:
         assert sum(row[stage] for stage in STAGES) <= total["wall_seconds"] * 1.001
         assert row["grains"] > 0 and row["gas"] > 0
+
+
+GONE = {
+    "friction": lambda decks: "tangential" not in decks["grains/in.grains"].split("pair_style")[1],
+    "gas": lambda decks: set(decks) == {"grains/in.grains"} and "couple/cfd" not in decks["grains/in.grains"],
+    "particles": lambda decks: "grains/in.grains" not in decks,
+}
+
+
+@pytest.mark.parametrize("part", GONE)
+def test_a_part_that_is_left_out_is_in_no_deck(part):
+    variants = make_variants(load_case("patil/c2"))
+    assert set(variants) == {"nothing", *LEFT_OUT}
+    assert GONE[part](render_decks(variants[part])) and not GONE[part](render_decks(variants["nothing"]))
+
+
+def test_one_phase_costs_less_than_both():
+    """Of a small bed: ratios within one call, far from 1."""
+    case = str(CASES / "studies/stability/case.toml")
+    rows = {row["left out"]: row for row in measure_parts(case, ["particles.count=250"], 40, 2)}
+    assert set(rows) == {"nothing", "friction", "filter", "gas", "particles"}
+    assert rows["gas"]["of the whole"] < 0.8 and rows["gas"]["particles"] == 250
+    assert rows["particles"]["of the whole"] < 0.8 and rows["particles"]["particles"] == 0
