@@ -243,8 +243,8 @@ class Gaussian(_Gathered):
 
     What would lie beyond a wall is reflected. Each axis has its own weights, whose product is that of the cell. The
     kernel ends at 3 b, where 2e-5 of it is left an axis; the rest is scaled up to all of the particle. b is the
-    bandwidth of Sun and Xiao 2015 (Int. J. Multiphase Flow 77, 142). The cost grows as (b/cell)^3; diffusion of the same
-    b is nearly the same kernel for a small part of it (diffusion.py).
+    bandwidth of Sun and Xiao 2015 (Int. J. Multiphase Flow 77, 142). The cost grows as (b/cell)^3; diffusion of the
+    same b is nearly the same kernel for a small part of it (diffusion.py).
     """
 
     _by_axes = True
