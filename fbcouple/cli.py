@@ -214,6 +214,30 @@ def post(run: Path) -> None:
 
 @cli.command()
 @click.argument("runs", nargs=-1, required=True, metavar="RUN...", type=click.Path(path_type=Path))
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="HTML file; by default report.html in the run folder, or here for several runs.",
+)
+@click.option(
+    "--reference",
+    "references",
+    multiple=True,
+    metavar="QUANTITY@HEIGHT=FILE",
+    help="Measured line across the bed at HEIGHT [m], a CSV file of x, value, error; may be given several times.",
+)
+def report(runs: tuple[Path, ...], output: Path | None, references: tuple[str, ...]) -> None:
+    """Put RUNs on one HTML page that stands alone, compared with the first of them, and the numbers in a JSON file."""
+    from postproc.report import write_report
+
+    page = output or (runs[0] if len(runs) == 1 else Path()) / "report.html"
+    for file in write_report(runs, page, references):
+        click.echo(str(file))
+
+
+@cli.command()
+@click.argument("runs", nargs=-1, required=True, metavar="RUN...", type=click.Path(path_type=Path))
 @click.option("--json", "file", type=click.Path(path_type=Path, dir_okay=False), help="Write the table to FILE.")
 def claims(runs: tuple[Path, ...], file: Path | None) -> None:
     """Tell which statements of the reference paper hold in these RUNs, and which they cannot decide."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from scipy import ndimage
 from scipy.optimize import linear_sum_assignment
 
@@ -178,6 +179,7 @@ def bubbles(results: Results) -> Figure:
     lower = inset_axes(picture, 0.56, 0.42, COLUMN - 0.7, 1.5)
     upper.plot([b.z / height for b in seen], [1e3 * b.diameter for b in seen], ".", color=BLUE, markersize=3, alpha=0.5)
     upper.set(ylabel="Equivalent diameter [mm]", ylim=(0.0, None), xlabel="$z/H$ [–]")
+    upper.xaxis.set_major_locator(MaxNLocator(5))
     sizes, rises = [1e3 * t.diameter for t in bubbling.tracks], [t.rise for t in bubbling.tracks]
     lower.plot(sizes, rises, "o", color=VERMILION, markersize=3, alpha=0.7)
     lower.set(xlabel="Equivalent diameter [mm]", ylabel="Rise velocity [m s$^{-1}$]", xlim=(0.0, None))

@@ -109,6 +109,10 @@ class Results:
             raise NotDrawableError([text])
         return values
 
+    def error(self, name: str) -> xr.DataArray:
+        """Standard error `name` of a time mean in double precision, nan where there is none yet."""
+        return self._variable(name)
+
     def _variable(self, name: str) -> xr.DataArray:
         if name not in self.data:
             raise NotDrawableError([f"{self.path} has no `{name}` (a scene records only what it has)."])

@@ -52,18 +52,18 @@ def flux_profile(results: Results) -> Figure:
     profile = vertical_flux(results)
     _, divisor, unit = flux_scale(results)
     note = f"$z/H$ = {PROFILE_HEIGHT:g}; {averaging_text(results)}"
-    picture = new_figure(results.title, COLUMN, 2.5, note)
+    picture = new_figure(results.title, COLUMN, 2.8, note)
     axes = inset_axes(picture, 0.56, 0.42, COLUMN - 0.66, 1.95)
     axes.axhline(0.0, color=GREY, linewidth=0.7)
     if profile.stderr is not None:
         low, high = profile.value - profile.stderr, profile.value + profile.stderr
         axes.fill_between(profile.position, low, high, color=BLUE, alpha=0.25, linewidth=0, label="± 1 standard error")
-    net = f"time mean (average over $x$ {np.mean(profile.value):+.2g})".replace("-", "−")
+    net = f"time mean (average over $x$: {np.mean(profile.value):+.2g})".replace("-", "−")
     axes.plot(profile.position, profile.value, color=BLUE, marker="o", markersize=2.5, label=net)
     symbol = rf"$\langle \alpha_p \rho_p U_{{p,z}} \rangle_{{xz}}{divisor}$"
     axes.set(xlabel="$x/L$ [–]", ylabel=f"{symbol} [{unit}]", xlim=(0, 1))
     axes.margins(y=0.1)
-    axes.legend(loc="best", handlelength=1.6)
+    axes.legend(loc="lower left", bbox_to_anchor=(-0.02, 0.99), handlelength=1.6, borderaxespad=0.0)
     return picture
 
 

@@ -101,7 +101,14 @@ def test_all_files_are_read():
 
 def test_postproc_knows_only_errors_and_names_of_results():
     own = {name for name in reach("postproc") if lies_in(name, "fbcouple")}
-    allowed = ("fbcouple.errors", "fbcouple.results", "fbcouple.grid")
+    allowed = (
+        "fbcouple.errors",
+        "fbcouple.results",
+        "fbcouple.grid",
+        "fbcouple.reference",
+        "fbcouple.places",
+        "fbcouple.__version__",
+    )
     assert {name for name in own if name != "fbcouple" and not lies_in(name, *allowed)} == set()
     assert reached("fbcouple.errors", "postproc")
 

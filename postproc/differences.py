@@ -1,0 +1,204 @@
+"""How far runs differ: error norms of maps and profiles on the coarser grid, against what the runs cost."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
+from scipy.interpolate import CubicSpline
+
+from postproc.dataset import NotDrawableError, Results, at_height, depth_average, velocity_scale
+from postproc.profiles import PROFILE_HEIGHT
+from postproc.style import GREY, LINES, PAGE, inset_axes, new_figure
+
+Field = Callable[[Results, str], xr.DataArray]
+FIELDS: dict[str, Field] = {}
+"""What is compared, dimensionless, on (z, x) or one of them; the suffix "_stderr" asks for its standard error."""
+
+
+@dataclass(frozen=True)
+class Difference:
+    """Norms of run minus base over the box, each cell weighted by its volume; dimensionless as the field is.
+
+    `l1` mean of the absolute difference, `l2` root mean square, `largest` maximum; `relative` is l2 over the root mean
+    square of the base. `noise` is the l2 that the statistical errors of both runs make alone (an upper bound, as errors
+    along the depth count as correlated); nan if a run has no errors yet.
+    """
+
+    run: str
+    base: str
+    quantity: str
+    l1: float
+    l2: float
+    largest: float
+    relative: float
+    noise: float
+
+
+def field(name: str) -> Callable[[Field], Field]:
+    """Register a field under the words of the table."""
+
+    def register(function: Field) -> Field:
+        FIELDS[name] = function
+        return function
+
+    return register
+
+
+@field("map of the solids fraction")
+def _solids_fraction(results: Results, suffix: str) -> xr.DataArray:
+    return depth_average(results.mean(f"solids_fraction{suffix}"))
+
+
+def _flux_scale(results: Results) -> float:
+    if results.gas_flux is None:
+        raise NotDrawableError([f"{results.path} has no inlet flow of gas to put fluxes in proportion to."])
+    return results.gas_flux
+
+
+@field("map of the vertical solids flux over ρ U_f")
+def _vertical_flux(results: Results, suffix: str) -> xr.DataArray:
+    return depth_average(results.mean(f"solids_flux{suffix}").sel(component="z", drop=True)) / _flux_scale(results)
+
+
+@field("map of the horizontal solids flux over ρ U_f")
+def _horizontal_flux(results: Results, suffix: str) -> xr.DataArray:
+    return depth_average(results.mean(f"solids_flux{suffix}").sel(component="x", drop=True)) / _flux_scale(results)
+
+
+@field("map of the vertical gas flux over U_f")
+def _gas_flux(results: Results, suffix: str) -> xr.DataArray:
+    return depth_average(results.mean(f"gas_flux{suffix}").sel(component="z", drop=True)) / velocity_scale(results)[0]
+
+
+@field(f"profile of the vertical solids flux over ρ U_f at z/H = {PROFILE_HEIGHT:g}")
+def _flux_profile(results: Results, suffix: str) -> xr.DataArray:
+    return at_height(_vertical_flux(results, suffix), PROFILE_HEIGHT * results.size[2])
+
+
+@field("profile over the height of the solids fraction")
+def _height_profile(results: Results, suffix: str) -> xr.DataArray:
+    return _solids_fraction(results, suffix).mean("x")
+
+
+def compare(runs: Sequence[Results]) -> tuple[list[Difference], list[str]]:
+    """Differences of every run to the first, and why some could not be told."""
+    base = runs[0]
+    rows, left_out = [], []
+    for run in runs[1:]:
+        if not np.allclose(run.size, base.size, rtol=1e-9):
+            left_out.append(f"{run.label} is not compared with {base.label}: their boxes differ.")
+            continue
+        for name in FIELDS:
+            try:
+                rows.append(find_difference(run, base, name))
+            except NotDrawableError as lack:
+                left_out.append(f"{name}: {lack}")
+    return rows, left_out
+
+
+def find_difference(run: Results, base: Results, name: str) -> Difference:
+    """Norms of field `name` of `run` minus that of `base`, both on the coarser of their grids along each axis."""
+    one, other = _bring_together(FIELDS[name](run, ""), FIELDS[name](base, ""), run.size)
+    apart = one - other
+    root = float(np.sqrt(np.mean(other**2)))
+    l2 = float(np.sqrt(np.mean(apart**2)))
+    relative = l2 / root if root > 0.0 else np.nan
+    largest = float(np.max(np.abs(apart)))
+    return Difference(
+        run.label, base.label, name, float(np.mean(np.abs(apart))), l2, largest, relative, _noise(run, base, name)
+    )
+
+
+def _noise(run: Results, base: Results, name: str) -> float:
+    try:
+        errors = _bring_together(FIELDS[name](run, "_stderr"), FIELDS[name](base, "_stderr"), run.size)
+    except NotDrawableError:
+        return np.nan
+    return float(np.sqrt(np.mean(errors[0] ** 2 + errors[1] ** 2)))
+
+
+def _bring_together(one: xr.DataArray, other: xr.DataArray, size: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
+    fields = [one.values, other.values]
+    for axis, dim in enumerate(one.dims):
+        length = size["xyz".index(str(dim))]
+        cells = min(one.sizes[dim], other.sizes[dim])
+        fields = [coarsen(values, axis, cells, length) for values in fields]
+    return fields[0], fields[1]
+
+
+def coarsen(values: np.ndarray, axis: int, cells: int, length: float) -> np.ndarray:
+    """Cell means along `axis` on a grid of fewer equal `cells` over `length` [m].
+
+    The running integral over the cells is known at their faces; a cubic spline takes it to the new faces. So the
+    integral is kept, polynomials up to the second degree are exact, and on the same grid nothing changes.
+    """
+    count = values.shape[axis]
+    if count == cells:
+        return values
+    along = np.moveaxis(values, axis, 0)
+    integral = np.concatenate([np.zeros((1, *along.shape[1:])), np.cumsum(along, axis=0)]) * (length / count)
+    faces = CubicSpline(np.linspace(0.0, length, count + 1), integral, axis=0)(np.linspace(0.0, length, cells + 1))
+    return np.moveaxis(np.diff(faces, axis=0) * (cells / length), 0, axis)
+
+
+def core_hours(results: Results) -> float:
+    """Core-hours per simulated second; NotDrawableError if the results do not tell both."""
+    time = float(results.data["time"].values[-1]) if results.data.sizes.get("time") else 0.0
+    if "core_seconds" not in results.data.attrs or time <= 0.0:
+        raise NotDrawableError([f"{results.path} does not tell its `core_seconds` or has no time yet."])
+    return float(results.data.attrs["core_seconds"]) / 3600.0 / time
+
+
+@dataclass(frozen=True)
+class Point:
+    """An error of a run, in words what of, and the core-hours per simulated second that the run took."""
+
+    run: str
+    error: str
+    value: float
+    noise: float
+    cost: float
+
+
+def draw_error_against_time(points: Sequence[Point], base: float | None) -> Figure:
+    """Draw each error above 0 against run time: a colour an error, a mark a run; dotted: the cost of `base`."""
+    shown = [point for point in points if point.value > 0.0]
+    if not shown:
+        raise NotDrawableError(["no error above 0 to draw against run time."])
+    errors, runs = list(dict.fromkeys(p.error for p in shown)), list(dict.fromkeys(p.run for p in shown))
+    body = max(2.9, 0.6 + 0.16 * (len(errors) + len(runs)))
+    note = "" if base is None else "dotted line: run time of the run that the others are compared with"
+    picture = new_figure("Error against run time", PAGE, body, note)
+    axes = inset_axes(picture, 0.72, 0.42, 3.0, body - 0.52)
+    for point in shown:
+        colour = LINES[errors.index(point.error) % len(LINES)]["color"]
+        axes.plot(point.cost, point.value, color=colour, marker=LINES[runs.index(point.run) % len(LINES)]["marker"])
+    for error in errors:
+        line = sorted((point.cost, point.value) for point in shown if point.error == error)
+        axes.plot(*zip(*line, strict=True), color=LINES[errors.index(error) % len(LINES)]["color"], linewidth=0.7)
+        axes.plot([], [], color=LINES[errors.index(error) % len(LINES)]["color"], label=error)
+    for run in runs:
+        axes.plot(
+            [],
+            [],
+            color="none",
+            markeredgecolor="black",
+            marker=LINES[runs.index(run) % len(LINES)]["marker"],
+            markerfacecolor="black",
+            label=run,
+        )
+    axes.set(xscale="log", yscale="log", xlabel="Core-hours per simulated second", ylabel="Error [–]")
+    axes.grid(which="major", linewidth=0.4)
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_formatter(NullFormatter())
+    if base is not None:
+        axes.axvline(base, color=GREY, linestyle=":", linewidth=1.0)
+    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=1.8)
+    return picture

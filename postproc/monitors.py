@@ -1,0 +1,114 @@
+"""What was watched while a run went on: conservation, limits of the steps, whether the gas carries the bed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from postproc.dataset import NotDrawableError, Results, depth_average
+from postproc.statistics import summarise
+
+
+@dataclass(frozen=True)
+class Watched:
+    """A dimensionless number: in words what it is, its value over the run, and what is wanted of it."""
+
+    monitor: str
+    value: float
+    wanted: str
+
+
+Monitor = Callable[[Results], Watched]
+MONITORS: dict[str, Monitor] = {}
+
+
+def monitor(name: str) -> Callable[[Monitor], Monitor]:
+    """Register a function under the variable of the results that it needs."""
+
+    def register(function: Monitor) -> Monitor:
+        MONITORS[name] = function
+        return function
+
+    return register
+
+
+@monitor("particles")
+def _lost(results: Results) -> Watched:
+    count = results.history("particles").values
+    return Watched("particles lost", int(count[0] - count[-1]), "0")
+
+
+@monitor("solids_volume")
+def _volume(results: Results) -> Watched:
+    volume = results.history("solids_volume").values
+    return Watched(
+        "largest relative change of the solids volume", float(np.max(np.abs(volume / volume[0] - 1))), "1e-12"
+    )
+
+
+@monitor("momentum_error")
+def _momentum(results: Results) -> Watched:
+    return Watched(
+        "momentum error of a step over its drag impulse, largest", _largest(results, "momentum_error"), "1e-10"
+    )
+
+
+@monitor("gas_mass_error")
+def _mass(results: Results) -> Watched:
+    return Watched("gas lost by continuity over the inflow, largest", _largest(results, "gas_mass_error"), "")
+
+
+@monitor("max_courant")
+def _courant(results: Results) -> Watched:
+    limit = (results.case.get("gas") or {}).get("max_courant")
+    return Watched("Courant number, largest", _largest(results, "max_courant"), "" if limit is None else f"{limit:g}")
+
+
+@monitor("min_voidage")
+def _voidage(results: Results) -> Watched:
+    return Watched("voidage, least", float(np.nanmin(results.history("min_voidage").values)), "above 0.26")
+
+
+@monitor("cells_over_packed")
+def _packed(results: Results) -> Watched:
+    return Watched("cells over the closest packing, most", int(_largest(results, "cells_over_packed")), "0")
+
+
+@monitor("max_overlap")
+def _overlap(results: Results) -> Watched:
+    return Watched("overlap of two particles over the diameter, largest", _largest(results, "max_overlap"), "")
+
+
+@monitor("pressure_drop")
+def _support(results: Results) -> Watched:
+    weight = results.weight_per_area
+    if weight is None:
+        raise NotDrawableError(["no weight to put the pressure drop in proportion to."])
+    words = "mean steady pressure drop over weight less buoyancy a floor area"
+    return Watched(words, summarise(results, "pressure_drop").mean / weight, "1 within 3 % if the gas carries the bed")
+
+
+@monitor("gas_flux")
+def _inflow(results: Results) -> Watched:
+    if results.gas_flux is None:
+        raise NotDrawableError(["no inlet flow."])
+    velocity = results.gas_flux / float(results.case["gas"]["density"])
+    layers = results.mean("gas_flux").sel(component="z").mean(["x", "y"]).values / velocity
+    words = "mean gas flux at a height over U_f, farthest from 1"
+    return Watched(words, float(layers[np.argmax(np.abs(layers - 1.0))]), "1 within 1 %")
+
+
+@monitor("solids_flux")
+def _net_flux(results: Results) -> Watched:
+    upward = depth_average(results.mean("solids_flux").sel(component="z"))
+    largest = float(np.abs(upward).max())
+    net = float(np.abs(upward.mean("x")).max()) / largest if largest else 0.0
+    return Watched(
+        "net vertical solids flux at a height over the largest flux", net, "small: the time mean is long enough"
+    )
+
+
+def _largest(results: Results, name: str) -> float:
+    return float(np.nanmax(results.history(name).values))

@@ -1,0 +1,245 @@
+"""The report: a valid page that stands alone, with the numbers that the synthetic runs are known to have."""
+
+import base64
+import json
+import re
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from fbcouple.cli import cli
+from fbcouple.errors import CaseError
+from postproc import COMPARISONS, FIGURES
+from postproc.report import show, write_report
+from postproc.tables import make_plain
+from tests.postproc.whole_run import BUBBLE, HEIGHT_FREQUENCY, PRESSURE_FREQUENCY, RISE, write_whole
+
+VOID = {"meta", "img", "link", "br", "hr"}
+LINE = "x,value,error\n0.02,-0.3,0.05\n0.04,0.0,0.05\n0.06,0.3,0.05\n"
+
+
+class Page(HTMLParser):
+    """Reads a page and notes tags left open, closed twice or nested wrongly, identifiers, links and pictures."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.mistakes, self.ids, self.links, self.images, self.tags = [], [], [], [], [], []
+        self.texts = []
+        self.feed(text)
+        self.mistakes += [f"<{tag}> is never closed" for tag in self.open]
+
+    def handle_starttag(self, tag, attrs):
+        values = dict(attrs)
+        self.tags.append(tag)
+        if len(values) < len(attrs):
+            self.mistakes.append(f"<{tag}> has an attribute twice")
+        self.ids += [values["id"]] if "id" in values else []
+        self.links += [values[key] for key in ("href", "src") if key in values]
+        if tag == "img":
+            self.images.append(values)
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        if not self.open or self.open[-1] != tag:
+            self.mistakes.append(f"</{tag}> closes <{self.open[-1] if self.open else ''}>")
+        else:
+            self.open.pop()
+
+    def handle_data(self, data):
+        self.texts.append(data)
+
+
+@pytest.fixture(scope="module")
+def two(tmp_path_factory):
+    """Two runs on two meshes beside a measured line: the page, its text, and the numbers."""
+    folder = tmp_path_factory.mktemp("report")
+    (folder / "line.csv").write_text(LINE)
+    write_whole(folder / "coarse", (17, 3, 55))
+    write_whole(folder / "fine", (34, 6, 110), shift=0.1, core_seconds=72000.0)
+    page, numbers = write_report(
+        [folder / "coarse", folder / "fine"], folder / "two.html", [f"solids_velocity@0.025={folder / 'line.csv'}"]
+    )
+    text = page.read_text()
+    return page, text, json.loads(numbers.read_text())
+
+
+@pytest.fixture(scope="module")
+def content(two):
+    return two[2]
+
+
+def row_of(rows, **wanted):
+    (found,) = [row for row in rows if all(row[key] == value for key, value in wanted.items())]
+    return found
+
+
+def test_the_page_is_well_formed(two):
+    page = Page(two[1])
+    assert two[1].startswith("<!DOCTYPE html>\n<html lang=")
+    assert page.mistakes == []
+    assert len(set(page.ids)) == len(page.ids)
+    assert {"title", "main", "header", "caption"} <= set(page.tags)
+    assert page.tags.count("h1") == page.tags.count("main") == 1
+
+
+def test_it_stands_alone_and_has_no_script(two):
+    page = Page(two[1])
+    assert all(link.startswith(("data:image/png;base64,", "#")) for link in page.links)
+    assert {link[1:] for link in page.links if link.startswith("#")} <= set(page.ids)
+    assert "script" not in page.tags and "@import" not in two[1] and "url(" not in two[1]
+
+
+def test_every_picture_is_whole_and_in_words(two):
+    page = Page(two[1])
+    # both runs with all figures, the comparisons, the measured lines and the error against run time
+    assert len(page.images) == 2 * len(FIGURES) + len(COMPARISONS) + 2
+    for image in page.images:
+        assert len(image["alt"]) > 20 and int(image["width"]) > 200 and int(image["height"]) > 100
+        assert base64.b64decode(image["src"].partition(",")[2])[:8] == b"\x89PNG\r\n\x1a\n"
+    assert len({image["alt"] for image in page.images}) == len(page.images)
+
+
+def test_two_runs_are_below_5_megabytes(two):
+    assert two[0].stat().st_size < 5e6
+
+
+def test_names_of_the_case_are_not_taken_for_markup(two):
+    assert "A whole &lt;synthetic&gt; bed &amp; more" in two[1] and "<synthetic>" not in two[1]
+
+
+def test_no_word_of_the_template_or_of_python_is_left(two):
+    text = " ".join(Page(two[1]).texts)
+    assert not re.search(r"\{\{|\}\}|\{%|\bNone\b|\bnan\b|Undefined|array\(|np\.", text)
+
+
+def test_every_number_of_the_tables_is_in_the_json(two):
+    """Cells of the page, four digits each, against the values of all rows."""
+    values: set[str] = set()
+
+    def gather(value):
+        for inner in value.values() if isinstance(value, dict) else value if isinstance(value, list) else []:
+            gather(inner)
+        values.add(show(value))
+
+    gather(two[2])
+    cells = re.findall(r'<td class="number">([^<]*)</td>', two[1])
+    assert len(cells) > 150 and set(cells) <= values | {"–"}
+
+
+def test_errors_stand_beside_run_time(content):
+    """7200 and 72000 core seconds for 20 s."""
+    costs = {row["run"]: row["core-hours per simulated second"] for row in content["cost"]}
+    assert costs == pytest.approx({"coarse": 0.1, "fine": 1.0})
+    solids = row_of(content["errors"], **{"error of": "map of the solids fraction"})
+    assert solids["run"] == "fine" and solids["core-hours per simulated second"] == pytest.approx(1.0)
+    assert solids["error"] == pytest.approx(1.0 / 3.0, rel=0.03)
+    assert {row["run"] for row in content["errors"] if row["error of"].startswith("solids_velocity")} == {
+        "coarse",
+        "fine",
+    }
+
+
+def test_the_measured_line_is_missed_by_nothing_where_the_run_is_the_line(content):
+    """The run's velocity is linear, 1.2 (x/L - 1/2), and so are the points."""
+    for row in content["references"]:
+        assert row["rms"] == pytest.approx(0.0, abs=1e-6) and row["error of measurement"] == pytest.approx(0.05)
+        assert row["unit"] == "m s-1" and row["points"] == 3
+
+
+def test_statistics_spectra_and_bubbles_of_a_run(content):
+    run = content["runs"][0]
+    height = row_of(run["statistics"], quantity="height up to which the layer-mean solids fraction exceeds 0.2")
+    assert height["mean"] == pytest.approx(0.07, abs=2e-4) and height["steady from [s]"] == pytest.approx(1.0, abs=0.1)
+    assert height["deviation"] == pytest.approx(2e-3 / np.sqrt(2.0), rel=0.05)
+    peaks = {row["quantity"]: row["dominant frequency [Hz]"] for row in run["spectra"]}
+    assert peaks == pytest.approx({"pressure drop": PRESSURE_FREQUENCY, "bed height": HEIGHT_FREQUENCY}, abs=0.02)
+    (bubbles,) = run["bubbles"]
+    assert bubbles["rise velocity [m s-1]"] == pytest.approx(RISE, rel=0.05)
+    assert bubbles["diameter [m]"] == pytest.approx(BUBBLE, rel=0.1)
+    assert bubbles["bubbles at a time"] == pytest.approx(1.0)
+
+
+def test_monitors_of_a_run(content):
+    monitors = {row["monitor"]: row["value"] for row in content["runs"][0]["monitors"]}
+    assert monitors["particles lost"] == 0 and monitors["largest relative change of the solids volume"] == 0.0
+    assert monitors["Courant number, largest"] == 0.2
+    assert monitors["mean gas flux at a height over U_f, farthest from 1"] == pytest.approx(1.0)
+    words = "mean steady pressure drop over weight less buoyancy a floor area"
+    assert monitors[words] == pytest.approx(600.0 / 612.8, rel=1e-3)
+    assert monitors["net vertical solids flux at a height over the largest flux"] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_cost_by_stage_adds_up(content):
+    stages = {row["stage"]: row for row in content["runs"][0]["cost"]}
+    assert stages["wait"]["wall [s]"] == pytest.approx(0.2 * 7 * 2001)
+    assert stages["all"]["wall [s]"] == pytest.approx(0.2 * 28 * 2001)
+    assert stages["all"]["share [%]"] == pytest.approx(100.0)
+    assert stages["gas"]["wall per simulated second [s]"] == pytest.approx(0.2 * 2001 / 20.0)
+
+
+def test_every_option_of_the_case_is_told(content):
+    options = {row["option"]: row["value"] for row in content["runs"][0]["parameters"]}
+    assert options["gas.inlet_velocity"] == 1.2 and options["domain.cells"] == [17, 3, 55]
+
+
+def test_the_manifest_is_told_where_there_is_one(tmp_path):
+    run = write_whole(tmp_path / "run")
+    manifest = {
+        "fbcouple": "9.9",
+        "left_out": {"rotation": "not asked for"},
+        "run": {"ranks": 4, "command": ["a", "b"]},
+    }
+    (run / "manifest.json").write_text(json.dumps(manifest))
+    _, numbers = write_report([run], tmp_path / "a.html")
+    told = {row["what"]: row["value"] for row in json.loads(numbers.read_text())["runs"][0]["provenance"]}
+    assert told["fbcouple"] == "9.9" and told["left out rotation"] == "not asked for"
+    assert told["run ranks"] == 4 and told["run command"] == "a b"
+
+
+def test_a_run_that_has_only_begun_is_reported_with_what_it_has(dataset, write):
+    lean = dataset.drop_vars([name for name in dataset if "x" in dataset[name].dims])
+    run = write(lean)
+    done = CliRunner().invoke(cli, ["report", str(run)])
+    assert done.exit_code == 0, done.output
+    assert done.output.splitlines() == [str(run / "report.html"), str(run / "report.json")]
+    page = Page((run / "report.html").read_text())
+    assert page.mistakes == [] and len(page.images) == 2
+    assert any("averaging starts at t = 1 s" in text for text in page.texts)
+
+
+def test_a_reference_on_the_command_line(tmp_path):
+    run = write_whole(tmp_path / "run")
+    (tmp_path / "line.csv").write_text(LINE)
+    arguments = ["report", str(run), "-o", str(tmp_path / "sub" / "page.html")]
+    done = CliRunner().invoke(cli, [*arguments, "--reference", f"solids_velocity@0.025={tmp_path / 'line.csv'}"])
+    assert done.exit_code == 0, done.output
+    assert len(json.loads((tmp_path / "sub/page.json").read_text())["references"]) == 1
+    done = CliRunner().invoke(cli, [*arguments, "--reference", "velocity@0.025=line.csv"])
+    assert done.exit_code == 1 and "allowed are: solids_fraction" in done.output
+
+
+def test_nothing_is_written_if_a_run_is_missing(tmp_path):
+    run = write_whole(tmp_path / "run")
+    with pytest.raises(CaseError, match=r"none/results\.nc does not exist"):
+        write_report([run, tmp_path / "none"], tmp_path / "page.html")
+    assert not (tmp_path / "page.html").exists() and not (tmp_path / "page.json").exists()
+
+
+def test_a_page_named_json_is_refused(tmp_path):
+    with pytest.raises(CaseError, match="give the page another ending"):
+        write_report([write_whole(tmp_path / "run")], tmp_path / "page.json")
+
+
+def test_numbers_that_are_none_become_null():
+    assert make_plain({"a": [np.float64(np.nan), np.int64(3), (1.5, float("inf"))]}) == {"a": [None, 3, [1.5, None]]}
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(None, "–"), (float("nan"), "–"), (True, "yes"), (3, "3"), (0.123456, "0.1235"), ([1, 2.0], "1, 2"), ([], "none")],
+)
+def test_values_are_shown_in_four_digits(value, text):
+    assert show(value) == text
