@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from mpi4py import MPI
 
 from fbcouple.exchange.momentum import add_rows
+
+_SUSPECT = 1e-11
+_NEGLIGIBLE = 1e-4
+"""Part of the particles' momentum below which an impulse is not compared with: where particles go with the gas, their
+drag dies away and what is left of it is the rounding of beta u - beta v."""
 
 
 class Balance:
@@ -16,7 +23,7 @@ class Balance:
         self._given, self._scale = np.zeros(3), 0.0
         self.momentum_error = 0.0
         """Imbalance of the last step over its impulse: the sum of the drag's magnitudes or, in a liquid, what buoyancy
-        makes of the whole."""
+        makes of the whole; no less than 1e-4 of the particles' momentum."""
         self.particles = 0
         self.support = 0.0
         """Upward force [N] of the gas on all particles in the last step."""
@@ -26,8 +33,9 @@ class Balance:
         add up to `drag`."""
         self._given, self._scale = loss * dt, max(drag, float(np.linalg.norm(loss))) * dt
 
-    def receive(self, forces: np.ndarray, dt: float) -> None:
-        """The particles of this rank were under the gas force `forces` (n, 3) [N] for `dt` [s] (collective)."""
+    def receive(self, forces: np.ndarray, dt: float, find_momentum: Callable[[], float] = lambda: 0.0) -> None:
+        """The particles of this rank were under the gas force `forces` (n, 3) [N] for `dt` [s]; the sum of their m |v|
+        [kg m/s] is asked for only where the imbalance looks large (collective)."""
         received = np.zeros(3)
         add_rows(forces, received)
         totals = np.array([*(self._given - received * dt), self._scale, len(forces), received[2]])
@@ -36,6 +44,9 @@ class Balance:
         self.support = float(totals[5])
         imbalance = float(np.abs(totals[:3]).max())
         self.momentum_error = imbalance / totals[3] if totals[3] > 0 else imbalance
+        if self.momentum_error > _SUSPECT:
+            momentum = self._comm.allreduce(find_momentum())
+            self.momentum_error = imbalance / (max(totals[3], _NEGLIGIBLE * momentum) or 1.0)
 
     def count(self, particles: int) -> None:
         """Count the particles of all ranks, for a scene without gas (collective)."""

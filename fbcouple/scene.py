@@ -69,6 +69,10 @@ class Scene:
             last = grains.last_velocities if grains.remembers else None
             self.particles = Particles(grains.positions, grains.velocities, grains.radii, grains.masses, last)
 
+    def find_momentum(self) -> float:
+        """Sum of m |v| [kg m/s] of this rank's particles."""
+        return float(self.particles.masses @ np.linalg.norm(self.particles.velocities, axis=1))
+
 
 def open_scene(case: Case, run: Path, comm: MPI.Comm, end: float) -> Scene:
     """Start the solvers that `case` needs on the decks in `run`, and join them (collective)."""

@@ -62,7 +62,7 @@ def move(scene: Scene) -> None:
         scene.comm.Barrier()
     with scene.watch("react"):
         if scene.coupling:
-            scene.balance.receive(scene.grains.gas_force, scene.dt)
+            scene.balance.receive(scene.grains.gas_force, scene.dt, scene.find_momentum)
         else:
             scene.balance.count(scene.grains.count)
 
