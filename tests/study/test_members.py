@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import pytest
 
+from fbcouple.case.source import read_toml
 from fbcouple.errors import CaseError
 from fbcouple.study.error_vs_time import plan_members
-from fbcouple.study.schema import Study
+from fbcouple.study.scenes import list_scenes
+from fbcouple.study.schema import Stability, Study
 from fbcouple.study.source import list_studies, read_study
 
 
@@ -83,9 +85,19 @@ def test_mistakes_of_several_members(write):
     assert "-2" in text and "explizit" in text
 
 
-@pytest.mark.parametrize("name", list_studies())
+SHIPPED = {name: "scenes" in read_toml(path, name) for name, path in list_studies().items()}
+
+
+@pytest.mark.parametrize("name", [name for name, has_scenes in SHIPPED.items() if not has_scenes])
 def test_shipped_error_studies_have_twelve_members(name):
-    if "scenes" in list_studies()[name].read_text():
-        return
-    members = plan(name)
-    assert len(members) >= 12
+    assert len(plan(name)) >= 12
+
+
+@pytest.mark.parametrize("name", [name for name, has_scenes in SHIPPED.items() if has_scenes])
+def test_shipped_stability_studies_have_different_scenes(name):
+    names = [scene.name for scene in list_scenes(*read_study(name, Stability))]
+    assert len(names) == len(set(names)) >= 12
+
+
+def test_studies_of_both_kinds_are_shipped():
+    assert {"single-particle", "fixed-bed", "cloud", "mueller", "stability", "explicit-limit"} <= set(SHIPPED)
