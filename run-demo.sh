@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs what is missing, then runs the shipped demonstration case and draws its figures.
-# A finished run is only drawn again, an unfinished one starts again; --fresh begins anew.
+# A finished run is only drawn again, an unfinished one goes on from its checkpoint; --fresh begins anew.
 set -euo pipefail
 
 cd "$(dirname "${BASH_SOURCE[0]}")"
@@ -36,8 +36,10 @@ mkdir -p runs
 if [ -z "$fresh" ] && is_finished; then
     echo "$run is finished: only its figures are drawn again (run-demo.sh --fresh runs it anew)"
 else
-    rm -rf "$run" # set-up replaces no run that has begun
-    fbcouple setup patil/demo -o "$run"
-    fbcouple run "$run" -n "$ranks"
+    if [ -n "$fresh" ] || [ ! -f "$run/manifest.json" ]; then
+        rm -rf "$run" # set-up replaces no run that has begun
+        fbcouple setup patil/demo -o "$run"
+    fi
+    fbcouple run "$run" -n "$ranks" --resume
 fi
 fbcouple post "$run"

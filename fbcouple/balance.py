@@ -48,6 +48,14 @@ class Balance:
             momentum = self._comm.allreduce(find_momentum())
             self.momentum_error = imbalance / (max(totals[3], _NEGLIGIBLE * momentum) or 1.0)
 
+    def save(self) -> np.ndarray:
+        """This rank's share, shape (4,), of what the next `receive` is compared with; the shares of ranks add up."""
+        return np.array([*self._given, self._scale])
+
+    def load(self, share: np.ndarray) -> None:
+        """Go on from `share`."""
+        self._given, self._scale = share[:3], float(share[3])
+
     def count(self, particles: int) -> None:
         """Count the particles of all ranks, for a scene without gas (collective)."""
         self.particles = self._comm.allreduce(particles)

@@ -9,6 +9,7 @@ diverged or broke a conservation check; 75 stopped early with a checkpoint. Heav
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -62,6 +63,17 @@ def read_clock(ctx: click.Context, parameter: click.Parameter, value: str) -> in
     if minutes > 59 or seconds > 59 or hours + minutes + seconds == 0:
         raise click.BadParameter("minutes and seconds go to 59, and the limit is above 0")
     return 3600 * hours + 60 * minutes + seconds
+
+
+def read_duration(ctx: click.Context, parameter: click.Parameter, value: str | None) -> float:
+    """Read seconds or hours:minutes:seconds; no value is no limit."""
+    if value is None:
+        return math.inf
+    words = re.fullmatch(r"(\d+):([0-5]\d):([0-5]\d)|(\d+(?:\.\d*)?)", value)
+    if not words:
+        raise click.BadParameter(f"{value!r}: give seconds, as 5400, or hours, minutes and seconds, as 1:30:00")
+    hours, minutes, seconds, plain = words.groups()
+    return float(plain) if plain else int(hours) * 3600.0 + int(minutes) * 60.0 + int(seconds)
 
 
 def take_settings(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -152,25 +164,49 @@ def setup(case: str, output: Path | None, sets: tuple[str, ...], explained: bool
     callback=require_finite,
     help="Stop at this simulated time [s].",
 )
+@click.option("--resume", is_flag=True, help="Go on from the newest good checkpoint; without one, from the start.")
 @click.option("--fresh", is_flag=True, help="Start again and remove the results of an earlier run.")
+@click.option(
+    "--wall-limit",
+    callback=read_duration,
+    metavar="SECONDS|H:MM:SS",
+    help="Stop with a checkpoint before this wall time is over.",
+)
+@click.option(
+    "--patience",
+    type=click.FloatRange(min=1.0),
+    callback=require_finite,
+    default=600.0,
+    show_default=True,
+    help="Wall time [s] without a coupling step after which the run is taken for hanging and ended.",
+)
 @take_trust
-def run(run: Path, ranks: int, until: float | None, fresh: bool, trusted: bool) -> None:
-    """Run the simulation that lies in the folder RUN."""
+def run(run: Path, ranks: int, resume: bool, fresh: bool, trusted: bool, **limits: Any) -> None:
+    """Run the simulation that lies in the folder RUN; exit code 75 if it stopped early with a checkpoint."""
     require_run(run)
+    if resume and fresh:
+        raise click.UsageError("--resume goes on, --fresh starts again: give one of them")
     from fbcouple.case.drag_file import require_trust
     from fbcouple.case.load import load_case
     from fbcouple.decks.render import require_own_decks
+    from fbcouple.errors import StoppedError
     from fbcouple.launch import launch
     from fbcouple.progress import RunProgress
 
     case = load_case(str(run))
     require_trust(case, trusted)
     require_own_decks(case, run, trusted)
-    end = case.end_time
+    end = min(case.end_time, limits["until"] or case.end_time)
     console = Console()
-    with RunProgress(console, min(end, until or end)) as progress:
-        launch(run, ranks, until, fresh, progress.show)
+    go_on = f"`fbcouple run {run} -n {ranks} --resume`"
+    try:
+        with RunProgress(console, end) as progress:
+            launch(run, ranks, fresh=fresh, resume=resume, watch=progress.show, say=click.echo, **limits)
+    except StoppedError as error:
+        raise StoppedError(f"{run}: {error}; go on with {go_on}") from error
     console.print(progress.tabulate())
+    if end < case.end_time:
+        click.echo(f"{run}: done up to {end:g} s of {case.end_time:g} s; go on with {go_on}")
     click.echo(f"{run}: done; draw its figures with `fbcouple post {run}`")
 
 

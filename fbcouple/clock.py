@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 _GROWTH = 1.2
 _ALMOST = 1.0 - 1e-9
@@ -15,6 +16,8 @@ class Clock:
     With particles a step is `substeps` DEM steps. A limit that asks for less than one DEM step gets one: the step
     then exceeds the limit, which `max_courant` in the results shows.
     """
+
+    _STATE = ("time", "steps", "substeps", "dt", "_substeps_done")
 
     def __init__(self, end: float, dem_step: float | None, first_step: float, longest: float = math.inf) -> None:
         """`first_step` [s] stands until `choose` is called; with particles it is rounded down to whole DEM steps.
@@ -57,6 +60,16 @@ class Clock:
             self.substeps = max(1, min(int(min(room * self.dt, self._longest) / self._dem_step), growth))
         self._end_in_time()
 
+    def save(self) -> dict[str, Any]:
+        """What `load` needs to go on from here."""
+        return {name: getattr(self, name) for name in self._STATE}
+
+    def load(self, state: dict[str, Any]) -> None:
+        """Go on from `state`, to this clock's own end."""
+        for name in self._STATE:
+            setattr(self, name, state[name])
+        self._end_in_time()
+
     def _end_in_time(self) -> None:
         """Cut the next step where the end comes before it."""
         left = self._end - self.time
@@ -72,11 +85,12 @@ class Cadence:
 
     def __init__(self, every: float, start: float = 0.0) -> None:
         self._every = every
-        self._next = start
+        self.next = start
+        """When it is due next [s]."""
 
     def due(self, time: float) -> bool:
         """Is it due at `time`? Asking moves on to the next multiple."""
-        if time < self._next * _ALMOST:
+        if time < self.next * _ALMOST:
             return False
-        self._next = (math.floor(time / self._every * (2.0 - _ALMOST)) + 1) * self._every
+        self.next = (math.floor(time / self._every * (2.0 - _ALMOST)) + 1) * self._every
         return True

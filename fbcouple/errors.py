@@ -27,3 +27,9 @@ class DivergedError(FbcoupleError):
     """The simulation diverged or broke a conservation check (exit 4)."""
 
     exit_code = 4
+
+
+class StoppedError(FbcoupleError):
+    """The run stopped early with a checkpoint; it can be resumed (exit 75)."""
+
+    exit_code = 75

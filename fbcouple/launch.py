@@ -1,104 +1,124 @@
-"""The parent process: makes the mesh, starts the MPI job, watches it, and says why it died if it did."""
+"""The parent process of a run: prepares the folder and the mesh, starts the MPI job and says how it ended."""
 
 from __future__ import annotations
 
 import json
+import math
 import os
 import platform
 import shutil
-import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
+import xarray as xr
+
+import fbcouple.checkpoint
 from fbcouple.case.load import load_case
 from fbcouple.case.schema import Case
-from fbcouple.decks.needs import find_needs
-from fbcouple.decks.render import make_environment
-from fbcouple.errors import CaseError, DivergedError, FbcoupleError, SolverError
-from fbcouple.failure import SOLVER_LOGS, forget_failure, read_failure
-from fbcouple.results import read_line
+from fbcouple.checkpoint import FOLDER, Checkpoint
+from fbcouple.environment import mpi_command
+from fbcouple.errors import CaseError
+from fbcouple.failure import SOLVER_LOGS, forget_failure
+from fbcouple.job import Job, Watch
+from fbcouple.mesh import prepare_mesh, resume_mesh
 
-_ERRORS: dict[int, type[FbcoupleError]] = {1: CaseError, 4: DivergedError}
-_PAUSE = 0.25
-_TAIL = 12
-_PRODUCTS = ("results.nc", "figures", "report.html", "report.json")
+PATIENCE = 600.0
+_PRODUCTS = ("results.nc", FOLDER, "figures", "report.html", "report.json")
+_ALMOST = 1 - 1e-9
+_LOG = "logs/run.jsonl"
 
-Watch = Callable[[dict[str, Any]], None]
+Say = Callable[[str], None]
 
 
-def launch(run: Path, ranks: int, until: float | None, fresh: bool, watch: Watch) -> None:
+def launch(
+    run: Path,
+    ranks: int,
+    watch: Watch,
+    *,
+    until: float | None = None,
+    fresh: bool = False,
+    resume: bool = False,
+    wall_limit: float = math.inf,
+    patience: float = PATIENCE,
+    say: Say = lambda text: None,
+) -> None:
     """Run the case in `run` on `ranks` MPI ranks to its end, or to `until` [s]; `watch` sees each history row.
 
-    Raises CaseError if `run` is no run folder or holds results and `fresh` is not said; SolverError with the solver's
-    own last words; DivergedError if a check of the run failed.
+    resume: from the newest checkpoint that is whole; wall_limit [s]: wall time by which it has to be over;
+    patience [s]: wall time without a coupling step after which it is taken for hanging; say: told what is refused.
+
+    Raises CaseError if `run` is no run folder, holds what neither `fresh` nor `resume` speaks of, or has only damaged
+    checkpoints; SolverError with the solver's own last words; DivergedError if a check of the run failed;
+    StoppedError if it stopped early with a checkpoint.
     """
-    case = _read_run(run, fresh)
+    begin = time.time()
+    case = _read_run(run, fresh, resume)
+    if resume and _is_complete(run):
+        say(f"{run}: is complete: nothing is left to do")
+        return
+    checkpoint = _find_checkpoint(run, case, say) if resume else None
     end = case.end_time if until is None else min(until, case.end_time)
-    for name in _PRODUCTS:
-        _remove(run / name)
-    forget_failure(run)
-    log = run / "logs/run.jsonl"
-    for old in (log, *(run / "logs" / name for name in SOLVER_LOGS)):
-        old.unlink(missing_ok=True)
-    if case.gas:
+    if checkpoint and checkpoint.time >= end * _ALMOST:
+        say(f"{run}: has reached t = {checkpoint.time:.6g} s already: nothing is left to do up to {end:g} s")
+        return
+    _clear(run, checkpoint)
+    if case.gas and checkpoint:
+        resume_mesh(case, run, ranks, checkpoint)
+    elif case.gas:
         prepare_mesh(case, run, ranks)
-    command = mpi_command(ranks, [sys.executable, "-m", "fbcouple.worker", str(run.resolve()), repr(end)])
+    options = ["--end", repr(end), "--deadline", repr(begin + wall_limit)]
+    if checkpoint:
+        options += ["--resume", str(checkpoint.folder.relative_to(run))]
+    command = mpi_command(ranks, [sys.executable, "-m", "fbcouple.worker", str(run.resolve()), *options])
     _note_run(run, ranks, command)
-    _watch_job(command, run, log, watch)
+    Job(command, run, patience).follow(watch)
 
 
-def _read_run(run: Path, fresh: bool) -> Case:
+def _read_run(run: Path, fresh: bool, resume: bool) -> Case:
     if not (run / "manifest.json").exists():
         raise CaseError([f"{run}: is not a run folder; make one with: fbcouple setup CASE -o {run}"])
-    if (run / "results.nc").exists() and not fresh:
-        raise CaseError([f"{run}: holds results (results.nc); --fresh starts again and removes them"])
+    if not fresh and not resume:
+        for trace in ("results.nc", *(str(p.relative_to(run)) for p in fbcouple.checkpoint.list_checkpoints(run))):
+            if (run / trace).exists():
+                raise CaseError(
+                    [f"{run}: holds results ({trace}); --resume goes on, --fresh starts again and removes them"]
+                )
     return load_case(str(run / "case.toml"))
 
 
-def prepare_mesh(case: Case, run: Path, ranks: int) -> None:
-    """Make the OpenFOAM mesh and cut it into `ranks` parts with OpenFOAM's own tools, from the decks.
-
-    Raises SolverError with the tool's words.
-    """
-    fluid = run / "fluid"
-    for old in (*fluid.glob("processor*"), *_time_folders(fluid), fluid / "constant/polyMesh"):
-        _remove(old)
-    tools = [["blockMesh"]]
-    if find_needs(case)["closed_nozzle"]:
-        tools += [["topoSet"], ["createPatch", "-overwrite"]]
-    if ranks > 1:
-        text = make_environment().get_template("openfoam/system/decomposeParDict").render(ranks=ranks)
-        (fluid / "system/decomposeParDict").write_text(text)
-        tools.append(["decomposePar"])
-    with (run / "logs/mesh.log").open("w") as log:
-        for tool in tools:
-            _run_tool(tool, fluid, log)
+def _is_complete(run: Path) -> bool:
+    """Did an earlier run reach the end of the case, by its results?"""
+    if not (run / "results.nc").exists():
+        return False
+    with xr.open_dataset(run / "results.nc") as results:
+        return bool(results.attrs["complete"])
 
 
-def _run_tool(tool: list[str], fluid: Path, log: Any) -> None:
-    command = [*tool, "-case", str(fluid)]
-    try:
-        done = subprocess.run(command, env=mpi_environment(), capture_output=True, text=True, check=False)
-    except FileNotFoundError as error:
-        raise SolverError(f"{tool[0]} is not on the PATH; mend: sudo apt-get install openfoam") from error
-    log.write(done.stdout + done.stderr)
-    if done.returncode:
-        words = (done.stdout + done.stderr).strip()
-        start = words.find("--> FOAM FATAL")
-        told = words[start:] if start >= 0 else "\n".join(words.splitlines()[-_TAIL:])
-        raise SolverError(f"{tool[0]} failed with code {done.returncode} (logs/mesh.log): {told[:800]}")
+def _find_checkpoint(run: Path, case: Case, say: Say) -> Checkpoint | None:
+    checkpoint, refusals = fbcouple.checkpoint.choose(run, case)
+    for line in refusals:
+        say(line)
+    say(
+        f"{run}: resumes at t = {checkpoint.time:.6g} s from {checkpoint.folder.name}"
+        if checkpoint
+        else f"{run}: has no checkpoint yet: starts at t = 0"
+    )
+    return checkpoint
 
 
-def _time_folders(fluid: Path) -> Iterator[Path]:
-    for folder in fluid.iterdir():
-        try:
-            if float(folder.name) > 0.0:
-                yield folder
-        except ValueError:
-            continue
+def _clear(run: Path, checkpoint: Checkpoint | None) -> None:
+    """Remove what an earlier run left; of one that is resumed only what came after the checkpoint."""
+    forget_failure(run)
+    log = run / _LOG
+    for old in (log, *(run / "logs" / name for name in SOLVER_LOGS)):
+        old.unlink(missing_ok=True)
+    if checkpoint:
+        shutil.copyfile(checkpoint.folder / "history.jsonl", log)
+        return
+    for name in _PRODUCTS:
+        _remove(run / name)
 
 
 def _remove(path: Path) -> None:
@@ -106,32 +126,6 @@ def _remove(path: Path) -> None:
         shutil.rmtree(path)
     else:
         path.unlink(missing_ok=True)
-
-
-def mpi_environment() -> dict[str, str]:
-    """One thread a rank; Open MPI may run as root where the caller is root (containers, CI)."""
-    own = {"OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
-    if os.geteuid() == 0:
-        own |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
-    project = os.environ.get("WM_PROJECT_DIR", "/usr/share/openfoam")
-    return {"WM_PROJECT_DIR": project} | os.environ | own | {"FOAM_CONTROLDICT": forbid_case_code(Path(project))}
-
-
-def forbid_case_code(project: Path) -> str:
-    """OpenFOAM's global controlDict with compiling and system calls from a case switched off.
-
-    FOAM_CONTROLDICT takes the place of every etc/controlDict; of an entry that is given twice the last one counts.
-    Empty, which OpenFOAM takes for not set, where `project` has none.
-    """
-    file = project / "etc/controlDict"
-    text = file.read_text(errors="replace") if file.is_file() else ""
-    return f"{text}\nInfoSwitches {{ allowSystemOperations 0; }}\n" if text else ""
-
-
-def mpi_command(ranks: int, program: list[str]) -> list[str]:
-    """The command line that starts `program` on `ranks` ranks; more ranks than cores share them."""
-    crowded = ["--oversubscribe"] if ranks > len(os.sched_getaffinity(0)) else []
-    return ["mpirun", "-n", str(ranks), "--bind-to", "none", *crowded, *program]
 
 
 def _note_run(run: Path, ranks: int, command: list[str]) -> None:
@@ -146,40 +140,3 @@ def _note_run(run: Path, ranks: int, command: list[str]) -> None:
     fresh = run / "manifest.tmp"
     fresh.write_text(json.dumps(manifest, indent=2) + "\n")
     fresh.replace(run / "manifest.json")
-
-
-def _watch_job(command: list[str], run: Path, log: Path, watch: Watch) -> None:
-    launcher_log = run / "logs/launcher.log"
-    with launcher_log.open("w") as words:
-        try:
-            job = subprocess.Popen(command, env=mpi_environment(), stdout=words, stderr=subprocess.STDOUT)
-        except FileNotFoundError as error:
-            raise SolverError("mpirun is not on the PATH; mend: sudo apt-get install openmpi-bin") from error
-        try:
-            for row in _follow(log, job):
-                watch(row)
-        except BaseException:
-            job.terminate()
-            job.wait()
-            raise
-    if job.returncode or not (run / "results.nc").exists():
-        text, code = read_failure(run, launcher_log.read_text(errors="replace"))
-        raise CaseError([text]) if code == 1 else _ERRORS.get(code, SolverError)(text)
-
-
-def _follow(log: Path, job: subprocess.Popen) -> Iterator[dict[str, Any]]:
-    """History rows as the job writes them, until it ends."""
-    place = 0
-    over = False
-    while not over:
-        over = job.poll() is not None
-        if log.exists():
-            with log.open() as file:
-                file.seek(place)
-                while (line := file.readline()).endswith("\n"):
-                    place = file.tell()
-                    row = read_line(line)
-                    if row is not None:
-                        yield row
-        if not over:
-            time.sleep(_PAUSE)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from fbcouple.case.mixture import mean_density, solids_volume
 from fbcouple.clock import Cadence
 from fbcouple.contacts import find_max_overlap
 from fbcouple.errors import DivergedError
-from fbcouple.results import append_line, write_results
+from fbcouple.results import append_line, read_log, write_results
 from fbcouple.scene import Scene
 
 # Dense bed of the paper: solids fraction above 0.2 (section 4.2).
@@ -22,6 +23,16 @@ _DENSE = 0.2
 _CLOSEST_PACKING = 0.74048
 _VOLUME_LIMIT = 1e-9
 _MOMENTUM_LIMIT = 1e-9
+# What is kept from row to row.
+_NUMBERS = (
+    "_momentum_error",
+    "_mass_error",
+    "_courant",
+    "_elapsed",
+    "_pressure_time",
+    "_support_time",
+    "_particles",
+)
 
 
 class Recorder:
@@ -38,7 +49,8 @@ class Recorder:
         self._begin = self._saved = time.monotonic()
         every = scene.case.output.snapshots_every
         self._snapshots = Snapshots(scene.comm, scene.grid, scene.owned, every) if every else None
-        self._log = (run / "logs/run.jsonl").open("w") if scene.comm.rank == 0 else None
+        self._earlier = 0.0
+        self._log = (run / "logs/run.jsonl").open("a") if scene.comm.rank == 0 else None
 
     def observe(self, scene: Scene) -> None:
         """Check the step that was taken; record it if a row is due; save if it is time (collective)."""
@@ -150,13 +162,41 @@ class Recorder:
             write_results(self._run / "results.nc", scene.grid, means, self._rows, self._describe(scene), taken)
         self._saved = time.monotonic()
 
+    def _count_core_seconds(self, scene: Scene) -> float:
+        return (time.monotonic() - self._begin) * scene.comm.size
+
+    def save_state(self, scene: Scene, folder: Path) -> list[Path]:
+        """Write what `load_state` needs into the checkpoint `folder`, on rank 0; returns the files' names."""
+        numbers = {name: getattr(self, name) for name in _NUMBERS}
+        numbers |= {"core_seconds": self._earlier + self._count_core_seconds(scene), "next": self._cadence.next}
+        with (folder / "history.jsonl").open("w") as file:
+            for row in self._rows:
+                append_line(file, row)
+        if self._snapshots:
+            numbers["next_snapshot"] = self._snapshots.cadence.next
+            self._snapshots.save(folder / "snapshots.npz")
+        (folder / "recorder.json").write_text(json.dumps(numbers))
+        files = [Path("history.jsonl"), Path("recorder.json")]
+        return [*files, Path("snapshots.npz")] if self._snapshots else files
+
+    def load_state(self, folder: Path) -> None:
+        """Go on from the checkpoint in `folder`."""
+        numbers = json.loads((folder / "recorder.json").read_text())
+        for name in _NUMBERS:
+            setattr(self, name, numbers[name])
+        self._earlier, self._cadence.next = numbers["core_seconds"], numbers["next"]
+        self._rows = read_log(folder / "history.jsonl")
+        if self._snapshots:
+            self._snapshots.cadence.next = numbers["next_snapshot"]
+            self._snapshots.load(folder / "snapshots.npz")
+
     def _describe(self, scene: Scene) -> dict[str, Any]:
         options, now, bed = scene.case.averages, scene.clock.time, scene.case.particles
         return {
             "case": self._case_text,
             "averaging_start": options.start if options else float("nan"),
             "averaging_end": now,
-            "core_seconds": (time.monotonic() - self._begin) * scene.comm.size,
+            "core_seconds": self._earlier + self._count_core_seconds(scene),
             "ranks": scene.comm.size,
             **(
                 {"solids_mass": mean_density(bed) * solids_volume(bed), "solids_volume": solids_volume(bed)}

@@ -108,3 +108,14 @@ def read_line(line: str) -> dict[str, Any] | None:
     if not mark or not checksum.endswith("}") or checksum[:-1] != str(zlib.crc32(f"{text}}}".encode())):
         return None
     return json.loads(f"{text}}}")
+
+
+def read_log(path: Path) -> list[dict[str, Any]]:
+    """The rows of a line log up to the first line that is not whole."""
+    rows = []
+    for line in path.read_text().splitlines(keepends=True):
+        row = read_line(line)
+        if row is None:
+            break
+        rows.append(row)
+    return rows

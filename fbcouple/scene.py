@@ -61,6 +61,15 @@ class Scene:
     """The coupling step under way [s]."""
     substeps: int = 0
     """Its DEM steps."""
+    stop: str = ""
+    """Why the run has to end before its end, if it has."""
+    checkpoint: Path | None = None
+    """The newest checkpoint that this run has."""
+
+    @property
+    def running(self) -> bool:
+        """Is there time left, and no reason to stop?"""
+        return self.clock.running and not self.stop
 
     def look_at_particles(self) -> None:
         """See this rank's particles as they are now, in `particles`; valid until the next move."""
@@ -74,17 +83,20 @@ class Scene:
         return float(self.particles.masses @ np.linalg.norm(self.particles.velocities, axis=1))
 
 
-def open_scene(case: Case, run: Path, comm: MPI.Comm, end: float) -> Scene:
-    """Start the solvers that `case` needs on the decks in `run`, and join them (collective)."""
+def open_scene(case: Case, run: Path, comm: MPI.Comm, end: float, restart: Path | None = None) -> Scene:
+    """Start the solvers that `case` needs on the decks in `run`, and join them (collective).
+
+    restart: LIGGGHTS' restart file in place of the start positions; OpenFOAM starts from its latest time directory.
+    """
     grid = Grid(case.domain.cells, case.domain.size, derived.wraps(case.domain))
     logs = run / "logs"
     gas = grains = coupling = None
     if case.gas:
         log = logs / "fluid.log" if comm.rank == 0 else Path("/dev/null")
-        gas = Gas(run / "fluid", log, case.gas.density, case.gas.correctors, comm.size > 1)
+        gas = Gas(run / "fluid", log, case.gas.density, case.gas.correctors, comm.rank if comm.size > 1 else None)
     if case.particles:
         virtual_mass = case.exchange is not None and case.exchange.virtual_mass
-        grains = Grains(Path("grains/in.grains"), logs / "grains.log", comm, remembers=virtual_mass)
+        grains = Grains(Path("grains/in.grains"), logs / "grains.log", comm, restart, remembers=virtual_mass)
         if virtual_mass and case.gas:
             grains.add_inertia(ADDED_MASS * case.gas.density)
     if gas and grains and case.particles:

@@ -1,12 +1,13 @@
 """The run, in every MPI rank: `simulate` is the time loop.
 
-Started by `fbcouple.launch` as `mpirun -n RANKS python -m fbcouple.worker RUN END_TIME`.
+Started by `fbcouple.launch` as `mpirun -n RANKS python -m fbcouple.worker RUN --end SECONDS [...]`.
 """
 
 from __future__ import annotations
 
+import argparse
+import math
 import os
-import sys
 import traceback
 from pathlib import Path
 
@@ -15,17 +16,19 @@ from mpi4py import MPI
 
 from fbcouple.averages.means import sample_gas
 from fbcouple.case.load import load_case
-from fbcouple.errors import DivergedError, FbcoupleError
+from fbcouple.errors import DivergedError, FbcoupleError, StoppedError
 from fbcouple.failure import write_failure
+from fbcouple.keeper import Keeper, Limits
 from fbcouple.recorder import Recorder
 from fbcouple.scene import Scene, open_scene
+from fbcouple.state import RESTART, read_checkpoint
 
 
-def simulate(scene: Scene, recorder: Recorder) -> None:
+def simulate(scene: Scene, recorder: Recorder, keeper: Keeper) -> None:
     """THE time loop: one pass is one coupling step, a fluid step of whole DEM steps."""
     start(scene)
     recorder.observe(scene)
-    while scene.clock.running:
+    while scene.running:
         move(scene)
         map_solids(scene)
         exert_drag(scene)
@@ -34,18 +37,20 @@ def simulate(scene: Scene, recorder: Recorder) -> None:
         react(scene)
         average(scene)
         recorder.observe(scene)
+        keeper.keep(scene, recorder)
     recorder.save(scene)
 
 
 def start(scene: Scene) -> None:
-    """Set both solvers up and give the gas the voidage of the start."""
+    """Set both solvers up, and give a gas that does not go on from a checkpoint the voidage of the start."""
     if scene.grains:
         scene.grains.advance(0, first=True)
         scene.look_at_particles()
         scene.balance.count(scene.grains.count)
     if scene.coupling and scene.gas:
         scene.coupling.map(scene.particles)
-        scene.gas.start(scene.coupling.voidage)
+        if scene.clock.steps == 0:
+            scene.gas.start(scene.coupling.voidage)
         scene.coupling.read_gas(scene.gas.state)
         derive_fields(scene)
 
@@ -132,30 +137,55 @@ def average(scene: Scene) -> None:
             averaging.gas.add(sample_gas(voidage, scene.gas.velocity, scene.gas.pressure), time)
 
 
-def work(run: Path, end: float, comm: MPI.Comm) -> None:
-    """Run the case in `run` from its start to `end` [s] (collective)."""
+def work(run: Path, limits: Limits, resume: Path | None, comm: MPI.Comm) -> None:
+    """Run the case in `run` from its start, or from the checkpoint `resume` in it (collective).
+
+    Raises StoppedError where it has to stop early.
+    """
     os.chdir(run)
     os.environ["PWD"] = str(run)
+    here = Path(".")
     case = load_case("case.toml")
-    scene = open_scene(case, Path("."), comm, end)
-    simulate(scene, Recorder(scene, Path("."), Path("case.toml").read_text()))
-    if scene.gas:
+    scene = open_scene(case, here, comm, limits.end, resume / RESTART if resume else None)
+    recorder = Recorder(scene, here, Path("case.toml").read_text())
+    if resume:
+        read_checkpoint(scene, recorder, resume)
+    simulate(scene, recorder, Keeper(scene, here, limits))
+    if scene.gas and not scene.stop:
         scene.gas.write()
     if scene.grains:
         scene.grains.close()
+    if scene.stop and comm.rank == 0:
+        write_failure(here, word_stop(scene), StoppedError.exit_code)
+
+
+def word_stop(scene: Scene) -> str:
+    """Say why the run stopped early and where it goes on."""
+    return f"stopped by {scene.stop} at t = {scene.clock.time:.6g} s; checkpoint: {scene.checkpoint}"
 
 
 def main() -> None:
     """Work; a failure on one rank writes down why and ends all ranks."""
-    run, end = Path(sys.argv[1]).resolve(), float(sys.argv[2])
+    options = read_options()
+    run = options.run.resolve()
     try:
-        work(run, end, MPI.COMM_WORLD)
+        work(run, Limits(options.end, options.deadline), options.resume, MPI.COMM_WORLD)
     except FbcoupleError as error:
         write_failure(run, str(error), error.exit_code)
         MPI.COMM_WORLD.Abort(error.exit_code)
     except BaseException as error:
         write_failure(run, f"{type(error).__name__}: {error}\n{traceback.format_exc()}", 3)
         MPI.COMM_WORLD.Abort(3)
+
+
+def read_options() -> argparse.Namespace:
+    """What `fbcouple.launch` said on the command line."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("run", type=Path)
+    parser.add_argument("--end", type=float, required=True)
+    parser.add_argument("--deadline", type=float, default=math.inf)
+    parser.add_argument("--resume", type=Path)
+    return parser.parse_args()
 
 
 if __name__ == "__main__":

@@ -64,6 +64,8 @@ QUANTITIES: dict[str, Quantity] = {
 class Means:
     """Running sums of one phase's rows over the averaging window, and of its quantities over blocks of the window."""
 
+    _COUNTS = ("_samples", "_block_samples", "_block_number")
+
     def __init__(self, phase: str, cells: int, window: tuple[float, float], blocks: int) -> None:
         """The `window` [s] is cut into `blocks` equal blocks."""
         columns = SOLIDS_COLUMNS if phase == "solids" else GAS_COLUMNS
@@ -89,6 +91,20 @@ class Means:
         self._block += rows
         self._samples += 1
         self._block_samples += 1
+
+    def save(self) -> tuple[dict[str, int], dict[str, np.ndarray]]:
+        """Counts, the same on every rank, and sums, a row a cell."""
+        counts = {name: getattr(self, name) for name in self._COUNTS}
+        sums = {name: np.moveaxis(values, 1, 0) for name, values in self._sums.items()}
+        return counts, {"total": self._total, "block": self._block, **sums}
+
+    def load(self, counts: dict[str, int], sums: dict[str, np.ndarray]) -> None:
+        """Go on from what `save` gave, with the rows of this rank's cells."""
+        for name in self._COUNTS:
+            setattr(self, name, counts[name])
+        self._total[:], self._block[:] = sums["total"], sums["block"]
+        for name, values in self._sums.items():
+            values[:] = np.moveaxis(sums[name], 0, 1)
 
     def _close_block(self) -> None:
         if self._block_samples:

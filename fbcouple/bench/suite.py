@@ -17,9 +17,10 @@ from fbcouple.bench.parts import make_variants
 from fbcouple.case.load import load_case, write_case
 from fbcouple.case.schema import Case
 from fbcouple.decks.render import set_up
+from fbcouple.environment import mpi_command, mpi_environment
 from fbcouple.errors import SolverError
-from fbcouple.launch import mpi_command, mpi_environment, prepare_mesh
 from fbcouple.layout import lay_out
+from fbcouple.mesh import prepare_mesh
 
 _TAIL = 12
 _FOUND = "bench.json"

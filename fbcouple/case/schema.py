@@ -248,6 +248,20 @@ class Output(Section):
     )
 
 
+class Checkpoint(Section):
+    wall_every: float = option("Wall time between checkpoints.", "s", 600.0, **Positive)
+    every: float | None = option(
+        "Simulated time between checkpoints; absent: by wall time only.", "s", None, **Positive
+    )
+    moment_steps: int = option(
+        "Coupling steps between the moments at which a checkpoint can be written; at each the particles' solver is set "
+        "up anew, so that a resumed run equals the uninterrupted one.",
+        default=50,
+        ge=1,
+        le=1_000_000,
+    )
+
+
 class Case(Section):
     """A whole case file."""
 
@@ -262,3 +276,4 @@ class Case(Section):
     exchange: Exchange | None = None
     averages: Averages | None = None
     output: Output = Field(default_factory=Output)
+    checkpoint: Checkpoint = Field(default_factory=Checkpoint)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import os
+import re
 from pathlib import Path
 from typing import Any
 
@@ -43,9 +44,11 @@ class Grains:
     next `advance`: ask again after it.
     """
 
-    def __init__(self, deck: Path, log: Path, comm: MPI.Comm, remembers: bool = False) -> None:
-        """Read the deck `deck`; relative names in it start from the folder of the deck. If it `remembers`, every
-        `advance` first keeps the velocities; the deck has a place for them."""
+    def __init__(
+        self, deck: Path, log: Path, comm: MPI.Comm, restart: Path | None = None, remembers: bool = False
+    ) -> None:
+        """Read the deck `deck`, with the particles of the file `restart` in place of its own where one is given. If it
+        `remembers`, every `advance` first keeps the velocities; the deck has a place for them."""
         self.remembers = remembers
         self._library = load_library(LIBRARY, _FUNCTIONS, "sudo apt-get install liggghts")
         screen = log.with_suffix(".screen")
@@ -54,6 +57,8 @@ class Grains:
         handle = ctypes.c_void_p.from_address(MPI._addressof(comm))
         self._lammps = ctypes.c_void_p()
         self._library.lammps_open(len(words), arguments, handle, ctypes.byref(self._lammps))
+        if restart:
+            deck = _put_restart(deck, restart, log.with_name("in.resumed"), comm)
         self._library.lammps_file(self._lammps, os.fsencode(deck))
         self._count = self._global("nlocal", ctypes.c_int)
         self._views: dict[tuple[int, int], np.ndarray] = {}
@@ -169,3 +174,14 @@ class Grains:
             memory = _view_memory(start, rows * columns * ctypes.sizeof(kind), _WRITABLE)
             self._views[key] = np.frombuffer(memory, dtype=kind).reshape(shape)
         return self._views[key]
+
+
+def _put_restart(deck: Path, restart: Path, place: Path, comm: MPI.Comm) -> Path:
+    """Write `deck` to `place` with `restart` read in place of its data file (collective)."""
+    if comm.rank == 0:
+        text, found = re.subn(r"(?m)^read_data\b.*$", f"read_restart    {restart}", deck.read_text())
+        if found != 1:
+            raise SolverError(f"{deck} has {found} read_data lines, 1 is wanted to resume")
+        place.write_text(text)
+    comm.Barrier()
+    return place

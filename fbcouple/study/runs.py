@@ -91,7 +91,7 @@ def _is_complete(run: Path) -> bool:
 def _start(run: Path, ranks: int, wall_limit: float) -> tuple[How, str]:
     try:
         with limit_wall(wall_limit):
-            launch(run, ranks, None, True, lambda row: None)
+            launch(run, ranks, lambda row: None, fresh=True)
     except DivergedError as error:
         return "diverged", str(error)
     except SolverError as error:

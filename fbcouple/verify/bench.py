@@ -13,7 +13,7 @@ from mpi4py import MPI
 from fbcouple.case.lattice import lattice_kinds, lattice_positions
 from fbcouple.case.schema import Case
 from fbcouple.decks.render import set_up
-from fbcouple.launch import prepare_mesh
+from fbcouple.mesh import prepare_mesh
 from fbcouple.scene import Scene, open_scene
 
 GLASS: dict[str, Any] = {"diameter": 1e-3, "density": 2500.0}

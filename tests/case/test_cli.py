@@ -166,7 +166,7 @@ def test_folder_that_is_no_run(call, tmp_path, command):
 def test_run_hands_its_options_to_the_launcher(call, tmp_path, monkeypatch):
     asked = []
 
-    def launch(run, ranks, until, fresh, watch):
+    def launch(run, ranks, watch, until, fresh, **others):
         asked.append((run, ranks, until, fresh))
         for step in range(3):
             watch({"time": 0.01 * step, "steps": step, "wall": {"grains": 2.0, "gas": 1.0, "map": 1.0}})
@@ -183,7 +183,7 @@ def test_run_hands_its_options_to_the_launcher(call, tmp_path, monkeypatch):
     ("error", "code"), [(CaseError(["a", "b"]), 1), (SolverError("a\nb"), 3), (DivergedError("a\nb"), 4)]
 )
 def test_errors_have_their_exit_codes(call, monkeypatch, error, code):
-    def fail(*_):
+    def fail(*_, **__):
         raise error
 
     monkeypatch.setattr("fbcouple.launch.launch", fail)

@@ -29,7 +29,7 @@ def fields(request, tmp_path_factory):
     for ranks in (1, 2, 4):
         run = tmp_path_factory.mktemp("ranks") / f"n{ranks}"
         set_up(load_case(request.param, SETTINGS), run)
-        launch(run, ranks, None, False, lambda row: None)
+        launch(run, ranks, lambda row: None)
         with xr.open_dataset(run / "results.nc") as results:
             found[ranks] = results.load()
     return request.param, found

@@ -72,6 +72,7 @@ public:
     void fields(double* state, double* pressure) const;
     void measure(double* values) const;
     void write();
+    word timeName() const { return time_.timeName(); }
     label nCells() const { return mesh_.nCells(); }
     const fvMesh& mesh() const { return mesh_; }
 };
@@ -108,6 +109,13 @@ Gas::Gas(int argc, char** argv, double rho, int correctors)
     pRefValue_(0),
     iterations_(0)
 {
+    // The name of a time directory has 12 digits; a gas that goes on from one needs the time itself.
+    const IOdictionary stored
+    (
+        IOobject("time", time_.timeName(), "uniform", time_, IOobject::READ_IF_PRESENT, IOobject::NO_WRITE, false)
+    );
+    scalar value;
+    if (stored.readIfPresent("value", value)) time_.setTime(value, time_.timeIndex());
     setRefCell(p_, mesh_.solutionDict().subOrEmptyDict("PISO"), pRefCell_, pRefValue_);
     mesh_.setFluxRequired(p_.name());
     U_.oldTime();
@@ -335,6 +343,13 @@ int gas_open(int argc, char** argv, const char* logName, double rho, int correct
         gas = new Gas(argc, argv, rho, correctors);
         Foam::solverPerformance::debug = 0;
     });
+}
+
+const char* gas_time_name()
+{
+    static std::string name;
+    name = gas->timeName();
+    return name.c_str();
 }
 
 int64_t gas_cell_count() { return gas->nCells(); }

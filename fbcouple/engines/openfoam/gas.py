@@ -22,6 +22,7 @@ _FUNCTIONS: dict[str, Signature] = {
         ctypes.c_int,
         [ctypes.c_int, ctypes.POINTER(ctypes.c_char_p), ctypes.c_char_p, ctypes.c_double, ctypes.c_int],
     ),
+    "gas_time_name": (ctypes.c_char_p, []),
     "gas_cell_count": (ctypes.c_int64, []),
     "gas_cells": (ctypes.c_int, [_double, _double]),
     "gas_start": (ctypes.c_int, [_double]),
@@ -31,6 +32,7 @@ _FUNCTIONS: dict[str, Signature] = {
     "gas_measure": (ctypes.c_int, [_double]),
     "gas_write": (ctypes.c_int, []),
 }
+_END_OF_FILE = b"************************ //"
 _SYSTEM_PROJECT = "/usr/share/openfoam"
 
 
@@ -54,13 +56,15 @@ class Gas:
     `pressure` (n,) [Pa] are refreshed in place by `step`; `centres` (n, 3) [m] and `volumes` (n,) [m3] are fixed.
     """
 
-    def __init__(self, case: Path, log: Path, density: float, correctors: int, parallel: bool) -> None:
+    def __init__(self, case: Path, log: Path, density: float, correctors: int, rank: int | None) -> None:
+        """`rank` of several, for each of which `case` holds a part of the mesh; None where one has it all."""
         os.environ.setdefault("WM_PROJECT_DIR", _SYSTEM_PROJECT)
+        self._folder = case if rank is None else case / f"processor{rank}"
         # OpenFOAM would trap floating-point exceptions in all of Python; a gas that is not finite is caught by checks.
         os.environ["FOAM_SIGFPE"] = "false"
         mend = "fbcouple doctor --fix"
         self._library = load_library(adapter_path(), _FUNCTIONS, mend)
-        words = [b"fbcouple", b"-case", os.fsencode(case)] + ([b"-parallel"] if parallel else [])
+        words = [b"fbcouple", b"-case", os.fsencode(case)] + ([] if rank is None else [b"-parallel"])
         arguments = (ctypes.c_char_p * (len(words) + 1))(*words, None)
         self._check(self._library.gas_open(len(words), arguments, os.fsencode(log), density, correctors))
         n = self._library.gas_cell_count()
@@ -102,9 +106,18 @@ class Gas:
             self._check(self._library.gas_derive(name.encode(), _pointer(field)))
         return np.concatenate(fields, axis=1)
 
-    def write(self) -> None:
-        """Write the fields as an OpenFOAM time directory (collective)."""
+    def write(self) -> Path:
+        """Write this rank's fields as an OpenFOAM time directory (collective).
+
+        Every registered field with AUTO_WRITE is in it, in binary; one that a later step starts from needs no more.
+        Returns the directory. Raises SolverError if a file in it is cut short, as on a full disk.
+        """
         self._check(self._library.gas_write())
+        folder = self._folder / self._library.gas_time_name().decode()
+        for file in folder.rglob("*"):
+            if file.is_file() and not file.read_bytes().rstrip().endswith(_END_OF_FILE):
+                raise SolverError(f"OpenFOAM: {file} is cut short; is the disk full?")
+        return folder
 
     def _read_fields(self) -> None:
         self._check(self._library.gas_fields(_pointer(self.state), _pointer(self.pressure)))

@@ -1,0 +1,128 @@
+"""The MPI job of a run, as its parent sees it: started, followed, told to stop, and ended if it hangs."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import signal
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+from fbcouple.environment import mpi_environment
+from fbcouple.errors import CaseError, DivergedError, FbcoupleError, SolverError, StoppedError
+from fbcouple.failure import read_failure
+from fbcouple.results import read_line
+
+ERRORS: dict[int, type[FbcoupleError]] = {4: DivergedError, 75: StoppedError}
+PULSE = "logs/pulse"
+_PAUSE = 0.25
+_GRACE = 5.0
+_PARENT_DIES = 1  # PR_SET_PDEATHSIG
+
+Watch = Callable[[dict[str, Any]], None]
+
+
+class Job:
+    """An MPI job on the run folder `run`.
+
+    A signal to this process (SIGTERM, SIGUSR1, SIGINT) makes the job write a checkpoint and end; a second one ends it
+    at once. So does the end of this process, whatever ended it.
+    """
+
+    def __init__(self, command: list[str], run: Path, patience: float) -> None:
+        """`patience` [s] of wall time without a coupling step, after which the job is taken for hanging."""
+        self._command, self._run, self._patience = command, run, patience
+        self._words = run / "logs/launcher.log"
+        self._asked = 0
+
+    def follow(self, watch: Watch) -> None:
+        """Run the job to its end; `watch` sees each new history row.
+
+        Raises the error that the job ended by, StoppedError among them.
+        """
+        before = {
+            number: signal.signal(number, self._ask) for number in (signal.SIGTERM, signal.SIGUSR1, signal.SIGINT)
+        }
+        try:
+            with self._words.open("w") as words:
+                job = self._start(words)
+                try:
+                    for row in self._read_rows(job):
+                        watch(row)
+                except BaseException:
+                    _end(job)
+                    raise
+        finally:
+            for number, handler in before.items():
+                signal.signal(number, handler)
+        self._judge(job)
+
+    def _start(self, words: Any) -> subprocess.Popen:
+        try:
+            # A session of its own: Ctrl-C at the terminal is for this process, which asks the job to stop.
+            return subprocess.Popen(
+                self._command,
+                env=mpi_environment(),
+                stdout=words,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+                preexec_fn=_stop_with_parent,  # noqa: PLW1509  (no threads here)
+            )
+        except FileNotFoundError as error:
+            raise SolverError("mpirun is not on the PATH; mend: sudo apt-get install openmpi-bin") from error
+
+    def _judge(self, job: subprocess.Popen) -> None:
+        note = (self._run / "logs/failure.json").exists()
+        if job.returncode or note or not (self._run / "results.nc").exists():
+            text, code = read_failure(self._run, self._words.read_text(errors="replace"))
+            raise CaseError([text]) if code == 1 else ERRORS.get(code, SolverError)(text)
+
+    def _ask(self, number: int, frame: FrameType | None) -> None:
+        self._asked += 1
+
+    def _read_rows(self, job: subprocess.Popen) -> Iterator[dict[str, Any]]:
+        """History rows as the job writes them, until it ends."""
+        log = self._run / "logs/run.jsonl"
+        place = log.stat().st_size if log.exists() else 0
+        told = 0
+        over = False
+        while not over:
+            over = job.poll() is not None
+            if log.exists():
+                with log.open() as file:
+                    file.seek(place)
+                    while (line := file.readline()).endswith("\n"):
+                        place = file.tell()
+                        row = read_line(line)
+                        if row is not None:
+                            yield row
+            if not over:
+                told = self._tell(job, told)
+                time.sleep(_PAUSE)
+
+    def _tell(self, job: subprocess.Popen, told: int) -> int:
+        """Pass on what this process was asked: the first time a signal for a checkpoint, then the end."""
+        if self._asked > told:
+            if told:
+                _end(job)
+            else:
+                job.send_signal(signal.SIGUSR1)
+        return self._asked
+
+
+def _stop_with_parent() -> None:
+    ctypes.CDLL(None).prctl(_PARENT_DIES, signal.SIGUSR1)
+
+
+def _end(job: subprocess.Popen) -> None:
+    """End the job and all its ranks."""
+    job.terminate()
+    try:
+        job.wait(_GRACE)
+    except subprocess.TimeoutExpired:
+        os.killpg(job.pid, signal.SIGKILL)
+        job.wait()

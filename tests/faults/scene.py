@@ -1,0 +1,61 @@
+"""The small bed that the fault matrix breaks: 250 particles above a gas mesh of 150 cells, 100 coupling steps or so."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from fbcouple.case.load import load_case
+from fbcouple.decks.render import set_up
+
+BED = """
+title = "250 particles"
+end_time = 0.01
+[domain]
+size = [0.01, 0.006, 0.02]
+cells = [5, 3, 10]
+[particles]
+diameter = 1e-3
+density = 2500.0
+count = 250
+[contact]
+restitution = 0.97
+wall_restitution = 0.97
+friction = 0.1
+wall_friction = 0.1
+stiffness = 100.0
+[start]
+[averages]
+start = 2e-3
+every = 1e-4
+blocks = 2
+[output]
+record_every = 2e-4
+snapshots_every = 1e-3
+[checkpoint]
+moment_steps = 5
+[gas]
+density = 1.165
+viscosity = 2e-5
+inlet_velocity = 1.2
+[exchange]
+filter_passes = 1
+"""
+
+
+def prepare(folder: Path, sets: list[str] | None = None, text: str = BED) -> Path:
+    """Set a run up in `folder` and return its folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "case.toml").write_text(text)
+    set_up(load_case(str(folder / "case.toml"), sets or []), folder / "run")
+    return folder / "run"
+
+
+def find_differences(one: Path, other: Path) -> list[str]:
+    """Variables of two results.nc that are not the same bit for bit, wall times excepted."""
+    with xr.open_dataset(one / "results.nc") as a, xr.open_dataset(other / "results.nc") as b:
+        assert set(a.variables) == set(b.variables)
+        names = [str(name) for name in a.variables if name not in ("wall_seconds", "stage", "component")]
+        return [name for name in names if not np.array_equal(a[name].values, b[name].values, equal_nan=True)]

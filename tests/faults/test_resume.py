@@ -1,0 +1,113 @@
+"""A run that was stopped and resumed is the uninterrupted one: bit for bit on as many ranks, to rounding on others."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from scene import find_differences, prepare
+
+from fbcouple.errors import StoppedError
+from fbcouple.launch import launch
+
+SCENES = {
+    "paper": [],
+    "forces": ["exchange.lift_force=true", "exchange.virtual_mass=true"],
+    "rough": [
+        "particles.rotation=true",
+        "contact.tangential=history",
+        "contact.rolling_friction=0.01",
+        "gas.turbulence=smagorinsky",
+    ],
+}
+SHORT_OF_TIME = 0.01
+"""Wall limit [s] that is over before the first moment, so that a run stops at each."""
+
+
+def run_through(run: Path, ranks: int = 1) -> list[dict]:
+    rows: list[dict] = []
+    launch(run, ranks, rows.append)
+    return rows
+
+
+def run_with_stops(run: Path, *ranks: int) -> list[dict]:
+    """Stop at the first moment on each of `ranks` but the last, on which the run ends."""
+    rows: list[dict] = []
+    for number in ranks[:-1]:
+        with pytest.raises(StoppedError, match="the wall limit"):
+            launch(run, number, rows.append, resume=True, wall_limit=SHORT_OF_TIME)
+    launch(run, ranks[-1], rows.append, resume=True)
+    return rows
+
+
+@pytest.mark.parametrize("scene", SCENES)
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_resumed_run_is_the_uninterrupted_one(tmp_path, ranks, scene):
+    one, other = prepare(tmp_path / "one", SCENES[scene]), prepare(tmp_path / "other", SCENES[scene])
+    rows = run_through(one, ranks)
+    resumed = run_with_stops(other, ranks, ranks, ranks)
+    assert find_differences(one, other) == []
+    assert [{**row, "wall": 0} for row in rows] == [{**row, "wall": 0} for row in resumed]
+    assert len((other / "logs/run.jsonl").read_text().splitlines()) == len(rows)
+    with xr.open_dataset(other / "results.nc") as results:
+        assert results.attrs["complete"] == 1 and len(results["snapshot_time"]) > 5
+
+
+@pytest.mark.parametrize("phase", ["gas", "particles"])
+def test_one_phase(tmp_path, phase):
+    """Without gas OpenFOAM, without particles LIGGGHTS has no part in a checkpoint."""
+    left = {"gas": ("[gas]", "[domain]", "[output]"), "particles": ("[particles]", "[contact]", "[start]", "[domain]")}
+    text = "".join(keep_sections((*left[phase], "[averages]", "[output]", "[checkpoint]", "title")))
+    one, other = prepare(tmp_path / "one", text=text), prepare(tmp_path / "other", text=text)
+    run_through(one)
+    run_with_stops(other, 1, 1)
+    assert find_differences(one, other) == []
+    newest = max((other / "checkpoints").iterdir())
+    assert (newest / "fluid").exists() == (phase == "gas")
+    assert (newest / "grains.restart").exists() == (phase == "particles")
+
+
+def keep_sections(names: tuple[str, ...]):
+    from scene import BED  # noqa: PLC0415
+
+    for part in BED.replace("snapshots_every = 1e-3\n", "").replace("\n[", "\n\0[").split("\0"):
+        if part.strip().startswith(names):
+            yield part
+
+
+def test_other_ranks_give_the_same_to_rounding(tmp_path):
+    exact = ["gas.pressure_tolerance=1e-13", "end_time=5e-3"]
+    one, other = prepare(tmp_path / "one", exact), prepare(tmp_path / "other", exact)
+    run_through(one)
+    run_with_stops(other, 2, 1, 2)
+    with xr.open_dataset(one / "results.nc") as a, xr.open_dataset(other / "results.nc") as b:
+        assert b.attrs["ranks"] == 2
+        for name in ("solids_fraction", "solids_flux", "gas_flux", "pressure", "solids_centre_z", "pressure_drop"):
+            scale = float(np.nanmax(np.abs(a[name])))
+            difference = float(np.nanmax(np.abs(a[name] - b[name])))
+            print(f"{name}: {difference / scale:.1e}")
+            assert difference < 1e-9 * scale, name
+
+
+def test_until_ends_with_a_checkpoint_that_goes_on(tmp_path):
+    run = prepare(tmp_path)
+    rows: list[dict] = []
+    launch(run, 1, rows.append, until=4e-3)
+    assert 4e-3 * (1 - 1e-9) <= rows[-1]["time"] < 4.2e-3
+    launch(run, 1, rows.append, resume=True)
+    times = [row["time"] for row in rows]
+    assert times == sorted(set(times)) and times[-1] >= 0.01 * (1 - 1e-9)
+    with xr.open_dataset(run / "results.nc") as results:
+        assert results.attrs["complete"] == 1 and results["time"].values.tolist() == times
+
+
+def test_a_run_that_is_done_is_not_run_again(tmp_path):
+    run = prepare(tmp_path, ["end_time=2e-3", "checkpoint.every=5e-4", "averages.start=0.0"])
+    run_through(run)
+    assert len(list((run / "checkpoints").iterdir())) == 2
+    before = (run / "results.nc").stat().st_mtime_ns
+    said: list[str] = []
+    launch(run, 1, lambda row: None, resume=True, say=said.append)
+    assert (run / "results.nc").stat().st_mtime_ns == before and "is complete" in said[-1]
