@@ -16,6 +16,9 @@ from tests.batch.slurm_box import open_slurm
 
 pytestmark = pytest.mark.slow
 
+QUIET = 10
+"""Seconds without a job in the queue after which none will come back: a job that is being requeued is in no list."""
+
 CASE = """
 title = "fifty particles"
 end_time = 2e-3
@@ -58,14 +61,17 @@ def hand_in(place: Path, environment: dict[str, str]) -> None:
 
 
 def list_jobs(environment: dict[str, str]) -> list[str]:
+    """Number, state and start of each job that is not over."""
     command = ["squeue", "-h", "-o", "%i %T %S"]
     return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout.splitlines()
 
 
 def await_end(environment: dict[str, str], seconds: float) -> int:
     """Wait until no job is left; a requeued job does not wait for its delay. Returns: how often one was requeued."""
-    deadline, delayed = time.monotonic() + seconds, 0
-    while jobs := list_jobs(environment):
+    deadline, delayed, quiet = time.monotonic() + seconds, 0, 0
+    while quiet < QUIET:
+        jobs = list_jobs(environment)
+        quiet = 0 if jobs else quiet + 1
         assert time.monotonic() < deadline, jobs
         for number, state, start in (line.split(maxsplit=2) for line in jobs):
             if state == "PENDING" and start not in ("N/A", "now"):
@@ -105,3 +111,20 @@ def test_failed_run_ends_its_chain(slurm, tmp_path):
     outputs = sorted((tmp_path / "run/batch").glob("slurm-*.out"))
     assert len(outputs) == 3 and "in.grains" in outputs[0].read_text()
     assert [path.read_text() for path in outputs[1:]] == ["", ""]
+
+
+def test_run_longer_than_its_limit_is_requeued_until_it_is_done(slurm, tmp_path):
+    """A minute is SLURM's least limit; half of it before the notice is not enough for this run."""
+    (tmp_path / "case.toml").write_text(CASE.replace("end_time = 2e-3", "end_time = 25.0"))
+    call("setup", tmp_path / "case.toml", "-o", tmp_path / "run")
+    wanted = ("--scheduler", "slurm", "--time", "00:01:00", "--notice", 30, "--memory", 900)
+    call("batch", tmp_path / "run", *wanted)
+    hand_in(tmp_path / "run", slurm)
+    requeued = await_end(slurm, 900.0)
+    words = "".join(path.read_text() for path in (tmp_path / "run/batch").glob("slurm-*.out"))
+    assert (tmp_path / "run/batch/state").read_text() == "0\n", words
+    assert requeued >= 1 and is_complete(tmp_path / "run"), words
+    with xr.open_dataset(tmp_path / "run/results.nc") as results:
+        times = results["time"].values
+        assert (times[1:] > times[:-1]).all() and times[-1] >= 25.0 * (1 - 1e-9)
+        assert (results["particles"] == 50).all()
