@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Literal
 
+import numpy as np
+
 from fbcouple.case import derived
 from fbcouple.case.mixture import count_kinds, list_kinds
 from fbcouple.case.preflight import EXPANDED
@@ -21,6 +23,7 @@ Row = dict[str, Any]
 Verdict = Literal["stable", "inaccurate", "unstable"]
 WORST: tuple[Verdict, ...] = ("stable", "inaccurate", "unstable")
 NEVER = math.inf
+_MASS = "gas_mass_error"
 
 
 @dataclass(frozen=True)
@@ -78,8 +81,12 @@ def find_momentum_error(case: Case, rows: list[Row]) -> float:
 
 @sign("gas mass error", 1e-3, 1e-1)
 def find_mass_error(case: Case, rows: list[Row]) -> float:
-    """Largest gas volume lost by continuity over the inflow; without inflow there is nothing to compare with."""
-    return _peak(rows, "gas_mass_error") if case.gas and derived.fastest_inlet(case.gas) > 0.0 else math.nan
+    """Largest gas volume lost by continuity over the inflow, where and while gas flows in."""
+    if case.gas is None:
+        return math.nan
+    times, speeds = zip(*derived.inlet_ramp(case.gas), strict=True)
+    flows = [abs(float(np.interp(row["time"], times, speeds))) > 0.0 for row in rows]
+    return _peak([row for row, before, now in zip(rows[1:], flows, flows[1:], strict=False) if before and now], _MASS)
 
 
 @sign("over-packed", 0.0, NEVER)

@@ -114,6 +114,12 @@ def test_energy_gain_needs_a_scene_without_gas():
     assert SIGNS["energy gained"].function(alone, rows) == pytest.approx(0.5)
 
 
+def test_mass_error_counts_only_while_gas_flows_in():
+    case = load_case(str(CASES / "studies/stability/ramp.toml"))
+    rows = [{"time": t, "gas_mass_error": e} for t, e in [(0.0, 0.0), (0.005, 0.5), (0.011, 0.3), (0.012, 1e-7)]]
+    assert SIGNS["gas mass error"].function(case, rows) == 1e-7
+
+
 def test_confusion_and_limits():
     key = "dt/tau_g of the lattice"
     rows = [
