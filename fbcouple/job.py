@@ -8,6 +8,7 @@ import signal
 import subprocess
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -15,10 +16,11 @@ from typing import Any
 from fbcouple.environment import mpi_environment
 from fbcouple.errors import CaseError, DivergedError, FbcoupleError, SolverError, StoppedError
 from fbcouple.failure import read_failure
+from fbcouple.lock import beat
+from fbcouple.places import PULSE
 from fbcouple.results import read_line
 
 ERRORS: dict[int, type[FbcoupleError]] = {4: DivergedError, 75: StoppedError}
-PULSE = "logs/pulse"
 _PAUSE = 0.25
 _GRACE = 5.0
 _PARENT_DIES = 1  # PR_SET_PDEATHSIG
@@ -33,11 +35,14 @@ class Job:
     at once. So does the end of this process, whatever ended it.
     """
 
-    def __init__(self, command: list[str], run: Path, patience: float) -> None:
-        """`patience` [s] of wall time without a coupling step, after which the job is taken for hanging."""
+    def __init__(self, command: list[str], run: Path, patience: float, lock: int) -> None:
+        """`patience` [s] of wall time without a coupling step, after which the job is taken for hanging; `lock`: file
+        number of the run folder's lock, which the job holds on if this process dies."""
         self._command, self._run, self._patience = command, run, patience
         self._words = run / "logs/launcher.log"
+        self._lock = lock
         self._asked = 0
+        self._seen, self._moved = 0, time.monotonic()
 
     def follow(self, watch: Watch) -> None:
         """Run the job to its end; `watch` sees each new history row.
@@ -70,6 +75,7 @@ class Job:
                 stdout=words,
                 stderr=subprocess.STDOUT,
                 start_new_session=True,
+                pass_fds=(self._lock,),
                 preexec_fn=_stop_with_parent,  # noqa: PLW1509  (no threads here)
             )
         except FileNotFoundError as error:
@@ -102,6 +108,8 @@ class Job:
                             yield row
             if not over:
                 told = self._tell(job, told)
+                self._require_progress(job)
+                beat(self._run)
                 time.sleep(_PAUSE)
 
     def _tell(self, job: subprocess.Popen, told: int) -> int:
@@ -112,6 +120,31 @@ class Job:
             else:
                 job.send_signal(signal.SIGUSR1)
         return self._asked
+
+    def _require_progress(self, job: subprocess.Popen) -> None:
+        """Raise SolverError if the job has not moved for longer than it may; the caller ends it."""
+        pulse = self._run / PULSE
+        seen = pulse.stat().st_mtime_ns if pulse.exists() else 0
+        now = time.monotonic()
+        if seen != self._seen:
+            self._seen, self._moved = seen, now
+        if now - self._moved > self._patience:
+            stopped = [number for number, state in _find_session(job.pid).items() if state in "Tt"]
+            which = f"; stopped: process {', '.join(map(str, stopped))}" if stopped else ""
+            raise SolverError(f"no coupling step for {self._patience:g} s of wall time: the job was ended{which}")
+
+
+def _find_session(session: int) -> dict[int, str]:
+    """Processes of the job's session and the state of each, as /proc has them."""
+    found = {}
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            state, _, _, owner = stat.read_text().rpartition(")")[2].split()[:4]
+        except OSError:
+            continue
+        if int(owner) == session:
+            found[int(stat.parent.name)] = state
+    return found
 
 
 def _stop_with_parent() -> None:
@@ -124,5 +157,8 @@ def _end(job: subprocess.Popen) -> None:
     try:
         job.wait(_GRACE)
     except subprocess.TimeoutExpired:
-        os.killpg(job.pid, signal.SIGKILL)
+        job.kill()
         job.wait()
+    for number in _find_session(job.pid):
+        with suppress(ProcessLookupError):
+            os.kill(number, signal.SIGKILL)

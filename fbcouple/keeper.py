@@ -19,6 +19,7 @@ from mpi4py import MPI
 
 from fbcouple.checkpoint import fingerprint
 from fbcouple.clock import Cadence
+from fbcouple.places import PULSE
 from fbcouple.recorder import Recorder
 from fbcouple.scene import Scene
 from fbcouple.state import write_checkpoint
@@ -26,6 +27,7 @@ from fbcouple.state import write_checkpoint
 SIGNALS = (signal.SIGTERM, signal.SIGUSR1, signal.SIGINT)
 # Room before the wall limit: this many times the longest stretch between two moments and the longest checkpoint.
 _ROOM = 2.0
+_PULSE_EVERY = 1.0
 
 
 @dataclass(frozen=True)
@@ -50,12 +52,13 @@ class Keeper:
         self._cadence = Cadence(options.every, options.every) if options.every else None
         self._caught = 0
         self._began = self._written = self._last = time.monotonic()
-        self._stretch = self._writing = 0.0
+        self._stretch = self._writing = self._beaten = 0.0
         for number in SIGNALS:
             signal.signal(number, self._catch)
 
     def keep(self, scene: Scene, recorder: Recorder) -> None:
         """At a moment, and where the run ends before its case does: a checkpoint if one is due (collective)."""
+        self._beat(scene.comm)
         clock = scene.clock
         ends_early = not clock.running and clock.time < scene.case.end_time * (1 - 1e-9)
         if not ends_early and (clock.steps % self._steps or not clock.running):
@@ -67,6 +70,12 @@ class Keeper:
             if clock.running and not scene.stop and scene.grains:
                 scene.grains.advance(0, first=True)
                 scene.look_at_particles()
+
+    def _beat(self, comm: MPI.Comm) -> None:
+        now = time.monotonic()
+        if comm.rank == 0 and now - self._beaten > _PULSE_EVERY:
+            self._beaten = now
+            (self._run / PULSE).touch()
 
     def _agree(self, comm: MPI.Comm, now: float) -> tuple[bool, str]:
         """Is a checkpoint due, and why has the run to stop, if it has: the same on every rank."""

@@ -22,6 +22,7 @@ from fbcouple.environment import mpi_command
 from fbcouple.errors import CaseError
 from fbcouple.failure import SOLVER_LOGS, forget_failure
 from fbcouple.job import Job, Watch
+from fbcouple.lock import hold
 from fbcouple.mesh import prepare_mesh, resume_mesh
 
 PATIENCE = 600.0
@@ -54,31 +55,41 @@ def launch(
     StoppedError if it stopped early with a checkpoint.
     """
     begin = time.time()
+    if not (run / "manifest.json").exists():
+        raise CaseError([f"{run}: is not a run folder; make one with: fbcouple setup CASE -o {run}"])
+    with hold(run) as lock:
+        command = _prepare(run, ranks, until, fresh, resume, begin + wall_limit, say)
+        if command:
+            Job(command, run, patience, lock).follow(watch)
+
+
+def _prepare(
+    run: Path, ranks: int, until: float | None, fresh: bool, resume: bool, deadline: float, say: Say
+) -> list[str] | None:
+    """Make the folder ready and return the command of the job; None if there is nothing left to do."""
     case = _read_run(run, fresh, resume)
     if resume and _is_complete(run):
         say(f"{run}: is complete: nothing is left to do")
-        return
+        return None
     checkpoint = _find_checkpoint(run, case, say) if resume else None
     end = case.end_time if until is None else min(until, case.end_time)
     if checkpoint and checkpoint.time >= end * _ALMOST:
         say(f"{run}: has reached t = {checkpoint.time:.6g} s already: nothing is left to do up to {end:g} s")
-        return
+        return None
     _clear(run, checkpoint)
     if case.gas and checkpoint:
         resume_mesh(case, run, ranks, checkpoint)
     elif case.gas:
         prepare_mesh(case, run, ranks)
-    options = ["--end", repr(end), "--deadline", repr(begin + wall_limit)]
+    options = ["--end", repr(end), "--deadline", repr(deadline)]
     if checkpoint:
         options += ["--resume", str(checkpoint.folder.relative_to(run))]
     command = mpi_command(ranks, [sys.executable, "-m", "fbcouple.worker", str(run.resolve()), *options])
     _note_run(run, ranks, command)
-    Job(command, run, patience).follow(watch)
+    return command
 
 
 def _read_run(run: Path, fresh: bool, resume: bool) -> Case:
-    if not (run / "manifest.json").exists():
-        raise CaseError([f"{run}: is not a run folder; make one with: fbcouple setup CASE -o {run}"])
     if not fresh and not resume:
         for trace in ("results.nc", *(str(p.relative_to(run)) for p in fbcouple.checkpoint.list_checkpoints(run))):
             if (run / trace).exists():

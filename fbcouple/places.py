@@ -12,3 +12,5 @@ def _find(name: str) -> Path:
 
 TEMPLATES = _find("templates")
 CASES = _find("cases")
+PULSE = "logs/pulse"
+"""In a run folder: touched while coupling steps are taken."""

@@ -1,0 +1,73 @@
+"""One run at a time in a folder: the lock of a run folder, which a process that dies does not leave behind."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import platform
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from fbcouple.errors import CaseError, SolverError
+
+NAME = "lock"
+STALE_AFTER = 120.0
+"""Wall time [s] without a heartbeat after which the holder on another host is taken for dead."""
+
+
+@contextmanager
+def hold(run: Path) -> Iterator[int]:
+    """Hold the lock of `run`; yields its file number, which a job that inherits it goes on holding.
+
+    On one host the system frees the lock of a dead process; what another host left is judged by its heartbeat.
+    Raises CaseError if another run has the folder, SolverError if the lock cannot be written.
+    """
+    try:
+        file = (run / NAME).open("a+")
+    except OSError as error:
+        raise SolverError(f"{run}: cannot be written: {error}") from error
+    with file:
+        holder = _read(file)
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise CaseError([_word(run, holder)]) from None
+        if holder and holder["host"] != platform.node() and _find_age(run) < STALE_AFTER:
+            raise CaseError([_word(run, holder)])
+        file.truncate(0)
+        file.write(json.dumps({"host": platform.node(), "pid": os.getpid()}))
+        file.flush()
+        try:
+            yield file.fileno()
+        finally:
+            file.truncate(0)
+
+
+def beat(run: Path) -> None:
+    """Tell other hosts that the holder is alive."""
+    os.utime(run / NAME)
+
+
+def _read(file: Any) -> dict[str, Any] | None:
+    file.seek(0)
+    try:
+        return json.loads(file.read())
+    except ValueError:
+        return None
+
+
+def _find_age(run: Path) -> float:
+    """Seconds since the last heartbeat, by the clock of the file system."""
+    probe = run / f".{NAME}-probe"
+    probe.touch()
+    age = probe.stat().st_mtime - (run / NAME).stat().st_mtime
+    probe.unlink()
+    return age
+
+
+def _word(run: Path, holder: dict[str, Any] | None) -> str:
+    who = f" (process {holder['pid']} on {holder['host']})" if holder else ""
+    return f"{run}: another run is under way in it{who}; wait for its end, or set up another folder"
