@@ -17,12 +17,15 @@ import xarray as xr
 
 from fbcouple.case.load import load_case, write_case
 from fbcouple.case.schema import Case
-from fbcouple.errors import DivergedError, SolverError
+from fbcouple.checkpoint import list_checkpoints
+from fbcouple.errors import DivergedError, SolverError, StoppedError
 from fbcouple.launch import launch
 from fbcouple.layout import lay_out
 from fbcouple.study.source import Settings, word_settings
 
 ENDING = "ending.json"
+_GRACE = 30.0
+"""Wall time [s] beyond its limit after which a run that has not stopped by itself is ended."""
 How = Literal["complete", "diverged", "failed", "out of time"]
 
 
@@ -48,36 +51,45 @@ class OutOfTimeError(Exception):
 def run_case(base: str, settings: Settings, run: Path, ranks: int, wall_limit: float) -> Ending:
     """Run the case `base` under `settings` in the folder `run`, unless it has been run to its end there before.
 
-    A folder that holds another case, or one that did not end by itself, is laid out afresh.
+    A run that stopped early with a checkpoint goes on from it; a folder that holds another case, or a run that failed,
+    is laid out afresh.
 
     Raises: CaseError if the case is wrong or the folder cannot be written.
     """
     case = load_case(base, word_settings(settings))
-    known = _read_ending(run, case, ranks)
-    if known:
+    known = _read_ending(run, ranks) if _holds(run, case) else None
+    if known and known.is_final and (known.how == "diverged" or _is_complete(run)):
         return known
-    begin = time.monotonic()
-    shutil.rmtree(run, ignore_errors=True)
-    run.parent.mkdir(parents=True, exist_ok=True)
-    lay_out(base, run, word_settings(settings), trusted=False, forced=True)
+    begin, before = time.monotonic(), 0.0
+    if _holds(run, case) and list_checkpoints(run) and (known is None or known.how == "out of time"):
+        before = known.seconds if known else 0.0
+    else:
+        shutil.rmtree(run, ignore_errors=True)
+        run.parent.mkdir(parents=True, exist_ok=True)
+        lay_out(base, run, word_settings(settings), trusted=False, forced=True)
     how, text = _start(run, ranks, wall_limit)
-    ending = Ending(how, text, time.monotonic() - begin, ranks)
+    ending = Ending(how, text, before + time.monotonic() - begin, ranks)
     (run / ENDING).write_text(json.dumps(asdict(ending)) + "\n")
     return ending
 
 
-def _read_ending(run: Path, case: Case, ranks: int) -> Ending | None:
-    """The ending of this case on these ranks, if `run` holds it and it is final."""
-    if not (run / ENDING).is_file() or not (run / "case.toml").is_file():
-        return None
-    ending = Ending(**json.loads((run / ENDING).read_text()))
+def _holds(run: Path, case: Case) -> bool:
+    """Is the effective case in `run` this one?"""
+    if not (run / "case.toml").is_file():
+        return False
     wanted = run / ".wanted.toml"
     write_case(case, wanted)
-    same = wanted.read_text() == (run / "case.toml").read_text() and ending.ranks == ranks
+    same = wanted.read_text() == (run / "case.toml").read_text()
     wanted.unlink()
-    if not same or not ending.is_final or (ending.how == "complete" and not _is_complete(run)):
+    return same
+
+
+def _read_ending(run: Path, ranks: int) -> Ending | None:
+    """How the run in `run` ended on so many ranks, if it is known."""
+    if not (run / ENDING).is_file():
         return None
-    return ending
+    ending = Ending(**json.loads((run / ENDING).read_text()))
+    return ending if ending.ranks == ranks else None
 
 
 def _is_complete(run: Path) -> bool:
@@ -90,14 +102,14 @@ def _is_complete(run: Path) -> bool:
 
 def _start(run: Path, ranks: int, wall_limit: float) -> tuple[How, str]:
     try:
-        with limit_wall(wall_limit):
-            launch(run, ranks, lambda row: None, fresh=True)
+        with limit_wall(wall_limit + _GRACE):
+            launch(run, ranks, lambda row: None, resume=True, wall_limit=wall_limit)
     except DivergedError as error:
         return "diverged", str(error)
     except SolverError as error:
         return "failed", str(error)
-    except OutOfTimeError:
-        return "out of time", f"ended after {wall_limit:g} s of wall time"
+    except (OutOfTimeError, StoppedError) as error:
+        return "out of time", f"{error} (wall_limit = {wall_limit:g} s)"
     return "complete", ""
 
 
@@ -106,7 +118,7 @@ def limit_wall(seconds: float) -> Iterator[None]:
     """Raise OutOfTimeError in the block when `seconds` of wall time are over (main thread only)."""
 
     def end(number: int, frame: FrameType | None) -> None:
-        raise OutOfTimeError
+        raise OutOfTimeError("ended by force")
 
     before = signal.signal(signal.SIGALRM, end)
     signal.setitimer(signal.ITIMER_REAL, seconds)

@@ -6,12 +6,14 @@ import csv
 import json
 
 import pytest
+import xarray as xr
 from click.testing import CliRunner
 
 from fbcouple.case.load import load_case
 from fbcouple.case.preflight import terminal_velocity
 from fbcouple.cli import cli
 from fbcouple.study.measures import _solve_path
+from fbcouple.study.runs import run_case
 
 SHORT = (("[set]\n", "[set]\nend_time = 0.04\noutput.record_every = 2e-3\n"), ('"exponential"]', '"semi-implicit"]'))
 
@@ -55,3 +57,17 @@ def test_path_ends_at_the_terminal_velocity(write):
     case = load_case(str(write().parent / "case.toml"))
     way = _solve_path(case, [0.0, 1.0, 1.1])
     assert case.gas.inlet_velocity - (way[2] - way[1]) / 0.1 == pytest.approx(terminal_velocity(case), rel=1e-6)
+
+
+def test_member_that_is_out_of_time_goes_on_from_its_checkpoint(write, tmp_path):
+    base, run = str(write().parent / "case.toml"), tmp_path / "run"
+    settings = {"end_time": 2.0, "gas.max_step": 1e-4, "gas.max_courant": 10.0, "gas.inlet_velocity": 0.52}
+    first = run_case(base, settings, run, 1, 4.0)
+    assert first.how == "out of time" and not first.is_final
+    again = run_case(base, settings, run, 1, 120.0)
+    assert again.how == "complete" and again.seconds > first.seconds
+    with xr.open_dataset(run / "results.nc") as results:
+        assert results.attrs["complete"] == 1 and float(results["time"][0]) == 0.0
+    begun = [line for line in (run / "logs/run.jsonl").read_text().splitlines() if '"time": 0.0,' in line]
+    assert len(begun) == 1, "the history goes on, and was not begun again"
+    assert run_case(base, settings, run, 1, 120.0) == again
