@@ -42,7 +42,7 @@ MUTATIONS = {
     "pressure gradient twice in the gas, Germano's identity with the width of the mesh": Mutation(
         (
             (
-                "fbcouple/engines/openfoam/adapter.cpp",
+                "fbcouple/engines/openfoam/gas.cpp",
                 "fvm::laplacian(conductance, p_)",
                 "fvm::laplacian(2.0*conductance, p_)",
             ),

@@ -10,7 +10,9 @@ import hashlib
 import os
 import re
 import sys
+import tempfile
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -175,7 +177,7 @@ def build_adapter(force: bool = False) -> Path:
 
 
 def _compile(target: Path) -> None:
-    """Compile the adapter under a temporary name, then rename it."""
+    """Compile the adapter, its sources side by side, under a temporary name, then rename it."""
     installation = find_installation()
     if installation.project is None:
         headers = debian_headers(installation.version, target.parent)
@@ -183,10 +185,18 @@ def _compile(target: Path) -> None:
         headers = installation.project / "src"
     unfinished = target.with_name(f".{target.name}.{os.getpid()}")
     includes = [f"-I{folder}" for folder in include_folders(headers)]
-    sources = [str(path) for path in sorted(SOURCES.glob("*.cpp"))]
-    command = [_compiler(), *installation.compile_flags, *includes, *sources, "-o", str(unfinished)]
+    command = [_compiler(), *installation.compile_flags]
+    mend = f"mend the sources in {SOURCES}, or {_COMPILER}"
+
+    def translate(source: Path) -> str:
+        part = Path(scratch, source.stem).with_suffix(".o")
+        run_command([*command, "-c", *includes, str(source), "-o", str(part)], mend=mend)
+        return str(part)
+
     try:
-        run_command([*command, *installation.link_flags], mend=f"mend the sources in {SOURCES}, or {_COMPILER}")
+        with tempfile.TemporaryDirectory(dir=target.parent) as scratch, ThreadPoolExecutor(os.cpu_count()) as pool:
+            parts = list(pool.map(translate, sorted(SOURCES.glob("*.cpp"))))
+            run_command([*command, *parts, "-o", str(unfinished), *installation.link_flags], mend=mend)
         unfinished.rename(target)
     finally:
         unfinished.unlink(missing_ok=True)

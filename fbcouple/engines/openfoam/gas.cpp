@@ -1,0 +1,248 @@
+// The volume-averaged gas (model A) on OpenFOAM's own finite-volume operators.
+//
+//   d(eps)/dt + div(eps u) = 0
+//   d(eps u)/dt + div(eps u u) = -eps grad(p) + div(eps tau) + (S - K u)/rho
+//
+// Hamidouche et al. 2019, eqs 3-4 with the particle source of eq. 29: -(F_D + F_P) leaves eps grad P, once. p is the
+// dynamic pressure over rho, K [kg m-3 s-1] the implicit and S [N m-3] the explicit part of the drag. Gravity is
+// absorbed in p; the buoyancy of the particles is given to them with their pressure-gradient force.
+
+#include "gas.hpp"
+
+namespace
+{
+
+using namespace Foam;
+
+IOobject described(const word& name, const fvMesh& mesh, IOobject::readOption read)
+{
+    return IOobject(name, mesh.time().timeName(), mesh, read, IOobject::AUTO_WRITE);
+}
+
+}
+
+namespace fbcouple
+{
+
+Gas::Gas(int argc, char** argv, double rho, int correctors)
+:
+    args_(*new argList(argc, argv)),
+    time_(Time::controlDictName, args_),
+    mesh_(IOobject(fvMesh::defaultRegion, time_.timeName(), time_, IOobject::MUST_READ)),
+    U_(described("U", mesh_, IOobject::MUST_READ), mesh_),
+    p_(described("p", mesh_, IOobject::MUST_READ), mesh_),
+    eps_(described("voidage", mesh_, IOobject::MUST_READ), mesh_),
+    phi_(described("phi", mesh_, IOobject::READ_IF_PRESENT), fvc::flux(U_)),
+    epsPhi_(described("voidagePhi", mesh_, IOobject::READ_IF_PRESENT), fvc::interpolate(eps_)*phi_),
+    gradP_("gradP", fvc::grad(p_)),
+    normals_(mesh_.Sf()/mesh_.magSf()),
+    inverse_(inv(fvc::surfaceSum(normals_*mesh_.Sf())().primitiveField())),
+    dragK_
+    (
+        IOobject("dragK", time_.timeName(), mesh_), mesh_,
+        dimensionedScalar(dimDensity/dimTime, Zero), zeroGradientFvPatchScalarField::typeName
+    ),
+    dragS_
+    (
+        IOobject("dragS", time_.timeName(), mesh_), mesh_,
+        dimensionedVector(dimDensity*dimAcceleration, Zero), zeroGradientFvPatchVectorField::typeName
+    ),
+    transport_(U_, phi_),
+    turbulence_(turbulenceModelType::New(eps_, U_, epsPhi_, phi_, transport_)),
+    rho_("rho", dimDensity, rho),
+    correctors_(correctors),
+    sharesStress_(mesh_.solutionDict().subOrEmptyDict("PISO").lookupOrDefault<bool>("viscousForceOnParticles", false)),
+    pRefCell_(0),
+    pRefValue_(0),
+    iterations_(0)
+{
+    // The name of a time directory has 12 digits; a gas that goes on from one needs the time itself.
+    const IOdictionary stored
+    (
+        IOobject("time", time_.timeName(), "uniform", time_, IOobject::READ_IF_PRESENT, IOobject::NO_WRITE, false)
+    );
+    scalar value;
+    if (stored.readIfPresent("value", value)) time_.setTime(value, time_.timeIndex());
+    setRefCell(p_, mesh_.solutionDict().subOrEmptyDict("PISO"), pRefCell_, pRefValue_);
+    mesh_.setFluxRequired(p_.name());
+    U_.oldTime();
+    eps_.oldTime();
+    epsPhi_.oldTime();
+    turbulence_->validate();
+}
+
+void Gas::fill(volScalarField& field, const double* values)
+{
+    scalarField& inside = field.primitiveFieldRef();
+    forAll(inside, i) inside[i] = values[i];
+    field.correctBoundaryConditions();
+}
+
+void Gas::fill(volVectorField& field, const double* values)
+{
+    vectorField& inside = field.primitiveFieldRef();
+    forAll(inside, i) inside[i] = vector(values[3*i], values[3*i + 1], values[3*i + 2]);
+    field.correctBoundaryConditions();
+}
+
+// The voidage of the first step: no particle has moved yet, so d(eps)/dt starts from zero.
+void Gas::start(const double* voidage)
+{
+    fill(eps_, voidage);
+    eps_.oldTime() == eps_;
+    U_.correctBoundaryConditions();
+    phi_ = fvc::flux(U_);
+    epsPhi_ = fvc::interpolate(eps_)*phi_;
+    epsPhi_.oldTime() == epsPhi_;
+}
+
+// Cell velocity from the face fluxes: the mean of opposite faces on a hexahedron.
+void Gas::setVelocity()
+{
+    const tmp<volVectorField> sums(fvc::surfaceSum(normals_*epsPhi_));
+    U_.primitiveFieldRef() = (inverse_ & sums().primitiveField())/eps_.primitiveField();
+    U_.correctBoundaryConditions();
+}
+
+// With a viscous force on the particles the gas keeps eps div(tau): div(tau) here, less what they take, in S. Without
+// it the gas has all of the averaged stress, div(eps tau).
+tmp<volScalarField> Gas::stressViscosity() const
+{
+    return sharesStress_ ? turbulence_->nuEff() : eps_*turbulence_->nuEff();
+}
+
+// The momentum equation of a cell, A U = H - eps grad(p), read on both halves of the way between two cells, with one
+// flux q = eps U.S and one pressure at the face, gives q (A/eps^2)_f = (H/eps)_f.S - dp/dn. Drag and voidage may jump
+// between the cells: a packed bed with a sharp surface stays exact, where the usual interpolation of H/A and a Gauss
+// gradient lets the cells on both sides of the surface accelerate. The velocity of a cell is then that of its faces,
+// and grad(p) of a cell is what its momentum equation leaves, so that gas and particles share one gradient.
+void Gas::correctPressure(const fvVectorMatrix& UEqn)
+{
+    const volScalarField A(UEqn.A());
+    const volScalarField local("local", eps_/time_.deltaT() + dragK_/rho_);
+    const surfaceScalarField epsf(fvc::interpolate(eps_));
+    const surfaceScalarField conductance("conductance", 1.0/fvc::interpolate(A/sqr(eps_)));
+    // What a face carries itself is not taken from the mean over the cells, which would diffuse it: its old flux, and
+    // its part in the diagonal of convection and diffusion, so that these act as they do in the cells. What is taken
+    // away is interpolated as H/eps is, or the difference, O(dx^2), would be divided by dt or dx^2.
+    const volScalarField carried("carried", A - local);
+    const surfaceScalarField transport(fvc::interpolate(carried/sqr(eps_)));
+    const surfaceScalarField oldFlux
+    (
+        (epsPhi_.oldTime()*fvc::interpolate(1.0/eps_) - fvc::flux(eps_.oldTime()*U_.oldTime()/eps_))/time_.deltaT()
+    );
+    for (int corr = 0; corr < correctors_; ++corr)
+    {
+        const volVectorField H(UEqn.H());
+        const vectorField before(U_.primitiveField());
+        const surfaceScalarField ownFlux(oldFlux + transport*epsPhi_ - fvc::flux(carried*U_/eps_));
+        surfaceScalarField predicted("predicted", conductance*(fvc::flux(H/eps_) + ownFlux));
+        forAll(U_.boundaryField(), patchi)
+        {
+            const fvPatchVectorField& Up = U_.boundaryField()[patchi];
+            if (Up.coupled() || p_.boundaryField()[patchi].fixesValue()) continue;
+            predicted.boundaryFieldRef()[patchi] = epsf.boundaryField()[patchi]*(Up & Up.patch().Sf());
+        }
+        fvScalarMatrix pEqn(fvm::laplacian(conductance, p_) == fvc::ddt(eps_) + fvc::div(predicted));
+        if (p_.needReference()) pEqn.setReference(pRefCell_, pRefValue_);
+        const bool last = corr == correctors_ - 1;
+        iterations_ += pEqn.solve(mesh_.solver(p_.select(last))).nIterations();
+        epsPhi_ = predicted - pEqn.flux();
+        setVelocity();
+        if (!last) continue;
+        const scalarField& near = local.primitiveField();
+        gradP_.primitiveFieldRef() =
+            (H.primitiveField() - carried.primitiveField()*before - near*U_.primitiveField())/eps_.primitiveField();
+    }
+    phi_ = epsPhi_/epsf;
+}
+
+// Advance time first, touch the old levels, then write the new voidage: written earlier it would be taken for the old.
+void Gas::step(double dt, const double* voidage, const double* dragK, const double* dragS)
+{
+    time_.setDeltaT(dt);
+    ++time_;
+    U_.oldTime();
+    epsPhi_.oldTime();
+    eps_.oldTime();
+    fill(eps_, voidage);
+    fill(dragK_, dragK);
+    fill(dragS_, dragS);
+    U_.correctBoundaryConditions();
+    iterations_ = 0;
+
+    fvVectorMatrix UEqn
+    (
+        fvm::ddt(eps_, U_) + fvm::div(epsPhi_, U_)
+      - fvm::Sp(fvc::ddt(eps_) + fvc::div(epsPhi_), U_)
+      - viscousForce(stressViscosity(), U_)
+      + fvm::Sp(dragK_/rho_, U_)
+     ==
+        dragS_/rho_
+    );
+    correctPressure(UEqn);
+    turbulence_->correct();
+}
+
+void Gas::cells(double* centres, double* volumes) const
+{
+    forAll(mesh_.V(), i)
+    {
+        for (direction d = 0; d < 3; ++d) centres[3*i + d] = mesh_.C()[i][d];
+        volumes[i] = mesh_.V()[i];
+    }
+}
+
+// Rows of velocity [m/s] and pressure gradient [Pa/m] as the momentum equation used it; pressure [Pa].
+void Gas::fields(double* state, double* pressure) const
+{
+    forAll(U_, i)
+    {
+        for (direction d = 0; d < 3; ++d)
+        {
+            state[6*i + d] = U_[i][d];
+            state[6*i + 3 + d] = rho_.value()*gradP_[i][d];
+        }
+        pressure[i] = rho_.value()*p_[i];
+    }
+}
+
+// Courant and Fourier number of the last step, gas volume that continuity lost in it over the volume that came in,
+// pressure at the inlet [Pa], pressure iterations. The same on every rank.
+void Gas::measure(double* values) const
+{
+    const scalar dt = time_.deltaTValue();
+    const scalarField sumPhi(fvc::surfaceSum(mag(phi_))().primitiveField());
+    values[0] = 0.5*gMax(sumPhi/mesh_.V().field())*dt;
+    const volScalarField nuEff(turbulence_->nuEff());
+    const scalarField spread(fvc::surfaceSum(mesh_.magSf()*mesh_.deltaCoeffs())().primitiveField());
+    values[1] = gMax(nuEff.primitiveField()*spread/mesh_.V().field())*dt;
+    scalar in = 0, out = 0, pIn = 0, area = 0;
+    forAll(mesh_.boundary(), patchi)
+    {
+        if (mesh_.boundary()[patchi].coupled()) continue;
+        const scalarField& flux = epsPhi_.boundaryField()[patchi];
+        in -= sum(min(flux, scalar(0)));
+        out += sum(flux);
+        if (mesh_.boundary()[patchi].name() != "inlet") continue;
+        const fvPatch& floor = mesh_.boundary()[patchi];
+        const scalarField rise((gradP_.boundaryField()[patchi].patchInternalField() & floor.nf())/floor.deltaCoeffs());
+        pIn += sum((p_.boundaryField()[patchi].patchInternalField() + rise)*floor.magSf());
+        area += sum(floor.magSf());
+    }
+    const scalar stored = gSum((eps_.primitiveField() - eps_.oldTime().primitiveField())*mesh_.V().field())/dt;
+    reduce(in, sumOp<scalar>());
+    reduce(out, sumOp<scalar>());
+    reduce(pIn, sumOp<scalar>());
+    reduce(area, sumOp<scalar>());
+    values[2] = in > 0 ? mag(stored + out)/in : mag(stored + out);
+    values[3] = area > 0 ? rho_.value()*pIn/area : 0;
+    values[4] = iterations_;
+}
+
+void Gas::write()
+{
+    time_.writeNow();
+}
+
+}

@@ -1,0 +1,64 @@
+// The volume-averaged gas on one mesh: fields, equations, and what goes in and out.
+
+#ifndef fbcouple_gas
+#define fbcouple_gas
+
+#include "adapter.hpp"
+#include "PhaseIncompressibleTurbulenceModel.H"
+#include "singlePhaseTransportModel.H"
+
+namespace fbcouple
+{
+
+using namespace Foam;
+
+typedef PhaseIncompressibleTurbulenceModel<singlePhaseTransportModel> turbulenceModelType;
+
+class Gas
+{
+    // Never destroyed, like the gas itself: its end would end the process, also while a constructor throws.
+    argList& args_;
+    Time time_;
+    fvMesh mesh_;
+    volVectorField U_;
+    volScalarField p_;
+    volScalarField eps_;
+    surfaceScalarField phi_;
+    surfaceScalarField epsPhi_;
+    volVectorField gradP_;
+    const surfaceVectorField normals_;
+    const tensorField inverse_;
+    volScalarField dragK_;
+    volVectorField dragS_;
+    singlePhaseTransportModel transport_;
+    autoPtr<turbulenceModelType> turbulence_;
+    const dimensionedScalar rho_;
+    const int correctors_;
+    const bool sharesStress_;
+    label pRefCell_;
+    scalar pRefValue_;
+    int iterations_;
+
+    void fill(volScalarField& field, const double* values);
+    void fill(volVectorField& field, const double* values);
+    tmp<volScalarField> stressViscosity() const;
+    void setVelocity();
+    void correctPressure(const fvVectorMatrix& UEqn);
+
+public:
+
+    Gas(int argc, char** argv, double rho, int correctors);
+    void start(const double* voidage);
+    void step(double dt, const double* voidage, const double* dragK, const double* dragS);
+    void cells(double* centres, double* volumes) const;
+    void fields(double* state, double* pressure) const;
+    void measure(double* values) const;
+    void write();
+    word timeName() const { return time_.timeName(); }
+    label nCells() const { return mesh_.nCells(); }
+    const fvMesh& mesh() const { return mesh_; }
+};
+
+}
+
+#endif
