@@ -256,7 +256,7 @@ class Checkpoint(Section):
     moment_steps: int = option(
         "Coupling steps between the moments at which a checkpoint can be written; at each the particles' solver is set "
         "up anew, so that a resumed run equals the uninterrupted one.",
-        default=50,
+        default=100,
         ge=1,
         le=1_000_000,
     )

@@ -118,7 +118,8 @@ def test_without_a_compiler_a_built_adapter_serves(headers_kept, monkeypatch):
 
 def test_two_builds_at_once_compile_once(headers_kept, tmp_path):
     record = tmp_path / "compiled"
-    compiler = f'case "$*" in *--version*) echo slow 1.0;; *-shared*) echo once >> {record}; sleep 0.5; g++ "$@";; *) g++ "$@";; esac'
+    link = f'echo once >> {record}; sleep 0.5; g++ "$@"'
+    compiler = f'case "$*" in *--version*) echo slow 1.0;; *-shared*) {link};; *) g++ "$@";; esac'
     program = (
         "import pathlib, sys; from fbcouple.engines.openfoam import build;"
         "build.SOURCES = pathlib.Path(sys.argv[1]); print(build.build_adapter())"
