@@ -20,14 +20,15 @@ LONG = ["checkpoint.every=5e-4"]
 
 
 def start(run: Path, *words: str) -> subprocess.Popen:
-    """`fbcouple run` in a process of its own."""
+    """`fbcouple run` in a process of its own; without what MPI, once started in this process, told the environment."""
     command = [sys.executable, "-c", "from fbcouple.cli import main; main()", "run", str(run), *words]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    return subprocess.Popen(command, env={**os.environ}, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
-def await_checkpoint(run: Path) -> None:
+def await_checkpoint(run: Path, parent: subprocess.Popen) -> None:
     limit = time.monotonic() + 60
     while not list((run / "checkpoints").glob("step-*")):
+        assert parent.poll() is None, parent.communicate()
         assert time.monotonic() < limit, "no checkpoint within a minute"
         time.sleep(0.01)
 
@@ -44,7 +45,7 @@ def whole(tmp_path_factory):
 def test_signal_ends_with_a_checkpoint(tmp_path, whole, number):
     run = prepare(tmp_path, LONG)
     parent = start(run)
-    await_checkpoint(run)
+    await_checkpoint(run, parent)
     parent.send_signal(number)
     _, words = parent.communicate(timeout=60)
     assert parent.returncode == 75, words
@@ -56,7 +57,7 @@ def test_signal_ends_with_a_checkpoint(tmp_path, whole, number):
 def test_killed_parent_leaves_a_run_that_goes_on(tmp_path, whole):
     run = prepare(tmp_path, LONG)
     parent = start(run)
-    await_checkpoint(run)
+    await_checkpoint(run, parent)
     os.kill(parent.pid, signal.SIGKILL)
     parent.communicate()
     limit = time.monotonic() + 30
