@@ -28,15 +28,15 @@ fi
 echo running > "$state"
 
 job=
-trap '[ -z "$job" ] || kill -USR1 "$job" 2>/dev/null' USR1
-trap '[ -z "$job" ] || kill -TERM "$job" 2>/dev/null' TERM
+trap 'noticed=1; [ -z "$job" ] || kill -USR1 "$job" 2>/dev/null' USR1
+trap 'noticed=1; [ -z "$job" ] || kill -TERM "$job" 2>/dev/null' TERM
 {{ python | shell }} -m fbcouple.cli run "$run" -n {{ ranks }}{{ options }} ${how[@]+"${how[@]}"} &
 job=$!
-wait "$job"
-code=$?
-# A trapped signal ends `wait` early.
-while kill -0 "$job" 2>/dev/null; do
+# A trapped signal ends `wait` early, with a code above 128; the run's own code is still to come.
+while :; do
+    noticed=
     wait "$job"
     code=$?
+    if [ "$code" -le 128 ] || [ -z "$noticed" ]; then break; fi
 done
 echo "$code" > "$state"
