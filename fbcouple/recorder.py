@@ -163,12 +163,12 @@ class Recorder:
         self._saved = time.monotonic()
 
     def _count_core_seconds(self, scene: Scene) -> float:
-        return (time.monotonic() - self._begin) * scene.comm.size
+        return self._earlier + (time.monotonic() - self._begin) * scene.comm.size
 
     def save_state(self, scene: Scene, folder: Path) -> list[Path]:
         """Write what `load_state` needs into the checkpoint `folder`, on rank 0; returns the files' names."""
         numbers = {name: getattr(self, name) for name in _NUMBERS}
-        numbers |= {"core_seconds": self._earlier + self._count_core_seconds(scene), "next": self._cadence.next}
+        numbers |= {"core_seconds": self._count_core_seconds(scene), "next": self._cadence.next}
         with (folder / "history.jsonl").open("w") as file:
             for row in self._rows:
                 append_line(file, row)
@@ -196,7 +196,7 @@ class Recorder:
             "case": self._case_text,
             "averaging_start": options.start if options else float("nan"),
             "averaging_end": now,
-            "core_seconds": self._earlier + self._count_core_seconds(scene),
+            "core_seconds": self._count_core_seconds(scene),
             "ranks": scene.comm.size,
             **(
                 {"solids_mass": mean_density(bed) * solids_volume(bed), "solids_volume": solids_volume(bed)}

@@ -29,16 +29,21 @@ def simulate(scene: Scene, recorder: Recorder, keeper: Keeper) -> None:
     start(scene)
     recorder.observe(scene)
     while scene.running:
-        move(scene)
-        map_solids(scene)
-        exert_drag(scene)
-        step_gas(scene)
-        choose_step(scene)
-        react(scene)
-        average(scene)
-        recorder.observe(scene)
+        step(scene, recorder)
         keeper.keep(scene, recorder)
     recorder.save(scene)
+
+
+def step(scene: Scene, recorder: Recorder) -> None:
+    """One coupling step, looked at by the recorder."""
+    move(scene)
+    map_solids(scene)
+    exert_drag(scene)
+    step_gas(scene)
+    choose_step(scene)
+    react(scene)
+    average(scene)
+    recorder.observe(scene)
 
 
 def start(scene: Scene) -> None:

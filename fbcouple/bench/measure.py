@@ -16,7 +16,7 @@ from fbcouple.recorder import Recorder
 from fbcouple.results import STAGES
 from fbcouple.scene import Scene, open_scene
 from fbcouple.stopwatch import Stopwatch
-from fbcouple.worker import average, choose_step, exert_drag, map_solids, move, react, start, step_gas
+from fbcouple.worker import start, step
 
 _FIRST = 5
 """Steps that are never timed: lists, buffers and compiled code are made in them."""
@@ -55,18 +55,6 @@ def open_run(case: Case, comm: MPI.Comm) -> tuple[Scene, Recorder]:
     for _ in range(_FIRST):
         step(scene, recorder)
     return scene, recorder
-
-
-def step(scene: Scene, recorder: Recorder) -> None:
-    """One pass of the time loop."""
-    move(scene)
-    map_solids(scene)
-    exert_drag(scene)
-    step_gas(scene)
-    choose_step(scene)
-    react(scene)
-    average(scene)
-    recorder.observe(scene)
 
 
 def time_coupled(scene: Scene, recorder: Recorder, steps: int) -> Taken:
