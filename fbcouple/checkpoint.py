@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fbcouple.case.schema import Case
+from fbcouple.case.schema import Case, Output
 from fbcouple.errors import CaseError
 
 FOLDER = "checkpoints"
@@ -27,6 +27,8 @@ _FORMAT = 1
 _KEPT = 2
 _CHUNK = 1 << 20
 _UNFINISHED = ".unfinished-"
+# Options of [output] that came after checkpoints did: where they are not used, older checkpoints stand.
+_YOUNGER = ("particles_every", "tracked")
 
 Sums = dict[str, tuple[int, str]]
 """File, named from the checkpoint's folder -> size and SHA-256."""
@@ -45,7 +47,8 @@ class Checkpoint:
 
 def fingerprint(case: Case) -> str:
     """What must not change between a checkpoint and the run that goes on from it: all but how often files are saved."""
-    told = case.model_dump(mode="json", exclude={"checkpoint": True, "output": {"save_every"}})
+    unset = {name for name in _YOUNGER if getattr(case.output, name) == Output.model_fields[name].default}
+    told = case.model_dump(mode="json", exclude={"checkpoint": True, "output": {"save_every", *unset}})
     return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,6 +43,18 @@ class Grid:
         if found.size and (found.min() < 0 or np.any(found.max(axis=0) >= self.cells)):
             raise ValueError(f"a point lies outside the box of {self.size} m")
         return found
+
+    def spread(self, parts: Iterable[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
+        """Put values of cells in their places: pairs of index triples (n, 3) and values (n, components) of a part of
+        the cells each -> (components, z, y, x), nan in cells of none; without the first axis if it has one component.
+        """
+        held = list(parts)
+        nx, ny, nz = self.cells
+        field = np.full((held[0][1].shape[1], nz, ny, nx), np.nan, dtype=held[0][1].dtype)
+        for indices, values in held:
+            i, j, k = indices.T
+            field[:, k, j, i] = values.T
+        return field if len(field) > 1 else field[0]
 
     def centres(self, axis: int) -> np.ndarray:
         """Coordinates [m] of the cell centres along `axis`."""

@@ -24,9 +24,10 @@ from fbcouple.failure import SOLVER_LOGS, forget_failure
 from fbcouple.job import Job, Watch
 from fbcouple.lock import hold
 from fbcouple.mesh import prepare_mesh, resume_mesh
+from fbcouple.places import FRAMES
 
 PATIENCE = 600.0
-_PRODUCTS = ("results.nc", FOLDER, "figures", "report.html", "report.json")
+_PRODUCTS = ("results.nc", FRAMES, FOLDER, "figures", "report.html", "report.json")
 _ALMOST = 1 - 1e-9
 _LOG = "logs/run.jsonl"
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from fbcouple.case.companions import list_companions
 from fbcouple.case.drag_file import require_trust
 from fbcouple.case.load import load_case
-from fbcouple.case.positions import start_kinds, start_positions
+from fbcouple.case.positions import start_kinds, start_positions, start_velocities
 from fbcouple.case.preflight import require_fit
 from fbcouple.case.schema import Case
 from fbcouple.case.source import FILE_NAME, find_case, list_sets, list_shipped
@@ -66,7 +67,8 @@ def name_run(case: str, source: Path | None) -> str:
 def _lay_out_run(case: Case, folder: Path, run: Path) -> None:
     """Set up `run` and keep the case's own files (which lie in `folder`) beside the effective case."""
     try:
-        set_up(case, run, lambda wanted: start_positions(wanted, folder), lambda wanted: start_kinds(wanted, folder))
+        read = partial(start_positions, folder=folder), partial(start_kinds, folder=folder)
+        set_up(case, run, *read, partial(start_velocities, folder=folder))
         for name in list_companions(case):
             shutil.copyfile(folder / name, run / name)
     except OSError as error:

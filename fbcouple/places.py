@@ -14,3 +14,5 @@ TEMPLATES = _find("templates")
 CASES = _find("cases")
 PULSE = "logs/pulse"
 """In a run folder: touched while coupling steps are taken."""
+FRAMES = "frames"
+"""In a run folder: particles and gas at single moments, a netCDF file each."""

@@ -15,6 +15,8 @@ from fbcouple.case.mixture import mean_density, solids_volume
 from fbcouple.clock import Cadence
 from fbcouple.contacts import find_max_overlap
 from fbcouple.errors import DivergedError
+from fbcouple.frames import Frames, look_at, track
+from fbcouple.places import FRAMES
 from fbcouple.results import append_line, read_log, write_results
 from fbcouple.scene import Scene
 
@@ -49,6 +51,8 @@ class Recorder:
         self._begin = self._saved = time.monotonic()
         every = scene.case.output.snapshots_every
         self._snapshots = Snapshots(scene.comm, scene.grid, scene.owned, every) if every else None
+        between = scene.case.output.particles_every
+        self._frames = Frames(scene.comm, scene.grid, scene.owned, run / FRAMES, between) if between else None
         self._earlier = 0.0
         self._log = (run / "logs/run.jsonl").open("a") if scene.comm.rank == 0 else None
 
@@ -58,6 +62,9 @@ class Recorder:
         if self._snapshots and scene.coupling:
             with scene.watch("record"):
                 self._snapshots.take(scene.coupling.voidage, scene.clock.time)
+        if self._frames and self._frames.cadence.due(scene.clock.time):
+            with scene.watch("record"):
+                self._frames.write(scene.clock.time, *look_at(scene))
         if not self._cadence.due(scene.clock.time) and scene.clock.running:
             return
         with scene.watch("record"):
@@ -124,6 +131,7 @@ class Recorder:
         totals = masses.sum(), masses @ z, 0.5 * masses @ squares
         sums = comm.allreduce(np.array([*totals, *np.bincount(layer, volumes, minlength=layers)]))
         profile = sums[3:] / (scene.grid.cell_volume * scene.grid.cells[0] * scene.grid.cells[1])
+        tracked = {"tracked": track(scene)} if scene.case.output.tracked else {}
         overlap = find_max_overlap(grains.ghost_positions(), grains.ghost_radii(), grains.count)
         return {
             "particles": scene.balance.particles,
@@ -131,7 +139,7 @@ class Recorder:
             "kinetic_energy": float(sums[2]),
             "bed_height": find_bed_height(profile, scene.grid.centres(2)),
             "max_overlap": comm.allreduce(overlap, max),
-        }
+        } | tracked
 
     def _measure_voidage(self, scene: Scene) -> dict[str, Any]:
         assert scene.coupling is not None and scene.grains is not None
@@ -175,6 +183,8 @@ class Recorder:
         if self._snapshots:
             numbers["next_snapshot"] = self._snapshots.cadence.next
             self._snapshots.save(folder / "snapshots.npz")
+        if self._frames:
+            numbers |= {"next_frame": self._frames.cadence.next, "frames": self._frames.count}
         (folder / "recorder.json").write_text(json.dumps(numbers))
         files = [Path("history.jsonl"), Path("recorder.json")]
         return [*files, Path("snapshots.npz")] if self._snapshots else files
@@ -189,6 +199,9 @@ class Recorder:
         if self._snapshots:
             self._snapshots.cadence.next = numbers["next_snapshot"]
             self._snapshots.load(folder / "snapshots.npz")
+        if self._frames:
+            self._frames.cadence.next = numbers["next_frame"]
+            self._frames.cut(numbers["frames"])
 
     def _describe(self, scene: Scene) -> dict[str, Any]:
         options, now, bed = scene.case.averages, scene.clock.time, scene.case.particles
@@ -229,12 +242,7 @@ def _gather(scene: Scene, means: Means) -> dict[str, np.ndarray]:
     gathered: dict[str, np.ndarray] = {}
     if parts is None:
         return gathered
-    nx, ny, nz = scene.grid.cells
-    for name, (mean, _) in collected.items():
+    for name in collected:
         for which, suffix in enumerate(("", "_stderr")):
-            field = np.full((mean.shape[1], nz, ny, nx), np.nan)
-            for owned, values in parts:
-                i, j, k = owned.T
-                field[:, k, j, i] = values[name][which].T
-            gathered[name + suffix] = field if len(field) > 1 else field[0]
+            gathered[name + suffix] = scene.grid.spread((owned, values[name][which]) for owned, values in parts)
     return gathered

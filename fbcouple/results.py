@@ -57,7 +57,8 @@ def write_results(
     """Write results.nc under a temporary name and move it into place.
 
     `means`: name -> (z, y, x) or (component, z, y, x), `..._stderr` beside it; `history`: a row a record, `wall`
-    in it the seconds of each stage since the row before; `snapshots`: time [s] and depth-mean voidage (z, x).
+    in it the seconds of each stage since the row before, `tracked` particles by number; `snapshots`:
+    time [s] and depth-mean voidage (z, x).
     """
     data: dict[str, Any] = {}
     for name, values in means.items():
@@ -68,6 +69,8 @@ def write_results(
     for name, (unit, text) in HISTORIES.items():
         if history and name in history[0]:
             data[name] = ("time", np.array([row[name] for row in history]), {"units": unit, "long_name": text})
+    if history and "tracked" in history[0]:
+        data |= _lay_out_tracks(history)
     walls = np.array([[row["wall"][stage] for stage in STAGES] for row in history]).reshape(-1, len(STAGES))
     data["wall_seconds"] = (
         ("time", "stage"),
@@ -87,7 +90,23 @@ def write_results(
         times = np.array([time for time, _ in snapshots])
         coordinates["snapshot_time"] = ("snapshot_time", times, {"units": "s", "long_name": "time of a snapshot"})
         encoding["voidage_snapshots"] = {"zlib": True, "complevel": 1}
-    dataset = xr.Dataset(data, coordinates, {"Conventions": "CF-1.10"} | attributes)
+    write_dataset(path, xr.Dataset(data, coordinates, {"Conventions": "CF-1.10"} | attributes), encoding)
+
+
+def _lay_out_tracks(history: list[dict[str, Any]]) -> dict[str, Any]:
+    """Positions and velocities (time, tracked, component) of the tracked particles, and their numbers."""
+    numbers = list(history[0]["tracked"])
+    motion = np.array([[row["tracked"][number] for number in numbers] for row in history])
+    dims = ("time", "tracked", "component")
+    return {
+        "tracked": ("tracked", [int(number) for number in numbers], {"long_name": "number of a tracked particle"}),
+        "tracked_position": (dims, motion[..., :3], {"units": "m", "long_name": "centre of a tracked particle"}),
+        "tracked_velocity": (dims, motion[..., 3:], {"units": "m s-1", "long_name": "velocity of a tracked particle"}),
+    }
+
+
+def write_dataset(path: Path, dataset: xr.Dataset, encoding: dict[str, Any]) -> None:
+    """Write `dataset` as netCDF under a temporary name, bring it to the disk, and move it into place."""
     fresh = path.with_suffix(".tmp")
     dataset.to_netcdf(fresh, encoding=encoding)
     with fresh.open("rb") as file:

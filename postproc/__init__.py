@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from pathlib import Path
 
-from postproc import bubbles, cost, depth, history, maps, profiles, snapshots, spectrum
+from postproc import bubbles, cost, depth, history, impact, maps, profiles, snapshots, spectrum
 from postproc.dataset import NotDrawableError, Results, open_results
 from postproc.figures import COMPARISONS, FIGURES
 from postproc.style import journal_style, save
@@ -20,6 +20,7 @@ __all__ = [
     "depth",
     "draw",
     "history",
+    "impact",
     "maps",
     "open_results",
     "profiles",

@@ -44,6 +44,11 @@ def find_spectrum(name: str, time: np.ndarray, values: np.ndarray) -> Spectrum:
     if len(time) < FEWEST:
         raise NotDrawableError([f"`{name}` has {len(time)} steady rows, {FEWEST} are needed for a spectrum."])
     step = (time[-1] - time[0]) / (len(time) - 1)
+    if len(time) * step * HIGHEST < 1.0:
+        text = f"`{name}` has {len(time) * step:.3g} s of steady rows, {1.0 / HIGHEST:g} s are needed for a spectrum."
+        raise NotDrawableError([text])
+    if np.ptp(values) == 0.0:
+        raise NotDrawableError([f"`{name}` does not change: it has no spectrum."])
     even = np.interp(time[0] + step * np.arange(len(time)), time, values)
     length = min(len(even), max(len(even) // 4, int(SEGMENT / step)))
     finer = _FINER * length

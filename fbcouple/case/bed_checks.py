@@ -23,7 +23,7 @@ from fbcouple.case.derived import wraps
 from fbcouple.case.lattice import lattice_height, lay_out
 from fbcouple.case.mixture import largest_diameter, mean_density, mean_volume, particle_count
 from fbcouple.case.mixture_checks import check_counts, check_kinds, check_species
-from fbcouple.case.positions import read_positions
+from fbcouple.case.positions import read_positions, read_velocities
 from fbcouple.case.problems import Problem, show
 from fbcouple.case.schema import Case
 from fbcouple.errors import CaseError
@@ -118,6 +118,7 @@ def check_positions(case: Case, folder: Path) -> Iterator[Problem]:
     name = case.particles.positions
     try:
         positions = read_positions(find_companion(folder, name, ".csv"))
+        read_velocities(folder / name)
     except CaseError as error:
         yield from (Problem(key, problem) for problem in error.problems)
         return

@@ -7,11 +7,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from fbcouple.case.checks import COEFFICIENTS, check
-from fbcouple.case.derived import dem_step, normal_damping, tangential_damping
+from fbcouple.case.derived import dem_step, tangential_damping
 from fbcouple.case.mixture import list_kinds
 from fbcouple.case.pairs import list_coefficients
 from fbcouple.case.problems import Problem
 from fbcouple.case.schema import Case, Contact
+from fbcouple.collision import normal_damping
 
 HERTZ_KEYS = ("youngs_modulus", "poisson_ratio", "impact_speed")
 SPRING_KEYS = ("tangential_stiffness", "tangential_damping")

@@ -13,6 +13,7 @@ import numpy as np
 from fbcouple.case.mixture import Kind, list_kinds
 from fbcouple.case.pairs import find_pair
 from fbcouple.case.schema import Case, Contact, Domain, Gas, Particles
+from fbcouple.collision import contact_time
 
 # 2 times the integral of dx/sqrt(1 - x^(5/2)) from 0 to 1.
 _HERTZ_DURATION = 4.0 * math.sqrt(math.pi) * math.gamma(0.4) / (5.0 * math.gamma(0.9))
@@ -26,17 +27,6 @@ def particle_volume(particles: Particles) -> float:
 def particle_mass(particles: Particles) -> float:
     """Mass of one sphere of `diameter` and `density` [kg]."""
     return particles.density * particle_volume(particles)
-
-
-def normal_damping(stiffness: float, mass: float, restitution: float) -> float:
-    """Damping rate gamma_n [1/s] of a contact with effective mass `mass` [kg] and spring `stiffness` [N/m] (eq. 18)."""
-    log_e = math.log(restitution)
-    return -math.sqrt(stiffness / mass) * log_e / math.hypot(math.pi, log_e)
-
-
-def contact_time(stiffness: float, mass: float, restitution: float) -> float:
-    """Duration T_C [s] of a contact (eq. 19)."""
-    return math.pi / math.sqrt(stiffness / mass - normal_damping(stiffness, mass, restitution) ** 2)
 
 
 def hertz_modulus(contact: Contact) -> float:

@@ -12,6 +12,7 @@ from fbcouple.case.schema import Case
 from fbcouple.errors import CaseError
 
 AXES = ("x", "y", "z")
+VELOCITIES = ("vx", "vy", "vz")
 LARGEST = 2_000_000_000
 """Bytes that a file of start positions may have."""
 
@@ -35,6 +36,12 @@ def start_kinds(case: Case, folder: Path) -> np.ndarray:
     return lattice_kinds(case)
 
 
+def start_velocities(case: Case, folder: Path) -> np.ndarray | None:
+    """Return the start velocities [m/s] of a case, shape (particles, 3); None if all particles start at rest."""
+    assert case.particles is not None
+    return read_velocities(folder / case.particles.positions) if case.particles.positions else None
+
+
 def read_positions(path: Path) -> np.ndarray:
     """Read the columns x, y and z [m] of a CSV file with a header line; other columns are allowed.
 
@@ -45,6 +52,17 @@ def read_positions(path: Path) -> np.ndarray:
     if positions is None:
         raise CaseError([f"{path.name} has no columns x, y and z; start it with the line `x,y,z`."])
     return positions
+
+
+def read_velocities(path: Path) -> np.ndarray | None:
+    """Read the columns vx, vy and vz [m/s] of a positions file, (particles, 3); None if it has none of them.
+
+    Raises: CaseError (one text, without the key) if it has some of them only, or anything but finite numbers in them.
+    """
+    velocities = _read_columns(path, VELOCITIES)
+    if velocities is None and any(_read_columns(path, (name,)) is not None for name in VELOCITIES):
+        raise CaseError([f"{path.name} has not all of the columns vx, vy and vz; give all three or none."])
+    return velocities
 
 
 def read_kinds(path: Path) -> np.ndarray | None:
@@ -78,5 +96,5 @@ def _read_columns(path: Path, names: tuple[str, ...]) -> np.ndarray | None:
         raise CaseError([f"{path.name} holds no particles; add a row for each below the header."])
     broken = np.flatnonzero(~np.isfinite(positions).all(axis=1))
     if broken.size:
-        raise CaseError([f"{path.name}: particle {broken[0] + 1} is not finite; give coordinates in m."])
+        raise CaseError([f"{path.name}: particle {broken[0] + 1} is not finite; give coordinates in m (and m/s)."])
     return positions

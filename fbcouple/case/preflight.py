@@ -17,7 +17,6 @@ from fbcouple.case.derived import (
     fastest_inlet,
     hertz_modulus,
     hertz_overlap,
-    normal_damping,
     open_velocity,
     pair_contact_time,
 )
@@ -34,6 +33,7 @@ from fbcouple.case.mixture import (
 )
 from fbcouple.case.pairs import find_pair
 from fbcouple.case.schema import Case, Contact
+from fbcouple.collision import normal_damping
 from fbcouple.errors import CaseError
 
 Verdict = Literal["fit", "warn", "unfit"]

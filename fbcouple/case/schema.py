@@ -36,6 +36,7 @@ Mixture = Annotated[tuple[tuple[Amount, Amount, Part], ...], BeforeValidator(as_
 Pairs = Annotated[tuple[tuple[Species, Species, Restitution, Friction], ...], BeforeValidator(as_tuple)]
 Walls = Annotated[tuple[tuple[Species, Restitution, Friction], ...], BeforeValidator(as_tuple)]
 Faces = Annotated[tuple[CellCount, CellCount], BeforeValidator(as_tuple)]
+Numbers = Annotated[tuple[Annotated[int, Field(ge=1)], ...], BeforeValidator(as_tuple)]
 Texts = Annotated[tuple[str, ...], BeforeValidator(as_tuple)]
 
 
@@ -123,7 +124,9 @@ class Particles(Section):
     mass: float | None = option("Mass of the bed; the count is rounded. Give this or `count`.", "kg", None, **Positive)
     count: int | None = option("Number of particles. Give this or `mass`.", default=None, ge=1, le=10**15)
     positions: str | None = option(
-        "File of start positions (CSV: x, y, z in m) beside the case; absent: the lattice of [start].", default=None
+        "File of start positions (CSV: x, y, z in m; where they start moving also vx, vy, vz in m/s) beside the case; "
+        "absent: the lattice of [start], at rest.",
+        default=None,
     )
     rotation: bool = option("Integrate rotation (the paper does not).", default=False)
 
@@ -241,6 +244,16 @@ class Output(Section):
     save_every: float = option("Wall time between rewrites of results.nc.", "s", 60.0, **Positive)
     snapshots_every: float | None = option(
         "Time between snapshots of the depth-mean voidage, for bubbles; absent: none are taken.", "s", None, **Positive
+    )
+    particles_every: float | None = option(
+        "Time between frames of all particles and of the gas in every cell, for 3-D views, in the folder frames of the "
+        "run; absent: none are taken.",
+        "s",
+        None,
+        **Positive,
+    )
+    tracked: Numbers = option(
+        "Particles, numbered from 1 as they start, whose position and velocity the history has.", default=()
     )
     references: Texts = option(
         "Measured lines for the report: quantity@height=file, height in m, CSV beside the case (x in m, value, error).",

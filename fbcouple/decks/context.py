@@ -11,6 +11,7 @@ from fbcouple.case import derived
 from fbcouple.case.mixture import Kind, list_kinds
 from fbcouple.case.pairs import find_pair, find_wall
 from fbcouple.case.schema import Case, Contact, Gas, Particles
+from fbcouple.collision import normal_damping
 
 # DIC-preconditioned CG is fastest below this many cells, multigrid above (measured on the three Patil meshes).
 _MULTIGRID_FROM = 10_000
@@ -138,10 +139,10 @@ def _spring_context(particles: Particles, contact: Contact, step: float) -> dict
 
     def damp_pair(one: Kind, other: Kind) -> float:
         restitution, mass = find_pair(contact, one, other).restitution, derived.effective(one.mass, other.mass)
-        return 2 * derived.normal_damping(contact.stiffness, mass, restitution)
+        return 2 * normal_damping(contact.stiffness, mass, restitution)
 
     def damp_wall(kind: Kind) -> float:
-        return 2 * derived.normal_damping(contact.stiffness, kind.mass, find_wall(contact, kind).restitution)
+        return 2 * normal_damping(contact.stiffness, kind.mass, find_wall(contact, kind).restitution)
 
     damping = _tabulate(list_kinds(particles), damp_pair, damp_wall)
     if contact.tangential == "history":

@@ -200,6 +200,18 @@ def _voidage_snapshots(case: Case) -> tuple[bool, str]:
     return every is not None, "no output.snapshots_every" if every is None else f"output.snapshots_every = {every}"
 
 
+@_part
+def _frames(case: Case) -> tuple[bool, str]:
+    every = case.output.particles_every
+    return every is not None, "no output.particles_every" if every is None else f"output.particles_every = {every}"
+
+
+@_part
+def _tracked_particles(case: Case) -> tuple[bool, str]:
+    count = len(case.output.tracked)
+    return count > 0, f"output.tracked has {count}" if count else "no output.tracked"
+
+
 def explain(case: Case) -> list[Part]:
     """Every part a scene can have, whether this one has it, and why."""
     return [Part(name, *decide(case)) for name, decide in _DECISIONS.items()]

@@ -79,8 +79,13 @@ def render_decks(case: Case) -> dict[str, str]:
     }
 
 
-def format_particles(case: Case, positions: np.ndarray, kinds: np.ndarray) -> Iterator[str]:
-    """Lines of a LIGGGHTS data file: box, counts, and a particle a line; types are kinds, and one more the walls."""
+def format_particles(
+    case: Case, positions: np.ndarray, kinds: np.ndarray, velocities: np.ndarray | None = None
+) -> Iterator[str]:
+    """Lines of a LIGGGHTS data file: box, counts, and a particle a line; types are kinds, and one more the walls.
+
+    velocities: (particles, 3) [m/s]; None where all start at rest. None starts spinning.
+    """
     assert case.particles is not None
     known = list_kinds(case.particles)
     yield f"particles of: {case.title}\n\n{len(positions)} atoms\n{len(known) + 1} atom types\n"
@@ -90,12 +95,22 @@ def format_particles(case: Case, positions: np.ndarray, kinds: np.ndarray) -> It
     sizes = [f"{n} {format_number(k.diameter)} {format_number(k.density)}" for n, k in enumerate(known, start=1)]
     for number, ((x, y, z), kind) in enumerate(zip(positions.tolist(), kinds.tolist(), strict=True), start=1):
         yield f"{number} {sizes[kind]} {x!r} {y!r} {z!r}\n"
+    if velocities is not None:
+        yield "\nVelocities\n\n"
+        for number, (x, y, z) in enumerate(velocities.tolist(), start=1):
+            yield f"{number} {x!r} {y!r} {z!r} 0.0 0.0 0.0\n"
 
 
 Read = Callable[[Case], np.ndarray]
 
 
-def set_up(case: Case, run: Path, read_positions: Read = lattice_positions, read_kinds: Read = lattice_kinds) -> None:
+def set_up(
+    case: Case,
+    run: Path,
+    read_positions: Read = lattice_positions,
+    read_kinds: Read = lattice_kinds,
+    read_velocities: Callable[[Case], np.ndarray | None] = lambda case: None,
+) -> None:
     """Write the run folder `run` of `case`: effective case, manifest, decks.
 
     Everything is written beside it first and moved in at the end. Raises CaseError if `run` holds results or
@@ -104,7 +119,9 @@ def set_up(case: Case, run: Path, read_positions: Read = lattice_positions, read
     run = run.resolve()
     refuse_foreign(run)
     decks = render_decks(case)
-    lines = list(format_particles(case, read_positions(case), read_kinds(case))) if case.particles else []
+    lines: list[str] = []
+    if case.particles:
+        lines = list(format_particles(case, read_positions(case), read_kinds(case), read_velocities(case)))
     fresh = run.with_name(f".{run.name}.setting-up-{os.getpid()}")
     try:
         for name, text in decks.items():

@@ -11,6 +11,7 @@ import numpy as np
 from mpi4py import MPI
 
 from fbcouple.case import derived
+from fbcouple.collision import contact_time, normal_damping
 from fbcouple.verify.bench import FRICTIONLESS, GLASS, open_bench
 from fbcouple.verify.impact import find_step, look, spread_out, throw
 from fbcouple.verify.registry import Number, scene
@@ -36,7 +37,7 @@ def normal_impact(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     grains.advance(0, first=True)
     grains.velocities[:, 2] = [_SPEED / 2, -_SPEED / 2]
     mass = derived.particle_mass(case.particles) / 2
-    gamma = derived.normal_damping(case.contact.stiffness, mass, case.contact.restitution)
+    gamma = normal_damping(case.contact.stiffness, mass, case.contact.restitution)
     natural = math.sqrt(case.contact.stiffness / mass)
     damped = math.sqrt(natural**2 - gamma**2)
     peak = _SPEED / natural * math.exp(-gamma / damped * math.asin(damped / natural))
@@ -108,8 +109,8 @@ def _recur(phases: np.ndarray, steps: int) -> tuple[np.ndarray, np.ndarray]:
 
     Unit spring and mass: v += f dt/2, x += v dt, f = -(x + 2 gamma v) while x > 0, v += f dt/2.
     """
-    gamma = derived.normal_damping(1.0, 1.0, _RESTITUTION)
-    dt = derived.contact_time(1.0, 1.0, _RESTITUTION) / steps
+    gamma = normal_damping(1.0, 1.0, _RESTITUTION)
+    dt = contact_time(1.0, 1.0, _RESTITUTION) / steps
     x, v = -phases * dt, np.ones_like(phases)
     force, forces = np.zeros_like(phases), np.zeros(phases.shape, dtype=int)
     for _ in range(2 * steps):

@@ -7,7 +7,6 @@ import pytest
 from fbcouple.case.derived import (
     cell_size,
     dem_step,
-    normal_damping,
     open_velocity,
     pair_contact_time,
     particle_mass,
@@ -15,6 +14,7 @@ from fbcouple.case.derived import (
 from fbcouple.case.load import load_case
 from fbcouple.case.mixture import particle_count
 from fbcouple.case.preflight import estimate
+from fbcouple.collision import normal_damping
 from fbcouple.errors import CaseError
 
 

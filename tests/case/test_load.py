@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from fbcouple.case.companions import list_companions
 from fbcouple.case.contact_checks import HERTZ_KEYS, SPRING_KEYS
 from fbcouple.case.load import load_case, write_case
 from fbcouple.case.options import list_options, list_sections
@@ -30,8 +31,8 @@ def problems_of(name: object, *sets: str) -> list[str]:
 
 @pytest.mark.parametrize("name", list_shipped())
 def test_shipped_case_loads_and_survives_writing(name, tmp_path):
-    case, own = load_case(name), find_case(name).parent.glob("*.csv")
-    brought = [shutil.copy(path, tmp_path) for path in own if case.output.references]
+    case, folder = load_case(name), find_case(name).parent
+    brought = [shutil.copy(folder / own, tmp_path) for own in list_companions(case)]
     write_case(case, tmp_path / "case.toml")
     assert load_case(str(tmp_path / "case.toml")) == case
     assert load_case(str(tmp_path)) == case
@@ -154,7 +155,8 @@ def test_written_case_says_every_default(tmp_path):
     given = {f"{section}.{key}" for section, table in written.items() if isinstance(table, dict) for key in table}
     given |= {key for key, value in written.items() if not isinstance(value, dict)}
     unset = {"particles.count", "particles.positions", "exchange.drag_file", "gas.inlet_ramp", "gas.max_step"}
-    unset |= {"checkpoint.every", "output.snapshots_every", "exchange.kernel_width", "exchange.diffusion_width"}
+    unset |= {"checkpoint.every", "output.snapshots_every", "output.particles_every"}
+    unset |= {"exchange.kernel_width", "exchange.diffusion_width"}
     unset |= {f"particles.{key}" for key in ("spread", "deviation", "smallest", "largest")}
     unset |= {f"contact.{key}" for key in (*HERTZ_KEYS, *SPRING_KEYS)}
     assert set(list_options()) - given == unset

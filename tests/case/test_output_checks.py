@@ -49,3 +49,41 @@ def test_references_that_cannot_serve_are_told(spoil, tmp_path, reference, told)
     (tmp_path / "mm.csv").write_text("x,value\n10,1.0\n20,1.0\n")
     (problem,) = problems_of(spoil(), f'output.references=["{reference}"]')
     assert "output.references: " in problem and told in problem
+
+
+@pytest.mark.parametrize(
+    ("setting", "told"),
+    [
+        ("output.particles_every=1e-9", "at least 0.002 s is allowed"),
+        ("output.tracked=[57297]", "particle 57297 is given and there are 57296"),
+        ("output.tracked=[5, 5]", "name each particle once"),
+        (f"output.tracked={list(range(1, 102))}", "at most 100 are allowed"),
+        ("output.tracked=[0]", "output.tracked"),
+    ],
+)
+def test_frames_and_tracked_particles_that_cannot_be_had(setting, told):
+    (problem,) = problems_of("patil/c2", setting)
+    assert told in problem
+
+
+@pytest.mark.parametrize("setting", ["output.particles_every=0.1", "output.tracked=[1]"])
+def test_they_need_particles(spoil, setting):
+    path = spoil()
+    text = path.read_text()
+    path.write_text(text[: text.index("[particles]")] + text[text.index("[averages]") :])
+    (problem,) = problems_of(path, setting)
+    assert "the scene has no [particles]" in problem
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("x,y,z,vx,vy\n0.01,0.01,0.01,0,0\n", "not all of the columns vx, vy and vz"),
+        ("x,y,z,vx,vy,vz\n0.01,0.01,0.01,0,0,inf\n", "particle 1 is not finite"),
+    ],
+)
+def test_start_velocities_that_cannot_serve_are_told(spoil, tmp_path, text, told):
+    (tmp_path / "bead.csv").write_text(text)
+    path = spoil(("mass = 0.075", 'count = 1\npositions = "bead.csv"'), ("[start]\n", ""))
+    (problem,) = problems_of(path)
+    assert "particles.positions: " in problem and told in problem

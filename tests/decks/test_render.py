@@ -235,6 +235,8 @@ def test_every_part_of_a_scene_is_looked_at():
         *OTHER_OPTIONS,
         "damping",
         "voidage_snapshots",
+        "frames",
+        "tracked_particles",
     }
 
 
@@ -321,6 +323,16 @@ def test_particles_are_written_to_the_last_bit(tmp_path):
     assert (table[:, 4:] == positions).all()
     assert table[:, 0].tolist() == list(range(1, 21)) and (table[:, 1:4] == [1, 1e-3, 2500.0]).all()
     assert {"20 atoms", "2 atom types", "0.0 0.01 xlo xhi", "0.0 0.006 ylo yhi", "0.0 0.02 zlo zhi"} <= set(head)
+
+
+def test_start_velocities_are_written_beside_the_positions_and_only_where_there_are_some(tmp_path):
+    velocities = np.random.default_rng(2).standard_normal((20, 3))
+    set_up(build(), tmp_path / "run", read_velocities=lambda case: velocities)
+    atoms, _, rows = (tmp_path / "run/grains/particles.data").read_text().partition("\nVelocities\n\n")
+    table = np.array([[float(word) for word in line.split()] for line in rows.splitlines()])
+    assert (table[:, 1:4] == velocities).all() and not table[:, 4:].any() and table[:, 0].tolist() == list(range(1, 21))
+    set_up(build(), tmp_path / "still")
+    assert (tmp_path / "still/grains/particles.data").read_text() == atoms
 
 
 @pytest.mark.parametrize(("changes", "gone", "there"), [(NO_GAS, "fluid", "grains"), (NO_PARTICLES, "grains", "fluid")])

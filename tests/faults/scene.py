@@ -34,6 +34,8 @@ blocks = 2
 [output]
 record_every = 2e-4
 snapshots_every = 1e-3
+particles_every = 2e-3
+tracked = [7, 250]
 [checkpoint]
 moment_steps = 5
 [gas]
@@ -56,6 +58,22 @@ def prepare(folder: Path, sets: list[str] | None = None, text: str = BED) -> Pat
 def find_differences(one: Path, other: Path) -> list[str]:
     """Variables of two results.nc that are not the same bit for bit, wall times excepted."""
     with xr.open_dataset(one / "results.nc") as a, xr.open_dataset(other / "results.nc") as b:
-        assert set(a.variables) == set(b.variables)
-        names = [str(name) for name in a.variables if name not in ("wall_seconds", "stage", "component")]
-        return [name for name in names if not np.array_equal(a[name].values, b[name].values, equal_nan=True)]
+        return compare(a, b, ("wall_seconds", "stage", "component"))
+
+
+def compare(one: xr.Dataset, other: xr.Dataset, but: tuple[str, ...]) -> list[str]:
+    """Variables of two datasets, but those named, that are not the same bit for bit."""
+    assert set(one.variables) == set(other.variables)
+    names = [str(name) for name in one.variables if name not in but]
+    return [name for name in names if not np.array_equal(one[name].values, other[name].values, equal_nan=True)]
+
+
+def compare_frames(one: Path, other: Path) -> list[str]:
+    """Names of the frames of two runs that are not the same bit for bit; they must be as many."""
+    frames = sorted((one / "frames").iterdir())
+    assert [frame.name for frame in frames] == sorted(frame.name for frame in (other / "frames").iterdir())
+    different = []
+    for frame in frames:
+        with xr.open_dataset(frame) as a, xr.open_dataset(other / "frames" / frame.name) as b:
+            different += [frame.name for _ in compare(a, b, ("component",))]
+    return different

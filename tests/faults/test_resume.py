@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from scene import find_differences, prepare
+from scene import compare_frames, find_differences, prepare
 
 from fbcouple.errors import StoppedError
 from fbcouple.launch import launch
@@ -48,11 +48,26 @@ def test_resumed_run_is_the_uninterrupted_one(tmp_path, ranks, scene):
     one, other = prepare(tmp_path / "one", SCENES[scene]), prepare(tmp_path / "other", SCENES[scene])
     rows = run_through(one, ranks)
     resumed = run_with_stops(other, ranks, ranks, ranks)
-    assert find_differences(one, other) == []
+    assert find_differences(one, other) == [] and compare_frames(one, other) == []
+    assert len(list((other / "frames").iterdir())) == 6
     assert [{**row, "wall": 0} for row in rows] == [{**row, "wall": 0} for row in resumed]
     assert len((other / "logs/run.jsonl").read_text().splitlines()) == len(rows)
     with xr.open_dataset(other / "results.nc") as results:
         assert results.attrs["complete"] == 1 and len(results["snapshot_time"]) > 5
+        assert results["tracked"].values.tolist() == [7, 250] and np.ptp(results["tracked_position"].values[:, 1, 2])
+
+
+def test_frames_that_came_after_the_checkpoint_are_taken_again(tmp_path):
+    """A run that went on without a checkpoint has frames that its history does not know any more."""
+    run, other = prepare(tmp_path / "run"), prepare(tmp_path / "other")
+    run_through(other)
+    with pytest.raises(StoppedError):
+        launch(run, 1, lambda row: None, resume=True, wall_limit=SHORT_OF_TIME)
+    late = run / "frames/frame-000099.nc"
+    late.write_bytes(b"of a moment after the checkpoint")
+    (run / "frames/frame-000099.tmp").write_bytes(b"half of one")
+    launch(run, 1, lambda row: None, resume=True)
+    assert not late.exists() and compare_frames(run, other) == []
 
 
 @pytest.mark.parametrize("phase", ["gas", "particles"])
@@ -72,7 +87,11 @@ def test_one_phase(tmp_path, phase):
 def keep_sections(names: tuple[str, ...]):
     from scene import BED  # noqa: PLC0415
 
-    for part in BED.replace("snapshots_every = 1e-3\n", "").replace("\n[", "\n\0[").split("\0"):
+    both = "snapshots_every = 1e-3\n", "particles_every = 2e-3\n", "tracked = [7, 250]\n"
+    text = BED
+    for line in both:
+        text = text.replace(line, "")
+    for part in text.replace("\n[", "\n\0[").split("\0"):
         if part.strip().startswith(names):
             yield part
 

@@ -1,0 +1,30 @@
+"""Whether a checkpoint is of a case: told by its options, the younger ones only where they are used."""
+
+import hashlib
+import json
+
+import pytest
+
+from fbcouple.case.load import load_case
+from fbcouple.checkpoint import fingerprint
+
+
+def test_a_checkpoint_from_before_an_option_stands_where_it_is_not_used():
+    case = load_case("patil/c1")
+    told = case.model_dump(mode="json", exclude={"checkpoint": True, "output": {"save_every"}})
+    for key in ("particles_every", "tracked"):
+        del told["output"][key]
+    assert fingerprint(case) == hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
+
+
+@pytest.mark.parametrize(
+    "setting",
+    ["output.particles_every=0.1", "output.tracked=[1]", "output.record_every=0.02", "gas.inlet_velocity=1.3"],
+)
+def test_another_case_is_another_fingerprint(setting):
+    assert fingerprint(load_case("patil/c1", [setting])) != fingerprint(load_case("patil/c1"))
+
+
+@pytest.mark.parametrize("setting", ["output.save_every=5.0", "checkpoint.wall_every=60.0"])
+def test_how_often_files_are_saved_does_not_matter(setting):
+    assert fingerprint(load_case("patil/c1", [setting])) == fingerprint(load_case("patil/c1"))
