@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,8 @@ from fbcouple.worker import start, step
 
 _FIRST = 5
 """Steps that are never timed: lists, buffers and compiled code are made in them."""
+_REPLAYED = 50
+"""Steps whose gas input is kept for the gas alone; keeping one takes a copy of three fields."""
 
 
 class TotalWatch(Stopwatch):
@@ -57,16 +60,18 @@ def open_run(case: Case, comm: MPI.Comm) -> tuple[Scene, Recorder]:
     return scene, recorder
 
 
-def time_coupled(scene: Scene, recorder: Recorder, steps: int) -> Taken:
-    """Take coupled steps on the clock (collective)."""
+def time_coupled(scene: Scene, recorder: Recorder, steps: int, kept: list[list[np.ndarray]] | None = None) -> Taken:
+    """Take coupled steps on the clock (collective); what the gas was given in the last of them goes to `kept`."""
     watch = TotalWatch()
     scene.watch = watch
     taken = []
 
     def run() -> None:
-        for _ in range(steps):
+        for k in range(steps):
             step(scene, recorder)
             taken.append((scene.dt, scene.substeps))
+            if kept is not None and scene.coupling and steps - k <= _REPLAYED:
+                kept.append([field.copy() for field in scene.coupling.gas_input])
 
     wall = _clock(scene.comm, run)
     watch.restart()
@@ -86,17 +91,16 @@ def time_grains(scene: Scene, steps: list[tuple[float, int]]) -> tuple[float, fl
     return _clock_own(scene.comm, run)
 
 
-def time_gas(scene: Scene, steps: list[tuple[float, int]]) -> tuple[float, float]:
-    """The same of the gas solver alone on the same mesh and steps, with the voidage and drag of the last step."""
+def time_gas(scene: Scene, steps: list[tuple[float, int]], kept: list[list[np.ndarray]]) -> tuple[float, float]:
+    """The same of the gas solver alone on the same mesh and steps, with the voidage and drag of the last ones, `kept`,
+    there and back again: a bed that moves, for a bed at rest takes fewer iterations."""
     gas = scene.gas
     assert gas is not None
-    frozen = scene.coupling.gas_input if scene.coupling else gas.clean_input
-    held = [np.array(field) for field in frozen]
-    gas.step(steps[0][0], *held)
+    there_and_back = cycle([*reversed(kept), *kept] or [list(gas.clean_input)])
 
     def run() -> None:
-        for dt, _ in steps:
-            gas.step(dt, *held)
+        for (dt, _), given in zip(steps, there_and_back, strict=False):
+            gas.step(dt, *given)
             gas.measure()
 
     return _clock_own(scene.comm, run)
@@ -124,7 +128,8 @@ def measure_overhead(case: Case, comm: MPI.Comm, warm: float, seconds: float) ->
         step(scene, recorder)
     trial = time_coupled(scene, recorder, _FIRST)
     count = comm.bcast(max(_FIRST, round(seconds / (trial.wall / _FIRST))))
-    coupled = time_coupled(scene, recorder, count)
+    kept: list[list[np.ndarray]] = []
+    coupled = time_coupled(scene, recorder, count, kept)
     own: dict[str, Any] = {"rank": comm.rank, "particles": scene.grains.count if scene.grains else 0}
     own |= {"cells": len(scene.owned)} | coupled.stages
     floors = 0.0
@@ -132,7 +137,7 @@ def measure_overhead(case: Case, comm: MPI.Comm, warm: float, seconds: float) ->
         wall, own["grains alone"] = time_grains(scene, coupled.steps)
         floors += wall
     if scene.gas:
-        wall, own["gas alone"] = time_gas(scene, coupled.steps)
+        wall, own["gas alone"] = time_gas(scene, coupled.steps, kept)
         floors += wall
     rows = comm.allgather(own)
     solvers = sum(max(row[stage] for row in rows) for stage in ("grains", "gas"))
@@ -146,6 +151,26 @@ def measure_overhead(case: Case, comm: MPI.Comm, warm: float, seconds: float) ->
         "not_in_a_solver": 1.0 - solvers / coupled.wall,
     }
     return {"ranks": rows, "total": total}
+
+
+def measure_peer(case: Case, comm: MPI.Comm, warm: float, steps: int) -> dict[str, Any]:
+    """Wall seconds of a coupled step after `warm` [s] of simulated time, the mean of `steps`; the particles' places at
+    their start are left in positions.npy (collective)."""
+    scene, recorder = open_run(case, comm)
+    while scene.clock.time < warm:
+        step(scene, recorder)
+    places = comm.gather(scene.particles.positions)
+    if places is not None:
+        np.save("positions.npy", np.concatenate(places))
+    taken = time_coupled(scene, recorder, steps)
+    span = sum(dt for dt, _ in taken.steps)
+    substeps = sum(count for _, count in taken.steps)
+    return {
+        "step": span / steps,
+        "substeps": substeps / steps,
+        "particles": scene.balance.particles,
+        "seconds": taken.wall / steps,
+    }
 
 
 def measure_steps(case: Case, comm: MPI.Comm, steps: int, repeats: int) -> dict[str, Any]:

@@ -12,7 +12,8 @@ from typing import Any
 
 from mpi4py import MPI
 
-from fbcouple.bench.measure import measure_overhead, measure_steps
+from fbcouple.bench.measure import measure_overhead, measure_peer, measure_steps
+from fbcouple.bench.memory import measure_memory
 from fbcouple.bench.traffic import count_traffic
 from fbcouple.case.load import load_case
 from fbcouple.case.schema import Case
@@ -20,6 +21,8 @@ from fbcouple.case.schema import Case
 FOUND = "bench.json"
 KINDS: dict[str, Callable[..., dict[str, Any]]] = {
     "overhead": measure_overhead,
+    "memory": measure_memory,
+    "peer": lambda case, comm, warm, steps: measure_peer(case, comm, warm, int(steps)),
     "steps": lambda case, comm, steps, repeats: measure_steps(case, comm, int(steps), int(repeats)),
     "traffic": lambda case, comm, ranks: count_traffic(case, int(ranks)),
 }

@@ -12,8 +12,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from fbcouple.bench.canonical import make_box
 from fbcouple.bench.parts import make_variants
+from fbcouple.bench.peers import check_peer, time_dpmfoam, write_dpmfoam
 from fbcouple.case.load import load_case, write_case
 from fbcouple.case.schema import Case
 from fbcouple.decks.render import set_up
@@ -33,6 +36,14 @@ def measure_overhead(case: str, sets: Sequence[str], ranks: int, warm: float, se
         run = place / "run"
         lay_out(case, run, sets, trusted=False, forced=True)
         return _measure("overhead", run, load_case(str(run)), ranks, warm, seconds)
+
+
+def measure_memory(case: str, sets: Sequence[str], ranks: int) -> list[Row]:
+    """Bytes of a rank's own arrays a particle and a cell, a row a rank. Raises CaseError, SolverError."""
+    with _place() as place:
+        run = place / "run"
+        lay_out(case, run, sets, trusted=False, forced=True)
+        return _measure("memory", run, load_case(str(run)), ranks)["ranks"]
 
 
 def measure_scaling(cells: int, counts: Sequence[int], steps: int, repeats: int) -> list[Row]:
@@ -69,6 +80,24 @@ def compare(row: Row, first: Row) -> Row:
     grown = row["cells"] / first["cells"]
     gain = first["ranks"] * first["seconds"] / row["seconds"] * grown
     return {"gain": name, "value": gain, "of_ideal": gain / row["ranks"]}
+
+
+def measure_peers(case: str, sets: Sequence[str], ranks: int, warm: float, steps: int) -> list[Row]:
+    """Wall seconds a simulated second of this program and of stock DPMFoam for the same bed, mesh, fluid step and
+    ranks, one after the other, and their ratio. Raises CaseError, SolverError."""
+    with _place() as place:
+        run = place / "run"
+        lay_out(case, run, sets, trusted=False, forced=True)
+        content = load_case(str(run))
+        check_peer(content)
+        own = _measure("peer", run, content, ranks, warm, steps)
+        write_dpmfoam(content, run / "fluid", np.load(run / "positions.npy"), own["step"], steps)
+        prepare_mesh(content, run, ranks)
+        peer = time_dpmfoam(run / "fluid", ranks, steps, skip=2)
+    rows = [{"program": "fbcouple"} | own, {"program": "DPMFoam", "step": own["step"]} | peer]
+    for row in rows:
+        row["seconds_per_second"] = row["seconds"] / row["step"]
+    return [row | {"of fbcouple": row["seconds_per_second"] / rows[0]["seconds_per_second"]} for row in rows]
 
 
 def count_traffic(cells: int, counts: Sequence[int]) -> list[Row]:

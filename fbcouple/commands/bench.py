@@ -72,6 +72,38 @@ def parts(case: str, steps: int, repeats: int, sets: tuple[str, ...], file: Path
 
 
 @bench.command()
+@click.argument("case")
+@click.option("-n", "--ranks", type=click.IntRange(min=1), default=1, show_default=True, help="MPI ranks.")
+@click.option("--set", "sets", multiple=True, metavar="KEY=VALUE", help="Put a value on top of the case file.")
+@take_file
+def memory(case: str, ranks: int, sets: tuple[str, ...], file: Path | None) -> None:
+    """Bytes that each rank of CASE keeps a particle and a cell, beside the solvers' own."""
+    from fbcouple.bench.suite import measure_memory
+
+    rows = measure_memory(case, sets, ranks)
+    show(rows)
+    write(file, {"memory": rows})
+
+
+@bench.command()
+@click.argument("case")
+@click.option("-n", "--ranks", type=click.IntRange(min=1), default=1, show_default=True, help="MPI ranks.")
+@click.option("--warm", type=click.FloatRange(min=0.0), default=0.01, show_default=True, help="Time before it [s].")
+@click.option("--steps", type=click.IntRange(min=5), default=20, show_default=True, help="Fluid steps measured.")
+@click.option("--set", "sets", multiple=True, metavar="KEY=VALUE", help="Put a value on top of the case file.")
+@take_file
+def peers(case: str, ranks: int, warm: float, steps: int, sets: tuple[str, ...], file: Path | None) -> None:
+    """CASE through stock DPMFoam, beside this program, per simulated second."""
+    from fbcouple.bench.peers import NOT_COMPARABLE
+    from fbcouple.bench.suite import measure_peers
+
+    rows = measure_peers(case, sets, ranks, warm, steps)
+    show(rows)
+    click.echo(NOT_COMPARABLE)
+    write(file, {"peers": rows})
+
+
+@bench.command()
 @click.option("--cells", type=click.IntRange(min=10), default=12, show_default=True, help="Cells along an edge.")
 @click.option("-n", "--ranks", "counts", type=click.IntRange(min=1), multiple=True, help="Ranks to run; several times.")
 @click.option("--steps", type=click.IntRange(min=1), default=20, show_default=True, help="Fluid steps a repeat.")

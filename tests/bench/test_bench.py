@@ -10,8 +10,10 @@ import pytest
 from click.testing import CliRunner
 
 from fbcouple.bench.canonical import PER_CELL, SUBSTEPS, make_box
+from fbcouple.bench.memory import find_arrays
 from fbcouple.bench.parts import LEFT_OUT, make_variants
-from fbcouple.bench.suite import compare, measure_parts
+from fbcouple.bench.peers import find_damping, find_modulus
+from fbcouple.bench.suite import compare, measure_memory, measure_parts, measure_peers
 from fbcouple.bench.traffic import count_traffic, cut_cells
 from fbcouple.case.checks import find_problems
 from fbcouple.case.derived import dem_step
@@ -68,15 +70,17 @@ def test_one_rank_sends_nothing_and_neighbours_are_all_that_many_ranks_have():
     assert many["bytes_most"] == pytest.approx(2 * few["bytes_most"], rel=0.4)
 
 
+BED = (
+    'title = "b"\nend_time = 1.0\n[domain]\nsize = [0.01, 0.006, 0.02]\ncells = [5, 3, 10]\n'
+    "[gas]\ndensity = 1.165\nviscosity = 2e-5\ninlet_velocity = 0.5\n"
+    "[particles]\ndiameter = 1e-3\ndensity = 2500.0\ncount = 50\n"
+    "[contact]\nrestitution = 0.97\nwall_restitution = 0.97\nfriction = 0.1\nwall_friction = 0.1\n"
+    "[start]\n[exchange]\n"
+)
+
+
 def test_overhead_on_two_ranks(tmp_path):
-    text = (
-        'title = "b"\nend_time = 1.0\n[domain]\nsize = [0.01, 0.006, 0.02]\ncells = [5, 3, 10]\n'
-        "[gas]\ndensity = 1.165\nviscosity = 2e-5\ninlet_velocity = 0.5\n"
-        "[particles]\ndiameter = 1e-3\ndensity = 2500.0\ncount = 50\n"
-        "[contact]\nrestitution = 0.97\nwall_restitution = 0.97\nfriction = 0.1\nwall_friction = 0.1\n"
-        "[start]\n[exchange]\n"
-    )
-    (tmp_path / "case.toml").write_text(text)
+    (tmp_path / "case.toml").write_text(BED)
     file = tmp_path / "found.json"
     done = CliRunner().invoke(
         cli, ["bench", "overhead", str(tmp_path / "case.toml"), "-n", "2", "--seconds", "0.5", "--json", str(file)]
@@ -114,3 +118,46 @@ def test_one_phase_costs_less_than_both():
     assert set(rows) == {"nothing", "friction", "filter", "gas", "particles"}
     assert rows["gas"]["of the whole"] < 0.8 and rows["gas"]["particles"] == 250
     assert rows["particles"]["of the whole"] < 0.8 and rows["particles"]["particles"] == 0
+
+
+def test_memory_counts_arrays_once_and_by_what_they_hold(tmp_path):
+    whole = np.zeros((100, 3))
+    assert [id(a) for a in find_arrays([{"a": whole[:10], "b": [whole.ravel()]}])] == [id(whole)]
+    (tmp_path / "case.toml").write_text(BED.replace("count = 50", "count = 500"))
+    (row,) = measure_memory(str(tmp_path / "case.toml"), [], 1)
+    assert (row["particles"], row["cells"]) == (500, 150)
+    # Place, weights and beta of the drag: 8 + 24 + 8 bytes, with a quarter of room; the issue allows 1 kB and 2 kB.
+    assert 40 <= row["bytes_per_particle"] <= 1024
+    # Voidage, K, S, velocity, pressure, its gradient: 13 numbers at least.
+    assert row["bytes_per_cell"] >= 104
+
+
+def test_peer_has_all_particles_and_the_same_step(tmp_path):
+    """A contact of DPMFoam lasts as long as the spring's; the bed is a small one, so the ratio says nothing."""
+    (tmp_path / "case.toml").write_text(BED)
+    own, peer = measure_peers(str(tmp_path / "case.toml"), [], 1, 0.0, 8)
+    assert own["particles"] == peer["particles"] == 50 and own["step"] == peer["step"]
+    assert own["of fbcouple"] == 1.0 and peer["of fbcouple"] == peer["seconds"] / own["seconds"] > 0.0
+
+
+def test_modulus_gives_the_peer_the_contact_time():
+    """5.43 (d/4) (rho/(E* sqrt(U)))^0.4 of DPMFoam's source at 1 m/s, with E* = E/(2 (1 - nu^2))."""
+    modulus = find_modulus(1e-3, 2500.0, 8e-5) / (2.0 * (1.0 - 0.25**2))
+    assert 5.429675 * 0.25e-3 * (2500.0 / modulus) ** 0.4 == pytest.approx(8e-5)
+
+
+def test_damping_of_the_peer_gives_the_restitution():
+    """A Hertz contact x'' = -x^1.5 - alpha x^0.25 x', integrated."""
+    x, v, dt = 0.0, 1.0, 1e-4
+    alpha = find_damping(0.8)
+    while x >= 0.0:
+        v += dt * (-(max(x, 0.0) ** 1.5) - alpha * max(x, 0.0) ** 0.25 * v)
+        x += dt * v
+    assert -v == pytest.approx(0.8, abs=1e-3)
+
+
+def test_peer_refuses_what_it_cannot_say(tmp_path):
+    head, rest = BED.split("[gas]")
+    (tmp_path / "case.toml").write_text(head + "[particles]" + rest.split("[particles]")[1].replace("[exchange]\n", ""))
+    with pytest.raises(CaseError, match="bench peers: the case needs gas"):
+        measure_peers(str(tmp_path / "case.toml"), [], 1, 0.0, 8)
