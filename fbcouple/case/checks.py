@@ -177,6 +177,16 @@ def check_nozzle(case: Case, folder: Path) -> Iterator[Problem]:
         yield Problem("gas.closed_nozzle", f"{floor_text} and cannot lie in its middle; {mend}")
 
 
+@check("gas.top", "gas.inlet_velocity", "gas.inlet_ramp")
+def check_lid(case: Case, folder: Path) -> Iterator[Problem]:
+    """Under a lid no gas comes in: it is incompressible and could not leave."""
+    if case.gas is None or case.gas.top == "open":
+        return
+    key = "gas.inlet_velocity" if case.gas.inlet_ramp is None else "gas.inlet_ramp"
+    if any([case.gas.inlet_velocity, *(velocity for _, velocity in case.gas.inlet_ramp or ())]):
+        yield Problem(key, "gas comes in and gas.top is closed; give 0 or open the top.")
+
+
 @check("averages.start", "averages.every", "averages.blocks", "end_time")
 def check_averages(case: Case, folder: Path) -> Iterator[Problem]:
     """The averaging window lies within the run, and each of its blocks has a sample."""

@@ -78,6 +78,9 @@ class Gas(Section):
         "Faces along x and y in the middle of the floor that let no gas through; absent: the whole floor is open.",
         default=None,
     )
+    top: Literal["open", "closed"] = option(
+        "Top of the box: open to gas at pressure 0, or a lid; under a lid no gas may come in.", default="open"
+    )
     walls: Literal["no-slip", "slip"] = option("Gas at the side walls and the closed nozzle.", default="no-slip")
     turbulence: Literal["none", "smagorinsky", "keqn", "dynamic-lagrangian", "localized-dynamic"] = option(
         "Sub-grid model of the gas (paper: localized-dynamic, here with C_s held within 0-0.23).", default="none"

@@ -66,6 +66,8 @@ def _gas_context(case: Case, gas: Gas) -> dict[str, Any]:
         context["inlet_expression"] = write_ramp(gas.inlet_ramp, derived.open_share(case))
     if gas.turbulence != "none":
         context |= {"les_model": _LES_MODELS[gas.turbulence], "start_lm": _START_LM, "start_mm": _START_MM}
+    if gas.top == "closed":
+        context["top_point"] = _find_top_point(case)
     if gas.closed_nozzle:
         context["nozzle"] = _nozzle_box(case, gas.closed_nozzle)
     return context
@@ -84,6 +86,13 @@ def write_ramp(ramp: Sequence[tuple[float, float]], share: float) -> str:
         elif change:
             terms.append(f"({change / (end - start)!r})*(min(max(time(), {start!r}), {end!r}) - {start!r})")
     return " + ".join(terms)
+
+
+def _find_top_point(case: Case) -> tuple[float, ...]:
+    """Centre [m] of a cell in the middle of the uppermost layer."""
+    nx, ny, nz = case.domain.cells
+    index = (nx // 2, ny // 2, nz - 1)
+    return tuple(float((n + 0.5) * length) for n, length in zip(index, derived.cell_size(case), strict=True))
 
 
 def _nozzle_box(case: Case, closed: tuple[int, int]) -> dict[str, float]:

@@ -52,6 +52,12 @@ def _closed_nozzle(case: Case) -> tuple[bool, str]:
 
 
 @_part
+def _lid(case: Case) -> tuple[bool, str]:
+    closed = case.gas is not None and case.gas.top == "closed"
+    return closed, "gas.top = closed" if closed else "gas leaves at the top"
+
+
+@_part
 def _periodic(case: Case) -> tuple[bool, str]:
     axes = " and ".join(case.domain.periodic)
     return bool(axes), f"domain.periodic = {axes}" if axes else "walls on all sides"

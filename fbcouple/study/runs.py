@@ -73,6 +73,29 @@ def run_case(base: str, settings: Settings, run: Path, ranks: int, wall_limit: f
     return ending
 
 
+def run_from_middle(run: Path, again: Path, ranks: int, wall_limit: float) -> Ending | None:
+    """Run in the folder `again` what `run` did after its oldest checkpoint, unless that has been done before.
+
+    Returns: how it ended; None if `run` has no checkpoint.
+    Raises: CaseError if the checkpoint is damaged.
+    """
+    checkpoints = list_checkpoints(run)
+    if not checkpoints:
+        return None
+    known = _read_ending(again, ranks)
+    if known and known.is_final and (again / ENDING).stat().st_mtime > (run / ENDING).stat().st_mtime:
+        return known
+    shutil.rmtree(again, ignore_errors=True)
+    kept = shutil.ignore_patterns(ENDING, "results.nc", "logs", checkpoints[0].name if len(checkpoints) > 1 else "")
+    shutil.copytree(run, again, ignore=kept)
+    (again / "logs").mkdir()
+    begin = time.monotonic()
+    how, text = _start(again, ranks, wall_limit)
+    ending = Ending(how, text, time.monotonic() - begin, ranks)
+    (again / ENDING).write_text(json.dumps(asdict(ending)) + "\n")
+    return ending
+
+
 def _holds(run: Path, case: Case) -> bool:
     """Is the effective case in `run` this one?"""
     if not (run / "case.toml").is_file():

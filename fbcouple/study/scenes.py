@@ -23,6 +23,8 @@ OWN = ("base", "span", "forms", "times", "ranks")
 FORM = "exchange.scheme"
 ROWS = 50
 """History rows of a scene."""
+MOMENTS = 10
+"""Moments for a checkpoint in a scene of so many steps as expected."""
 
 
 @dataclass(frozen=True)
@@ -97,8 +99,12 @@ def _expand(study: Stability, source: Source, group: str, table: Settings) -> It
         case = load_case(base, word_settings(settings))
         for form in own.get("forms", study.forms) if case.exchange else ("",):
             timed = settings | ({FORM: form} if form else {})
-            end = find_end(load_case(base, word_settings(timed)), study, own, f"{source.place}: {name}")
+            wanted = load_case(base, word_settings(timed))
+            end = find_end(wanted, study, own, f"{source.place}: {name}")
             timed |= {"end_time": end, "output.record_every": end / ROWS}
+            if study.restart:
+                moment = max(1, int(end / find_step(wanted) / MOMENTS))
+                timed |= {"checkpoint.every": end / 2, "checkpoint.moment_steps": moment}
             full = f"{name}-{form}" if form else name
             yield Scene(full, group, base, timed, varied, form, int(own.get("ranks", study.ranks)))
 

@@ -50,3 +50,8 @@ class Stability(Section):
     longest: float = option("Simulated time of a scene at most; 0: no limit.", "s", 0.0, **NonNegative)
     wall_limit: float = option("Wall time of one scene after which it is ended.", "s", 120.0, **Positive)
     ranks: int = option("MPI ranks of every scene.", default=1, ge=1, le=64)
+    restart: bool = option(
+        "Run the second half of each scene once more, from a checkpoint in its middle: its verdict stands beside the "
+        "scene's own.",
+        default=False,
+    )

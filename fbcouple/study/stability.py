@@ -13,13 +13,14 @@ from fbcouple.case.mixture import mean_volume
 from fbcouple.case.preflight import coupling_step, estimate, response_times
 from fbcouple.case.schema import Case
 from fbcouple.results import read_line
-from fbcouple.study.runs import Ending, run_case
+from fbcouple.study.runs import Ending, run_case, run_from_middle
 from fbcouple.study.scenes import Scene, list_scenes
 from fbcouple.study.schema import Stability
 from fbcouple.study.signs import judge, read_signs
 from fbcouple.study.source import Source
 
 RUNS = "scenes"
+RESTARTS = "restarts"
 PREDICTIONS = ("fit", "warn", "unfit")
 OUTCOMES = ("stable", "inaccurate", "unstable", "unfinished")
 Row = dict[str, Any]
@@ -37,7 +38,10 @@ def run_scenes(study: Stability, source: Source, folder: Path, say: Say) -> list
         run = folder / RUNS / scene.name
         ending = run_case(scene.base, scene.settings, run, scene.ranks, study.wall_limit)
         rows.append(_describe(scene, ending, run))
-        text = f"{rows[-1]['predicted']}, {rows[-1]['verdict']} {rows[-1]['signs']}".rstrip()
+        if study.restart:
+            again = folder / RESTARTS / scene.name
+            rows[-1] |= _compare(run, again, run_from_middle(run, again, scene.ranks, study.wall_limit))
+        text = ", ".join(filter(None, (rows[-1].get(key) for key in ("predicted", "verdict", "signs", "restart"))))
         say(f"{n}/{len(scenes)} {scene.name}: {text} ({ending.seconds:.1f} s)")
     return rows
 
@@ -51,6 +55,21 @@ def _describe(scene: Scene, ending: Ending, run: Path) -> Row:
     row |= {"verdict": verdict, "signs": why, "how": ending.how, "why": ending.text[:200]}
     row |= find_stiffness(case)
     return row | {"seconds": ending.seconds} | signs
+
+
+def _compare(run: Path, again: Path, ending: Ending | None) -> Row:
+    """Verdict of a run that went on from the middle of `run`, and whether it has the same numbers to the last bit; ""
+    where `run` was over before its middle."""
+    if ending is None:
+        return {"restart": "", "same rows": None, "restart seconds": None}
+    whole, rows = ([_bare(row) for row in _read_rows(place)] for place in (run, again))
+    verdict, _, _ = _judge_run(load_case(str(again)), ending, rows)
+    return {"restart": verdict, "same rows": repr(rows) == repr(whole), "restart seconds": ending.seconds}
+
+
+def _bare(row: Row) -> Row:
+    """A history row without what is different each time: wall times, and the checksum over them."""
+    return {name: value for name, value in row.items() if name not in ("wall", "crc32")}
 
 
 def _read_rows(run: Path) -> list[Row]:
