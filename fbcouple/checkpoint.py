@@ -18,7 +18,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fbcouple.case.schema import Case, Output
+from fbcouple.case.options import list_options
+from fbcouple.case.schema import Case, as_tuple
 from fbcouple.errors import CaseError
 
 FOLDER = "checkpoints"
@@ -27,8 +28,8 @@ _FORMAT = 1
 _KEPT = 2
 _CHUNK = 1 << 20
 _UNFINISHED = ".unfinished-"
-# Options of [output] that came after checkpoints did: where they are not used, older checkpoints stand.
-_YOUNGER = ("particles_every", "tracked")
+# Options that came after checkpoints did: where they stand at their default, older checkpoints stand.
+_YOUNGER = ("accuracy", "gas.top", "output.particles_every", "output.tracked")
 
 Sums = dict[str, tuple[int, str]]
 """File, named from the checkpoint's folder -> size and SHA-256."""
@@ -47,8 +48,12 @@ class Checkpoint:
 
 def fingerprint(case: Case) -> str:
     """What must not change between a checkpoint and the run that goes on from it: all but how often files are saved."""
-    unset = {name for name in _YOUNGER if getattr(case.output, name) == Output.model_fields[name].default}
-    told = case.model_dump(mode="json", exclude={"checkpoint": True, "output": {"save_every", *unset}})
+    told = case.model_dump(mode="json", exclude={"checkpoint": True, "output": {"save_every"}})
+    for dotted in _YOUNGER:
+        *section, key = dotted.split(".")
+        table = told[section[0]] if section else told
+        if table and as_tuple(table[key]) == list_options()[dotted].default:
+            del table[key]
     return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
 
 

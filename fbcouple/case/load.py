@@ -16,6 +16,7 @@ import fbcouple.case.output_checks
 import fbcouple.case.voidage_checks  # noqa: F401  (each registers its checks)
 from fbcouple.case.checks import list_problems
 from fbcouple.case.options import list_sections
+from fbcouple.case.presets import apply_preset
 from fbcouple.case.problems import Problem, show, word_errors
 from fbcouple.case.schema import Case, as_tuple
 from fbcouple.case.source import FILE_NAME, apply_settings, find_case, read_case
@@ -34,6 +35,7 @@ def load_case(name: str, sets: Sequence[str] = ()) -> Case:
     place = _word_place(name, path)
     raw = read_case(path, place)
     set_keys, problems = apply_settings(raw, sets)
+    apply_preset(raw)
     unread = len(problems)
     case, spoiled = _validate(raw, problems)
     problems += list_problems(case, path.parent, spoiled)

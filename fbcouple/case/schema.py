@@ -284,6 +284,11 @@ class Case(Section):
     title: str = option("One line that says what this case is.", min_length=1, max_length=200)
     end_time: float = option("Simulated time at which the run is complete.", "s", **Positive)
     gravity: float = option("Gravity, along -z.", "m s-2", 9.81, **NonNegative)
+    accuracy: Literal["none", "draft", "standard", "reference"] = option(
+        "Preset of fluid step, pressure solver and contact steps where the case leaves them out; none: the default of "
+        "each.",
+        default="none",
+    )
     domain: Domain
     gas: Gas | None = None
     particles: Particles | None = None

@@ -41,7 +41,8 @@ def list_shipped() -> None:
 @click.argument("name", metavar="STUDY")
 @take_output
 @click.option("--dry", is_flag=True, help="Only list the members.")
-def error_vs_time(name: str, output: Path | None, dry: bool) -> None:
+@click.option("--done", "only_done", is_flag=True, help="Run nothing: tables and plot of the members that are done.")
+def error_vs_time(name: str, output: Path | None, dry: bool, only_done: bool) -> None:
     """Run the members of STUDY that are not done, and tell what accuracy costs."""
     from fbcouple.study.error_vs_time import plan_members, run_members, tabulate
     from fbcouple.study.picture import draw
@@ -55,13 +56,13 @@ def error_vs_time(name: str, output: Path | None, dry: bool) -> None:
         print_table(["member", "knobs"], [(m.name, str(m.knobs)) for m in members])
         return
     folder = choose_folder(name, output)
-    done = run_members(loaded, source, folder, click.echo)
+    done = run_members(loaded, source, folder, click.echo, only_done)
     rows, knobs = tabulate(loaded, done)
     tables = {"members": rows, "knobs": knobs}
     files = write_tables(folder, "study", tables, {"title": loaded.title, "machine": describe_machine()})
     picture = draw(rows, list(done[0].member.knobs), loaded.title, folder / "study.png")
     page = write_page(folder / "study.html", loaded.title, describe_machine(), [picture], tables, "pareto")
-    columns = ["measure", "member", "error", "stderr", "core_seconds_per_second", "pareto"]
+    columns = ["measure", "member", "error", "stderr", "core_seconds_per_second", "pareto", "over_cheapest"]
     print_table(columns, [[show_cell(row[column]) for column in columns] for row in rows])
     columns = ["measure", "knob", "points", "order", "slope", "gain", "price"]
     print_table(columns, [[show_cell(row[column]) for column in columns] for row in knobs])

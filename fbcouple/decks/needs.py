@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from fbcouple.case.mixture import count_kinds, list_kinds
 from fbcouple.case.pairs import list_coefficients
+from fbcouple.case.presets import NONE, describe_preset
 from fbcouple.case.schema import Case
 
 
@@ -26,6 +27,11 @@ _DECISIONS: dict[str, Decision] = {}
 def _part(decide: Decision) -> Decision:
     _DECISIONS[decide.__name__.strip("_")] = decide
     return decide
+
+
+@_part
+def _preset(case: Case) -> tuple[bool, str]:
+    return case.accuracy != NONE, describe_preset(case)
 
 
 @_part

@@ -10,10 +10,10 @@ from typing import Any
 
 from fbcouple.case.load import load_case
 from fbcouple.errors import CaseError
-from fbcouple.study.fronts import mark_pareto, tabulate_knobs
+from fbcouple.study.fronts import find_excess, mark_pareto, tabulate_knobs
 from fbcouple.study.measures import MEASURES, Error, Finished, check_measures, find_error
 from fbcouple.study.members import REFERENCE, Member, list_members
-from fbcouple.study.runs import Ending, run_case
+from fbcouple.study.runs import Ending, look_up_case, run_case
 from fbcouple.study.schema import Study
 from fbcouple.study.source import Source
 from postproc.dataset import open_results
@@ -45,8 +45,10 @@ def plan_members(study: Study, source: Source) -> list[Member]:
     return members
 
 
-def run_members(study: Study, source: Source, folder: Path, say: Say) -> list[Done]:
+def run_members(study: Study, source: Source, folder: Path, say: Say, only_done: bool = False) -> list[Done]:
     """Run every member that has not been run to its end in `folder` before; `say` is told of each.
+
+    only_done: run none, take those that have been run.
 
     Raises: CaseError if the study is wrong.
     """
@@ -54,7 +56,10 @@ def run_members(study: Study, source: Source, folder: Path, say: Say) -> list[Do
     done = []
     for n, member in enumerate(members, 1):
         run = folder / RUNS / member.name
-        ending = run_case(base, member.settings, run, member.ranks, study.wall_limit)
+        if only_done:
+            ending = look_up_case(base, member.settings, run, member.ranks)
+        else:
+            ending = run_case(base, member.settings, run, member.ranks, study.wall_limit)
         done.append(_open(member, ending, run))
         say(f"{n}/{len(members)} {member.name}: {ending.how} ({ending.seconds:.1f} s) {ending.text}".rstrip())
     return done
@@ -79,10 +84,12 @@ def tabulate(study: Study, done: list[Done]) -> tuple[list[dict[str, Any]], list
         kept = [n for n, d in enumerate(done) if d.member.name != REFERENCE]
         costs = [done[n].cost for n in kept]
         errors = [error.error if (error := found[n][0]) else math.nan for n in kept]
+        bars = [error.stderr or 0.0 if (error := found[n][0]) else 0.0 for n in kept]
         front = dict(zip(kept, mark_pareto(costs, errors), strict=True))
+        excess = dict(zip(kept, find_excess(costs, errors, bars), strict=True))
         for n, d in enumerate(done):
             if not (d.member.name == REFERENCE and is_relative):
-                rows.append(_make_row(text, d, *found[n], pareto=front.get(n, False)))
+                rows.append(_make_row(text, d, *found[n], front.get(n, False), excess.get(n, math.nan)))
         knobs += [{"measure": text} | row for row in tabulate_knobs([done[n].member for n in kept], costs, errors)]
     return rows, knobs
 
@@ -99,7 +106,7 @@ def _measure(text: str, done: Done, reference: Finished | None) -> tuple[Error |
         return None, str(error)
 
 
-def _make_row(text: str, done: Done, error: Error | None, why: str, pareto: bool) -> dict[str, Any]:
+def _make_row(text: str, done: Done, error: Error | None, why: str, pareto: bool, excess: float) -> dict[str, Any]:
     row: dict[str, Any] = {"measure": text, "member": done.member.name, "how": done.ending.how}
     row |= {key: str(value) if isinstance(value, tuple) else value for key, value in done.member.knobs.items()}
     row |= {
@@ -111,5 +118,6 @@ def _make_row(text: str, done: Done, error: Error | None, why: str, pareto: bool
         "core_seconds_per_second": done.cost if math.isfinite(done.cost) else None,
         "wall_seconds": done.ending.seconds,
         "pareto": pareto,
+        "over_cheapest": excess if math.isfinite(excess) else None,
     }
     return row | {"why": why}

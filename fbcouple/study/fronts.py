@@ -25,6 +25,18 @@ def mark_pareto(costs: Sequence[float], errors: Sequence[float]) -> list[bool]:
     ]
 
 
+def find_excess(costs: Sequence[float], errors: Sequence[float], bars: Sequence[float]) -> list[float]:
+    """Cost of each member over that of the cheapest one of its accuracy: of those whose error is not larger, or larger
+    by less than both standard errors `bars` together. nan for a member without cost or error."""
+    points = [p for p in zip(costs, errors, bars, strict=True) if math.isfinite(p[0]) and math.isfinite(p[1])]
+    return [
+        cost / min(c for c, e, b in points if e <= error + math.hypot(b, bar))
+        if math.isfinite(cost) and math.isfinite(error)
+        else math.nan
+        for cost, error, bar in zip(costs, errors, bars, strict=True)
+    ]
+
+
 def find_coordinate(value: Any) -> float | None:
     """A knob's value as a number: itself, the geometric mean of a list (cells along an axis), None for words."""
     if isinstance(value, bool) or value is None or isinstance(value, str):

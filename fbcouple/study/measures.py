@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import xarray as xr
 from scipy.integrate import solve_ivp
 
 from fbcouple.case import derived
@@ -218,7 +219,28 @@ def compare_experiment(run: Finished, argument: str, reference: Finished | None)
 
 def _read_line(results: Results, name: str, height: float, x: np.ndarray) -> np.ndarray:
     """Depth average of a time mean, of a vector its vertical component, at height [m] and the places `x` [m]."""
-    field = results.data[name].astype(float)
-    upward = field.sel(component="z") if "component" in field.dims else field
-    line = at_height(depth_average(upward), height)
+    line = at_height(_average(results, name), height)
     return np.interp(x, line["x"].values, line.values)
+
+
+@measure("means", arguments=tuple(QUANTITIES), needs_reference=True)
+def compare_means(run: Finished, argument: str, reference: Finished | None) -> Error:
+    """Root mean square distance of a time mean over width and height from the finest member's, depth means both, over
+    the range of that one; `stderr` is the distance that the block errors of the two alone would make."""
+    assert reference is not None
+    there = _average(reference.results, argument)
+    here, own = (
+        _average(run.results, name).interp(x=there["x"], z=there["z"]) for name in (argument, f"{argument}_stderr")
+    )
+    away = here - there
+    noise = own**2 + _average(reference.results, f"{argument}_stderr") ** 2
+    scale = float(there.max() - there.min())
+    rms = math.sqrt(float((away**2).mean()))
+    chance = math.sqrt(float(noise.where(np.isfinite(away)).mean()))
+    return Error(float(here.mean()), float(there.mean()), QUANTITIES[argument], rms / scale, chance / scale)
+
+
+def _average(results: Results, name: str) -> xr.DataArray:
+    """Depth average of a time mean, of a vector its vertical component."""
+    field = results.data[name].astype(float)
+    return depth_average(field.sel(component="z") if "component" in field.dims else field)

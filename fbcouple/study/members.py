@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from fbcouple.case.load import load_case
@@ -52,7 +52,7 @@ def list_members(study: Study, source: Source) -> list[Member]:
         problems += find_mistakes(base, member.settings, f"{source.place}: {member.name}")
     if problems:
         raise CaseError(list(dict.fromkeys(problems)))
-    return members
+    return [_look_at_knobs(member, base) for member in members]
 
 
 def _check(study: Study, knobs: Settings) -> Iterator[Problem]:
@@ -67,6 +67,12 @@ def _check(study: Study, knobs: Settings) -> Iterator[Problem]:
         elif key == RANKS and not all(type(n) is int and 1 <= n <= MOST_RANKS for n in values):
             text = f"{show(values)} is given, whole numbers from 1 to {MOST_RANKS} are allowed; mend the values."
             yield Problem(f"knobs.{key}", text)
+
+
+def _look_at_knobs(member: Member, base: str) -> Member:
+    """The member with every knob as its case has it: a preset turns several at once."""
+    case = load_case(base, word_settings(member.settings))
+    return replace(member, knobs={k: v if k == RANKS else _look_up(case, k) for k, v in member.knobs.items()})
 
 
 def _look_up(case: Case, key: str) -> Any:

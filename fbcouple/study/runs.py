@@ -26,7 +26,7 @@ from fbcouple.study.source import Settings, word_settings
 ENDING = "ending.json"
 _GRACE = 30.0
 """Wall time [s] beyond its limit after which a run that has not stopped by itself is ended."""
-How = Literal["complete", "diverged", "failed", "out of time"]
+How = Literal["complete", "diverged", "failed", "out of time", "not run"]
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ def run_case(base: str, settings: Settings, run: Path, ranks: int, wall_limit: f
     Raises: CaseError if the case is wrong or the folder cannot be written.
     """
     case = load_case(base, word_settings(settings))
-    known = _read_ending(run, ranks) if _holds(run, case) else None
+    known = _find_ending(run, case, ranks)
     if known and known.is_final and (known.how == "diverged" or _is_complete(run)):
         return known
     begin, before = time.monotonic(), 0.0
@@ -94,6 +94,19 @@ def run_from_middle(run: Path, again: Path, ranks: int, wall_limit: float) -> En
     ending = Ending(how, text, time.monotonic() - begin, ranks)
     (again / ENDING).write_text(json.dumps(asdict(ending)) + "\n")
     return ending
+
+
+def look_up_case(base: str, settings: Settings, run: Path, ranks: int) -> Ending:
+    """How the run of the case `base` under `settings` in the folder `run` ended; nothing is run.
+
+    Raises: CaseError if the case is wrong.
+    """
+    known = _find_ending(run, load_case(base, word_settings(settings)), ranks)
+    return known or Ending("not run", "has not been run to an end", 0.0, ranks)
+
+
+def _find_ending(run: Path, case: Case, ranks: int) -> Ending | None:
+    return _read_ending(run, ranks) if _holds(run, case) else None
 
 
 def _holds(run: Path, case: Case) -> bool:

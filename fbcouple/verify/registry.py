@@ -29,6 +29,7 @@ MODULES = (
     "inlet",
     "mixture",
     "weight",
+    "vessel",
 )
 
 

@@ -52,6 +52,11 @@ def test_good_case_has_no_problems(good):
         ),
         ({"gas": {"closed_nozzle": (35, 6)}}, "leaves no face open"),
         ({"gas": {"closed_nozzle": (37, 4)}}, "give 1, 3, ... 35 along x and 2, 4, 6 along y"),
+        ({"gas": {"top": "closed"}}, "gas.inlet_velocity: gas comes in and gas.top is closed; give 0 or open the top"),
+        (
+            {"gas": {"top": "closed", "inlet_velocity": None, "inlet_ramp": ((0.0, 0.0), (1.0, -0.1))}},
+            "gas.inlet_ramp: gas comes in and gas.top is closed",
+        ),
         ({"gas": {"inlet_velocity": None}}, "gas.inlet_velocity: neither it nor inlet_ramp is given"),
         ({"gas": {"inlet_ramp": ((0.0, 1.0),)}}, "gas.inlet_velocity: it and inlet_ramp are both given"),
         (

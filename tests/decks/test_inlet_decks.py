@@ -51,3 +51,23 @@ def test_the_deck_divides_the_ramp_by_the_voidage_and_the_open_faces_carry_the_c
 def test_no_trace_of_a_ramp_that_is_not_given():
     assert find_needs(build(gas__inlet_velocity=None, gas__inlet_ramp=RAMP))["inlet_ramp"]
     assert not find_needs(build())["inlet_ramp"] and "expr" not in render_decks(build())["fluid/0/U"]
+
+
+CLOSED = {"gas__top": "closed", "gas__inlet_velocity": 0.0}
+
+
+@pytest.mark.parametrize(("walls", "word"), [("no-slip", "noSlip"), ("slip", "slip")])
+def test_a_lid_is_a_wall_and_pressure_has_a_point(walls, word):
+    decks = render_decks(build(**CLOSED, gas__walls=walls))
+    velocity, pressure = (re.findall(r"outlet\s+\{\s+type +(\w+);", decks[f"fluid/0/{name}"])[0] for name in "Up")
+    assert (velocity, pressure) == (word, "zeroGradient")
+    (point,) = re.findall(r"pRefPoint +\((.*)\);", decks["fluid/system/fvSolution"])
+    assert [float(number) for number in point.split()] == pytest.approx([0.005, 0.003, 0.019])
+    assert re.search(r"outlet\s+\{\s+type    wall;", decks["fluid/system/blockMeshDict"])
+
+
+def test_no_trace_of_a_lid_on_an_open_box():
+    assert find_needs(build(**CLOSED))["lid"] and not find_needs(build())["lid"]
+    decks = render_decks(build())
+    assert "pRefPoint" not in decks["fluid/system/fvSolution"] and "zeroGradient" in decks["fluid/0/p"]
+    assert re.findall(r"outlet\s+\{\s+type +(\w+);", decks["fluid/0/p"]) == ["fixedValue"]

@@ -96,6 +96,8 @@ NOT_IN_DECKS = {
 CONTACT_OPTIONS = ("tangential_history", "rolling_friction", "hertz")
 # Likewise, each with the test that puts it in.
 OTHER_OPTIONS = {
+    "preset": "tests/case/test_presets.py",
+    "lid": "test_inlet_decks.py",
     "inlet_ramp": "test_inlet_decks.py",
     "periodic": "test_periodic_decks.py",
     "mixture": "test_mixture_decks.py",

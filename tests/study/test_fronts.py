@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from fbcouple.study.fronts import find_coordinate, fit_slope, mark_pareto, tabulate_knobs
+from fbcouple.study.fronts import find_coordinate, find_excess, fit_slope, mark_pareto, tabulate_knobs
 from fbcouple.study.members import Member
 
 
@@ -18,6 +18,15 @@ def test_front():
 
 def test_equal_members_are_both_on_the_front():
     assert mark_pareto([1.0, 1.0], [0.1, 0.1]) == [True, True]
+
+
+def test_excess_is_over_the_cheapest_of_the_same_accuracy():
+    costs, errors = [1.0, 2.0, 6.0, 3.0, math.nan], [0.4, 0.2, 0.1, 0.2, 0.05]
+    assert find_excess(costs, errors, [0.0] * 5)[:4] == [1.0, 1.0, 1.0, 1.5]
+    assert math.isnan(find_excess(costs, errors, [0.0] * 5)[4])
+    bars = [0.0, 0.03, 0.04, 0.0, 0.0]
+    assert find_excess(costs, errors, bars)[2] == 1.0, "0.2 is farther off than both bars together"
+    assert find_excess(costs, errors, [0.0, 0.06, 0.09, 0.0, 0.0])[2] == 3.0, "0.2 cannot be told from 0.1"
 
 
 @pytest.mark.parametrize(

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import math
 
 import pytest
 
 from fbcouple.case.load import load_case
+from fbcouple.case.preflight import require_fit
 from fbcouple.errors import CaseError
 from fbcouple.places import CASES
 from fbcouple.study.scenes import list_scenes
 from fbcouple.study.schema import Stability
 from fbcouple.study.signs import SIGNS, judge, read_signs
-from fbcouple.study.source import read_study
+from fbcouple.study.source import read_study, word_settings
 from fbcouple.study.stability import confuse, find_limits, predict, run_scenes
 
 STABILITY = """
@@ -150,3 +152,54 @@ def test_prediction_is_the_worst_number():
     explicit = load_case("patil/c2", ["exchange.scheme=explicit", "gas.max_courant=10", "gas.max_fourier=10"])
     verdict, doubts = predict(explicit)
     assert verdict == "unfit" and "fluid step/tau_g" in doubts
+
+
+@pytest.mark.parametrize("name", ["stability", "explicit-limit"])
+def test_what_check_calls_unfit_is_refused(name):
+    """Every shipped scene: `setup` without --force takes what is called fit or warned of, and nothing else."""
+    refused = 0
+    for scene in list_scenes(*read_study(name, Stability)):
+        case = load_case(scene.base, word_settings(scene.settings))
+        if predict(case)[0] == "unfit":
+            refused += 1
+            with pytest.raises(CaseError, match="--force"):
+                require_fit(case)
+        else:
+            require_fit(case)
+    assert refused
+
+
+RESTARTED = """
+title = "beads"
+base = "case.toml"
+span = "particles"
+times = 1
+restart = true
+[set]
+gas.max_courant = 10.0
+gas.max_step = 1e-3
+output.record_every = 1e-3
+[scenes.goes-on]
+forms = ["exponential"]
+[scenes.blows-up]
+gas.max_step = 1e-2
+particles.density = 2.5
+contact.stiffness = 0.0018
+forms = ["explicit"]
+"""
+
+
+def test_a_scene_that_goes_on_from_its_middle_has_the_same_verdict_and_rows(write, tmp_path):
+    study, source = read_study(str(write(text=RESTARTED)), Stability)
+    whole, broken = run_scenes(study, source, tmp_path / "out", lambda text: None)
+    assert (whole["verdict"], whole["restart"], whole["same rows"]) == ("stable", "stable", True)
+    assert (broken["verdict"], broken["restart"]) == ("unstable", ""), "it is over before its middle"
+    places = tmp_path / "out/scenes/goes-on-exponential", tmp_path / "out/restarts/goes-on-exponential"
+    begun = [json.loads((place / "logs/run.jsonl").read_text().splitlines()[0])["time"] for place in places]
+    assert begun == [0.0, 0.0], "the history of the first half is part of the checkpoint"
+    step = int(next((places[0] / "checkpoints").glob("step-*")).name.split("-")[1])
+    steps = [json.loads(line)["steps"] for line in (places[0] / "logs/run.jsonl").read_text().splitlines()]
+    assert 0.4 < step / steps[-1] < 0.65
+    times = [(place / "results.nc").stat().st_mtime_ns for place in places]
+    assert run_scenes(study, source, tmp_path / "out", lambda text: None)[0] == whole
+    assert [(place / "results.nc").stat().st_mtime_ns for place in places] == times, "nothing is run again"

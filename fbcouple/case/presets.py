@@ -1,0 +1,58 @@
+"""Presets of accuracy: what each sets of the options that a case leaves out.
+
+Chosen from the Pareto front of the study `mueller`; what each costs and misses stands in the schema at `accuracy`.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from fbcouple.case.schema import Case
+
+KEY = "accuracy"
+NONE = "none"
+PRESETS: dict[str, dict[str, Any]] = {
+    "draft": {
+        "gas.max_courant": 1.0,
+        "gas.pressure_tolerance": 1e-4,
+        "gas.correctors": 1,
+        "contact.steps_per_contact": 6,
+    },
+    "standard": {
+        "gas.max_courant": 0.5,
+        "gas.pressure_tolerance": 1e-5,
+        "gas.correctors": 2,
+        "contact.steps_per_contact": 6,
+    },
+    "reference": {
+        "gas.max_courant": 0.2,
+        "gas.pressure_tolerance": 1e-6,
+        "gas.correctors": 3,
+        "contact.steps_per_contact": 12,
+    },
+}
+
+
+def apply_preset(raw: dict[str, Any]) -> None:
+    """Fill the options that the preset named in `raw`, a case file's content, sets into the sections that it has; what
+    stands there already stays. An unknown preset is for the schema to judge."""
+    name = raw.get(KEY)
+    for dotted, value in PRESETS.get(name, {}).items() if isinstance(name, str) else ():
+        section, key = dotted.split(".")
+        if isinstance(raw.get(section), dict):
+            raw[section].setdefault(key, value)
+
+
+def describe_preset(case: Case) -> str:
+    """What the preset of a case sets in it, and what of it the case has its own value for."""
+    if case.accuracy == NONE:
+        return "accuracy = none: every option has its own value or default"
+    set_by: list[str] = []
+    own: list[str] = []
+    for dotted, value in PRESETS[case.accuracy].items():
+        section, key = dotted.split(".")
+        if table := getattr(case, section):
+            found = getattr(table, key)
+            (set_by if found == value else own).append(f"{dotted} = {found:g}")
+    text = f"accuracy = {case.accuracy}: {', '.join(set_by) or 'nothing'}"
+    return f"{text}; of the case itself: {', '.join(own)}" if own else text
