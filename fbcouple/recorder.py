@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import time
 from pathlib import Path
 from typing import Any
@@ -49,6 +50,7 @@ class Recorder:
         self._elapsed = self._pressure_time = self._support_time = 0.0
         self._particles = 0
         self._begin = self._saved = time.monotonic()
+        self._busy_begin, self._busy_earlier = time.process_time(), 0.0
         every = scene.case.output.snapshots_every
         self._snapshots = Snapshots(scene.comm, scene.grid, scene.owned, every) if every else None
         between = scene.case.output.particles_every
@@ -173,10 +175,15 @@ class Recorder:
     def _count_core_seconds(self, scene: Scene) -> float:
         return self._earlier + (time.monotonic() - self._begin) * scene.comm.size
 
+    def _count_cpu_seconds(self, scene: Scene) -> float:
+        """Processor time of rank 0, times the ranks: what core-seconds are where the machine does nothing else."""
+        return self._busy_earlier + (time.process_time() - self._busy_begin) * scene.comm.size
+
     def save_state(self, scene: Scene, folder: Path) -> list[Path]:
         """Write what `load_state` needs into the checkpoint `folder`, on rank 0; returns the files' names."""
         numbers = {name: getattr(self, name) for name in _NUMBERS}
         numbers |= {"core_seconds": self._count_core_seconds(scene), "next": self._cadence.next}
+        numbers["cpu_seconds"] = self._count_cpu_seconds(scene)
         with (folder / "history.jsonl").open("w") as file:
             for row in self._rows:
                 append_line(file, row)
@@ -195,6 +202,7 @@ class Recorder:
         for name in _NUMBERS:
             setattr(self, name, numbers[name])
         self._earlier, self._cadence.next = numbers["core_seconds"], numbers["next"]
+        self._busy_earlier = numbers.get("cpu_seconds", math.nan)
         self._rows = read_log(folder / "history.jsonl")
         if self._snapshots:
             self._snapshots.cadence.next = numbers["next_snapshot"]
@@ -210,6 +218,7 @@ class Recorder:
             "averaging_start": options.start if options else float("nan"),
             "averaging_end": now,
             "core_seconds": self._count_core_seconds(scene),
+            "cpu_seconds": self._count_cpu_seconds(scene),
             "ranks": scene.comm.size,
             **(
                 {"solids_mass": mean_density(bed) * solids_volume(bed), "solids_volume": solids_volume(bed)}

@@ -8,17 +8,24 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from fbcouple.case.derived import dem_step
 from fbcouple.case.load import load_case
+from fbcouple.case.mixture import particle_count
+from fbcouple.case.preflight import gas_step
 from fbcouple.errors import CaseError
 from fbcouple.study.fronts import find_excess, mark_pareto, tabulate_knobs
 from fbcouple.study.measures import MEASURES, Error, Finished, check_measures, find_error
 from fbcouple.study.members import REFERENCE, Member, list_members
 from fbcouple.study.runs import Ending, look_up_case, run_case
 from fbcouple.study.schema import Study
-from fbcouple.study.source import Source
+from fbcouple.study.source import Source, word_settings
 from postproc.dataset import open_results
 
 RUNS = "members"
+COSTS = {"wall": "core_seconds", "cpu": "cpu_seconds"}
+"""What a study takes for cost -> attribute of results.nc."""
+_PER_CELL = 11.0
+"""Time of a cell and pressure correction over that of a particle and step (`mueller/0.9`)."""
 Say = Callable[[str], None]
 
 
@@ -46,30 +53,42 @@ def plan_members(study: Study, source: Source) -> list[Member]:
 
 
 def run_members(study: Study, source: Source, folder: Path, say: Say, only_done: bool = False) -> list[Done]:
-    """Run every member that has not been run to its end in `folder` before; `say` is told of each.
+    """Run every member that has not been run to its end in `folder` before, the cheapest first; `say` is told of each.
 
     only_done: run none, take those that have been run.
 
     Raises: CaseError if the study is wrong.
     """
     members, base = plan_members(study, source), source.find_base(study.base)
-    done = []
-    for n, member in enumerate(members, 1):
+    done = {}
+    for n, member in enumerate(sorted(members, key=lambda member: _estimate_work(member, base)), 1):
         run = folder / RUNS / member.name
         if only_done:
             ending = look_up_case(base, member.settings, run, member.ranks)
         else:
             ending = run_case(base, member.settings, run, member.ranks, study.wall_limit)
-        done.append(_open(member, ending, run))
+        done[member.name] = _open(member, ending, run, study.cost)
         say(f"{n}/{len(members)} {member.name}: {ending.how} ({ending.seconds:.1f} s) {ending.text}".rstrip())
-    return done
+    return [done[member.name] for member in members]
 
 
-def _open(member: Member, ending: Ending, run: Path) -> Done:
+def _estimate_work(member: Member, base: str) -> float:
+    """Particles times their steps, and cells times pressure corrections at what one of these takes beside those."""
+    case = load_case(base, word_settings(member.settings))
+    work = 0.0
+    if case.particles and case.contact:
+        work += particle_count(case.particles) / dem_step(case.contact, case.particles)
+    if case.gas:
+        work += _PER_CELL * math.prod(case.domain.cells) * case.gas.correctors / gas_step(case)
+    return work * case.end_time
+
+
+def _open(member: Member, ending: Ending, run: Path, cost_of: str) -> Done:
     if ending.how != "complete":
         return Done(member, ending, None, math.nan)
     results = open_results(run)
-    cost = float(results.data.attrs["core_seconds"]) / float(results.data["time"].values[-1])
+    attributes, end = results.data.attrs, float(results.data["time"].values[-1])
+    cost = float(attributes[COSTS[cost_of]]) / end if COSTS[cost_of] in attributes else math.nan
     return Done(member, ending, Finished(results, load_case(str(run))), cost)
 
 

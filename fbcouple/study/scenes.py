@@ -103,7 +103,9 @@ def _expand(study: Stability, source: Source, group: str, table: Settings) -> It
             end = find_end(wanted, study, own, f"{source.place}: {name}")
             timed |= {"end_time": end, "output.record_every": end / ROWS}
             if study.restart:
-                moment = max(1, int(end / find_step(wanted) / MOMENTS))
+                # Without gas nothing but the rows says how long a coupling step is.
+                steps = end / find_step(wanted) if wanted.gas else ROWS
+                moment = max(1, int(steps / MOMENTS))
                 timed |= {"checkpoint.every": end / 2, "checkpoint.moment_steps": moment}
             full = f"{name}-{form}" if form else name
             yield Scene(full, group, base, timed, varied, form, int(own.get("ranks", study.ranks)))

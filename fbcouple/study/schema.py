@@ -25,6 +25,10 @@ class Study(Section):
         "Case keys and values of the finest member, which is no member itself.", default={}
     )
     measures: Texts = option("What is measured: name, or name:argument, of the registry in fbcouple/study/measures.py.")
+    cost: Literal["wall", "cpu"] = option(
+        "Cost of a member: wall time of its ranks, or their processor time, on a machine that others use too.",
+        default="wall",
+    )
     wall_limit: float = option("Wall time of one member after which it is ended.", "s", 600.0, **Positive)
 
 
