@@ -21,6 +21,7 @@ from rich.text import Text
 from fbcouple import __version__
 from fbcouple.batch.schedulers import SCHEDULERS
 from fbcouple.commands.bench import bench
+from fbcouple.commands.pictures import claims, post, report
 from fbcouple.commands.study import study
 from fbcouple.commands.table import print_table
 from fbcouple.errors import CaseError, FbcoupleError, SolverError
@@ -239,56 +240,6 @@ def batch(place: Path, scheduler: str, **request: Any) -> None:
 
 
 @cli.command()
-@click.argument("run", type=click.Path(path_type=Path))
-def post(run: Path) -> None:
-    """Draw the figures of RUN from its results.nc."""
-    from postproc import draw
-
-    for picture in draw(run):
-        click.echo(str(picture))
-
-
-@cli.command()
-@click.argument("runs", nargs=-1, required=True, metavar="RUN...", type=click.Path(path_type=Path))
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(path_type=Path, dir_okay=False),
-    help="HTML file; by default report.html in the run folder, or here for several runs.",
-)
-@click.option(
-    "--reference",
-    "references",
-    multiple=True,
-    metavar="QUANTITY@HEIGHT=FILE",
-    help="Measured line across the bed at HEIGHT [m], a CSV file of x, value, error; may be given several times.",
-)
-def report(runs: tuple[Path, ...], output: Path | None, references: tuple[str, ...]) -> None:
-    """Put RUNs on one HTML page that stands alone, compared with the first of them, and the numbers in a JSON file."""
-    from postproc.report import write_report
-
-    page = output or (runs[0] if len(runs) == 1 else Path()) / "report.html"
-    for file in write_report(runs, page, references):
-        click.echo(str(file))
-
-
-@cli.command()
-@click.argument("runs", nargs=-1, required=True, metavar="RUN...", type=click.Path(path_type=Path))
-@click.option("--json", "file", type=click.Path(path_type=Path, dir_okay=False), help="Write the table to FILE.")
-def claims(runs: tuple[Path, ...], file: Path | None) -> None:
-    """Tell which statements of the reference paper hold in these RUNs, and which they cannot decide."""
-    import json
-
-    from postproc.claims import tabulate_claims
-
-    rows = tabulate_claims(runs)
-    columns = ["statement", "place", "numerics", "measured", "wanted", "verdict", "why"]
-    print_table(columns, [[row[column] for column in columns] for row in rows])
-    if file:
-        file.write_text(json.dumps({"claims": rows}, indent=2) + "\n")
-
-
-@cli.command()
 @click.argument("names", nargs=-1, metavar="[NAME]...")
 @click.option("--fast", is_flag=True, help="Only the subset that every test run does.")
 @click.option("--json", "file", type=click.Path(path_type=Path, dir_okay=False), help="Write the table to FILE.")
@@ -336,8 +287,8 @@ def doctor(mends: bool) -> None:
         raise SolverError(f"a run cannot work yet: {', '.join(broken)}")
 
 
-cli.add_command(study)
-cli.add_command(bench)
+for command in (post, report, claims, study, bench):
+    cli.add_command(command)
 
 
 def main() -> None:

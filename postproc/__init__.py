@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from pathlib import Path
 
-from postproc import bubbles, cost, depth, history, impact, maps, profiles, snapshots, spectrum
+from postproc import bubbles, cost, depth, history, impact, maps, profiles, snapshots, spectrum, views
 from postproc.dataset import NotDrawableError, Results, open_results
 from postproc.figures import COMPARISONS, FIGURES
 from postproc.style import journal_style, save
@@ -26,6 +26,7 @@ __all__ = [
     "profiles",
     "snapshots",
     "spectrum",
+    "views",
 ]
 
 

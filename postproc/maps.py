@@ -13,6 +13,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from postproc.arrows import sample_arrows
 from postproc.dataset import NotDrawableError, Results, depth_average, flux_scale, mass_average, velocity_scale
 from postproc.figures import comparison, figure
 from postproc.panels import Panel, draw_panels
@@ -140,16 +141,11 @@ def draw_edge(axes: Axes, results: Results, field: xr.DataArray) -> None:
 def _arrows(axes: Axes, results: Results, flux: xr.DataArray, largest: float) -> None:
     """Arrows of true direction, as long as the flux is strong, in black or white against the colour behind them.
 
-    They stand at places that do not depend on the mesh, so that meshes can be compared; a coarse mesh has fewer. The
-    `largest` flux of the row has the longest arrow.
+    The `largest` flux of the row has the longest arrow.
     """
     width, _, height = results.size
-    columns = min(ARROWS_ACROSS, flux["x"].size)
-    rows = min(max(1, round(columns * height / width)), flux["z"].size)
-    along_x = _interpolation(flux["x"].values, width, columns)
-    along_z = _interpolation(flux["z"].values, height, rows)
-    across, up = (along_z @ flux.sel(component=axis).transpose("z", "x").values @ along_x.T for axis in ("x", "z"))
-    x, z = np.meshgrid(_middles(columns), _middles(rows))
+    sideways, upward = (flux.sel(component=axis).transpose("z", "x").values for axis in ("x", "z"))
+    x, z, across, up = sample_arrows(sideways, upward, (width, height), ARROWS_ACROSS)
     strength = np.hypot(across, up)
     shown = strength > SHORTEST_ARROW * largest
     inches = axes.get_window_extent().width / DPI
@@ -161,7 +157,7 @@ def _arrows(axes: Axes, results: Results, flux: xr.DataArray, largest: float) ->
         color=["white" if value > 0.55 * largest else "black" for value in strength[shown]],
         angles="uv",
         scale_units="x",
-        scale=largest * columns / LONGEST_ARROW,
+        scale=largest * x.shape[1] / LONGEST_ARROW,
         units="inches",
         width=min(0.011, 0.0085 * inches),
         headwidth=4.0,
@@ -170,13 +166,3 @@ def _arrows(axes: Axes, results: Results, flux: xr.DataArray, largest: float) ->
         minlength=0,
         pivot="mid",
     )
-
-
-def _middles(parts: int) -> np.ndarray:
-    return (np.arange(parts) + 0.5) / parts
-
-
-def _interpolation(centres: np.ndarray, length: float, parts: int) -> np.ndarray:
-    """Matrix (parts, n) that takes values at n cell centres linearly to the middles of `parts` <= n equal parts."""
-    middles = _middles(parts) * length
-    return np.stack([np.interp(middles, centres, unit) for unit in np.eye(centres.size)], axis=1)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import io
 import json
 import math
 import os
@@ -14,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
-from matplotlib.figure import Figure
 
 from fbcouple import __version__
 from fbcouple.errors import CaseError
@@ -26,9 +23,8 @@ from postproc.differences import Difference, Point, compare, core_hours, draw_er
 from postproc.experiment import Comparison, Measured, compare_with, draw_measured_lines, gather_references
 from postproc.figures import COMPARISONS, FIGURES
 from postproc.paper_runs import identify
-from postproc.style import DPI, journal_style
+from postproc.pictures import make_picture
 
-_SCREEN = 96.0
 _FIRST = (
     "solids_fraction",
     "solids_flux",
@@ -80,7 +76,7 @@ def _describe_run(run: Results) -> Content:
     left_out: list[str] = []
     statistics, remarks = tables.tabulate_statistics(run)
     figures = [
-        _picture(lambda make=make: make(run), name, make.__doc__, run.label, left_out)  # type: ignore[misc]
+        make_picture(lambda make=make: make(run), name, make.__doc__, run.label, left_out)  # type: ignore[misc]
         for name, make in sorted(FIGURES.items(), key=lambda item: _place(item[0]))
     ]
     content: Content = {
@@ -115,7 +111,7 @@ def _describe_comparison(runs: Sequence[Results], lines: Sequence[Measured]) -> 
     remarks: list[str] = []
     several = len(runs) > 1
     made = [
-        _picture(lambda make=make: make(runs), name, make.__doc__, "", remarks)  # type: ignore[misc]
+        make_picture(lambda make=make: make(runs), name, make.__doc__, "", remarks)  # type: ignore[misc]
         for name, make in COMPARISONS.items()
         if several
     ]
@@ -127,13 +123,13 @@ def _describe_comparison(runs: Sequence[Results], lines: Sequence[Measured]) -> 
     if compared:
         words = "Measured lines, and the runs on them."
         drawings["reference_figures"] = [
-            _picture(lambda: draw_measured_lines(runs, lines), "measured_lines", words, "", remarks)
+            make_picture(lambda: draw_measured_lines(runs, lines), "measured_lines", words, "", remarks)
         ]
     if points:
         words = "Error of each run against its core-hours per simulated second."
         floor = None if math.isnan(base) else base
         drawings["error_figures"] = [
-            _picture(lambda: draw_error_against_time(points, floor), "error_against_time", words, "", remarks)
+            make_picture(lambda: draw_error_against_time(points, floor), "error_against_time", words, "", remarks)
         ]
     claims = [asdict(row) for row in judge_claims(runs)] if any(identify(run)[1] for run in runs) else []
     return {
@@ -229,27 +225,6 @@ def _tell_point(point: Point) -> Content:
         "error of": point.error,
         "error": point.value,
         "statistical part": point.noise,
-    }
-
-
-def _picture(make: Callable[[], Figure], name: str, words: str | None, label: str, left_out: list[str]) -> Content:
-    """A figure as PNG data with its words; nothing, and the reason in `left_out`, if it cannot be drawn."""
-    stream = io.BytesIO()
-    try:
-        with journal_style():
-            figure = make()
-            figure.savefig(stream, format="png", dpi=DPI)
-    except NotDrawableError as lack:
-        left_out.append(f"Figure {name} left out: {lack}")
-        return {}
-    width, height = figure.get_size_inches()
-    sentence = (words or name).strip().splitlines()[0]
-    return {
-        "name": name,
-        "words": f"{label}: {sentence}" if label else sentence,
-        "source": "data:image/png;base64," + base64.b64encode(stream.getvalue()).decode(),
-        "width": round(width * _SCREEN),
-        "height": round(height * _SCREEN),
     }
 
 

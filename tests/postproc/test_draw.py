@@ -1,5 +1,6 @@
 """`draw`: the files it writes, what it leaves out, and that nothing half done is left behind."""
 
+import os
 import subprocess
 import sys
 
@@ -107,4 +108,20 @@ def test_figures_need_neither_mpi_nor_solver_nor_pyplot():
     done = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True)
     loaded = set(done.stdout.split())
     assert "postproc.maps" in loaded
-    assert not loaded & {"mpi4py", "numba", "fbcouple.case", "fbcouple.worker", "matplotlib.pyplot"}
+    assert not loaded & {"mpi4py", "numba", "fbcouple.case", "fbcouple.worker", "matplotlib.pyplot", "pyvista"}
+
+
+def test_post_and_report_load_no_mpi_and_find_no_solver(run):
+    """As on a machine that has neither: nothing is on the PATH."""
+    probe = (
+        "import sys; from fbcouple.cli import cli\n"
+        f"for words in (['post'], ['report']): cli([*words, {str(run)!r}], standalone_mode=False)\n"
+        "print(*sys.modules)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", probe], env={**os.environ, "PATH": ""}, capture_output=True, text=True, check=True
+    )
+    loaded = set(done.stdout.splitlines()[-1].split())
+    assert "postproc.report" in loaded and (run / "report.html").is_file()
+    engines = {name for name in loaded if name.startswith(("fbcouple.engines", "fbcouple.exchange", "fbcouple.worker"))}
+    assert not engines | loaded & {"mpi4py", "numba", "fbcouple.launch"}

@@ -14,7 +14,8 @@ from fbcouple.errors import CaseError
 from postproc import COMPARISONS, FIGURES
 from postproc.report import show, write_report
 from postproc.tables import make_plain
-from tests.postproc.whole_run import BUBBLE, HEIGHT_FREQUENCY, PRESSURE_FREQUENCY, RISE, write_whole
+from tests.postproc.frames_of_bed import write_frames
+from tests.postproc.whole_run import BUBBLE, HEIGHT_FREQUENCY, PRESSURE_FREQUENCY, RISE, SIZE, write_whole
 
 VOID = {"meta", "img", "link", "br", "hr"}
 LINE = "x,value,error\n0.02,-0.3,0.05\n0.04,0.0,0.05\n0.06,0.3,0.05\n"
@@ -59,6 +60,8 @@ def two(tmp_path_factory):
     (folder / "line.csv").write_text(LINE)
     write_whole(folder / "coarse", (17, 3, 55))
     write_whole(folder / "fine", (34, 6, 110), shift=0.1, core_seconds=72000.0)
+    for name in ("coarse", "fine"):
+        write_frames(folder / name, SIZE)
     page, numbers = write_report(
         [folder / "coarse", folder / "fine"], folder / "two.html", [f"solids_velocity@0.025={folder / 'line.csv'}"]
     )

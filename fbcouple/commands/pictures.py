@@ -1,0 +1,65 @@
+"""`fbcouple post`, `report` and `claims`: what is drawn and told of runs that are over, or under way."""
+
+# ruff: noqa: PLC0415  (a command loads only what it needs)
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from fbcouple.commands.table import print_table
+
+
+@click.command()
+@click.argument("run", type=click.Path(path_type=Path))
+@click.option("--animate", "moving", is_flag=True, help="Also figures/bed.gif, of the frames (output.particles_every).")
+def post(run: Path, moving: bool) -> None:
+    """Draw the figures of RUN from its results.nc and its frames."""
+    from postproc import draw
+    from postproc.views import animate
+
+    for picture in draw(run):
+        click.echo(str(picture))
+    if moving:
+        click.echo(str(animate(run)))
+
+
+@click.command()
+@click.argument("runs", nargs=-1, required=True, metavar="RUN...", type=click.Path(path_type=Path))
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="HTML file; by default report.html in the run folder, or here for several runs.",
+)
+@click.option(
+    "--reference",
+    "references",
+    multiple=True,
+    metavar="QUANTITY@HEIGHT=FILE",
+    help="Measured line across the bed at HEIGHT [m], a CSV file of x, value, error; may be given several times.",
+)
+def report(runs: tuple[Path, ...], output: Path | None, references: tuple[str, ...]) -> None:
+    """Put RUNs on one HTML page that stands alone, compared with the first of them, and the numbers in a JSON file."""
+    from postproc.report import write_report
+
+    page = output or (runs[0] if len(runs) == 1 else Path()) / "report.html"
+    for file in write_report(runs, page, references):
+        click.echo(str(file))
+
+
+@click.command()
+@click.argument("runs", nargs=-1, required=True, metavar="RUN...", type=click.Path(path_type=Path))
+@click.option("--json", "file", type=click.Path(path_type=Path, dir_okay=False), help="Write the table to FILE.")
+def claims(runs: tuple[Path, ...], file: Path | None) -> None:
+    """Tell which statements of the reference paper hold in these RUNs, and which they cannot decide."""
+    import json
+
+    from postproc.claims import tabulate_claims
+
+    rows = tabulate_claims(runs)
+    columns = ["statement", "place", "numerics", "measured", "wanted", "verdict", "why"]
+    print_table(columns, [[row[column] for column in columns] for row in rows])
+    if file:
+        file.write_text(json.dumps({"claims": rows}, indent=2) + "\n")

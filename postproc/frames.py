@@ -1,0 +1,59 @@
+"""Frames of a run, particles and gas at single moments, as 3-D views want them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from fbcouple.places import FRAMES
+from postproc.dataset import NotDrawableError, Results
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One moment: `time` [s]; of particles positions [m] and velocities [m/s] (n, 3) and diameters [m] (n,); of the gas
+    `voidage` (z, y, x) and velocity (component, z, y, x) [m/s] in the cells, None in a scene without gas."""
+
+    time: float
+    positions: np.ndarray
+    velocities: np.ndarray
+    diameters: np.ndarray
+    voidage: np.ndarray | None
+    gas_velocity: np.ndarray | None
+
+    @property
+    def speeds(self) -> np.ndarray:
+        """Speed of each particle [m/s], (n,)."""
+        return np.linalg.norm(self.velocities, axis=1)
+
+
+def list_frames(results: Results) -> list[Path]:
+    """Files of the frames of a run in the order of time. Raises: NotDrawableError if it has none."""
+    found = sorted((results.path.parent / FRAMES).glob("frame-*.nc"))
+    if not found:
+        raise NotDrawableError([f"{results.path.parent} has no frames (ask for them by output.particles_every)."])
+    return found
+
+
+def read_frame(path: Path) -> Frame:
+    """Read one frame. Raises: NotDrawableError if the file is damaged or is none."""
+    try:
+        with xr.open_dataset(path, decode_times=False) as stored:
+            data = stored.load()
+        gas = [data[name].values if name in data else None for name in ("voidage", "gas_velocity")]
+        particles = [data[name].values for name in ("position", "velocity", "diameter")]
+    except (OSError, ValueError, KeyError) as error:
+        raise NotDrawableError(
+            [f"{path} cannot be read as a frame ({error}); remove it, or run the case again."]
+        ) from error
+    return Frame(float(data["time"]), *particles, *gas)
+
+
+def choose_frames(paths: list[Path], most: int, start: float = 0.0) -> list[Path]:
+    """At most `most` of the files, evenly, the last among them; `start`: part of them that is left out first."""
+    first = int(start * (len(paths) - 1))
+    places = np.linspace(first, len(paths) - 1, min(most, len(paths) - first))
+    return [paths[place] for place in dict.fromkeys(places.round().astype(int).tolist())]

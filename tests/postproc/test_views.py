@@ -1,0 +1,130 @@
+"""3-D views: what is drawn where and how large, the film of them, and what is said where there is nothing to draw."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from matplotlib import colormaps
+from matplotlib.image import imread
+from mpi4py import MPI
+from PIL import Image
+
+from fbcouple.cli import cli
+from fbcouple.frames import Frames
+from fbcouple.grid import Grid
+from postproc.dataset import NotDrawableError, open_results
+from postproc.frames import choose_frames, list_frames, read_frame
+from postproc.looks import list_colours, voidage_map
+from postproc.views import bed_views, find_scales
+from tests.postproc.conftest import SIZE
+from tests.postproc.frames_of_bed import write_frames
+from tests.postproc.whole_run import write_whole
+
+SLOW, FAST = (np.array(colormaps["viridis"](place)[:3]) for place in (0.0, 1.0))
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    run = write_whole(tmp_path_factory.mktemp("views") / "run")
+    write_frames(run, SIZE)
+    return run
+
+
+def hue_of(pixels):
+    """Mean colour of what is far from white, over its brightest channel: shading does not count."""
+    drawn = pixels[..., :3][pixels[..., :3].min(axis=-1) < 0.3]
+    mean = drawn.mean(axis=0)
+    return mean / mean.max()
+
+
+def test_still_pictures_show_slow_and_fast_particles_where_they_are_and_the_gas(run):
+    figure = bed_views(open_results(run))
+    titles = [axes.get_title() for axes in figure.axes if axes.images]
+    assert titles == ["particles, t = 0.100 s", "particles, t = 0.200 s", "gas, t = 0.200 s"]
+    labels = [axes.get_ylabel() for axes in figure.axes]
+    assert any("Particle speed" in label and "U_f" in label for label in labels)
+    assert any("Voidage" in label for label in labels)
+    first, last, gas = (np.asarray(axes.images[0].get_array()) for axes in figure.axes if axes.images)
+    middle, lower = first.shape[1] // 2, slice(int(0.8 * first.shape[0]), None)
+    left, right = hue_of(first[lower, : middle - 20]), hue_of(first[lower, middle + 20 :])
+    assert np.abs(left - SLOW / SLOW.max()).max() < 0.2 and np.abs(right - FAST / FAST.max()).max() < 0.2
+    tops = [np.flatnonzero((pixels[..., :3].min(axis=-1) < 0.9).sum(axis=1) > 60)[0] for pixels in (first, last)]
+    assert tops[1] < tops[0], "the later one is higher"
+    dense = np.median(gas[int(0.7 * len(gas)) :, 30:-30, :3].reshape(-1, 3), axis=0)
+    assert np.abs(dense - np.array(voidage_map()((0.4 - 0.35) / 0.65)[:3])).max() < 0.02
+
+
+def test_a_particle_is_drawn_as_large_as_it_is(tmp_path):
+    """One alone in a box of 20 mm: its disc has the area of its cross section."""
+    areas, turn, rise = [], np.radians(20.0), np.radians(14.0)
+    tall = 0.02 * (np.cos(rise) + (np.cos(turn) + np.sin(turn)) * np.sin(rise))
+    for diameter in (2e-3, 4e-3):
+        place = tmp_path / f"{diameter}"
+        place.mkdir()
+        frames = Frames(MPI.COMM_SELF, Grid((1, 1, 1), (0.02,) * 3), np.zeros((1, 3), dtype=int), place, 1.0)
+        middle = {"position": np.full((1, 3), 0.01), "velocity": np.zeros((1, 3)), "diameter": np.array([diameter])}
+        frames.write(0.0, np.array([1]), middle, {})
+        request = {"size": [0.02] * 3, "height": 400, "speed": 1.0, "gas_speed": 0.0, "voidage": [0.35, 1.0]}
+        request["pictures"] = [(str(place / "frame-000000.nc"), "particles", str(place / "one.png"))]
+        (place / "request.json").write_text(json.dumps(request))
+        subprocess.run([sys.executable, "-m", "postproc.render", str(place / "request.json")], check=True)
+        pixels = imread(place / "one.png")
+        centre = pixels[150:250, pixels.shape[1] // 2 - 50 : pixels.shape[1] // 2 + 50, :3]
+        areas.append(float((centre.min(axis=-1) < 0.9).sum()) * (1.02 * tall / 400) ** 2)
+    assert areas == pytest.approx([np.pi * 1e-6, np.pi * 4e-6], rel=0.05)
+
+
+def test_the_film_has_every_frame(run):
+    done = CliRunner().invoke(cli, ["post", str(run), "--animate"])
+    assert done.exit_code == 0 and done.output.splitlines()[-1] == str(run / "figures/bed.gif"), done.output
+    with Image.open(run / "figures/bed.gif") as film:
+        assert film.n_frames == 3 and film.info["duration"] == 2660
+        shots = []
+        for number in range(3):
+            film.seek(number)
+            shots.append(np.asarray(film.convert("RGB")))
+    assert (shots[0] != shots[1]).any() and (shots[1] != shots[2]).any()
+    colours = {tuple(colour) for colour in shots[0].reshape(-1, 3).tolist()}
+    assert colours <= {tuple(colour) for colour in list_colours().tolist()} and len(colours) > 30
+    assert (run / "figures/bed_views.png").stat().st_size > 50_000
+
+
+def test_particles_without_gas_have_no_picture_of_it(run, tmp_path):
+    alone = write_whole(tmp_path / "run")
+    write_frames(alone, SIZE, count=1, gas=False)
+    figure = bed_views(open_results(alone))
+    assert [axes.get_title() for axes in figure.axes if axes.images] == ["particles, t = 0.000 s"]
+
+
+def test_scales_are_common_to_all_frames(run):
+    scales = find_scales(list_frames(open_results(run)))
+    assert scales.speed == pytest.approx(1.0) and scales.gas == pytest.approx(2.0)
+
+
+def test_of_many_frames_some_are_chosen_evenly(tmp_path):
+    paths = [tmp_path / str(n) for n in range(11)]
+    assert choose_frames(paths, 3) == [paths[0], paths[5], paths[10]]
+    assert choose_frames(paths, 3, 0.5) == [paths[5], paths[8], paths[10]] and choose_frames(paths, 99) == paths
+    assert choose_frames(paths[:1], 3, 0.5) == paths[:1]
+
+
+def test_no_frames_are_told_with_the_option_that_takes_them(tmp_path):
+    run = write_whole(tmp_path / "run")
+    done = CliRunner().invoke(cli, ["post", str(run), "--animate"])
+    assert done.exit_code == 1 and "output.particles_every" in done.output
+
+
+def test_a_damaged_frame_is_told_by_its_name(tmp_path):
+    (tmp_path / "frame-000000.nc").write_bytes(b"no netCDF")
+    with pytest.raises(NotDrawableError, match=r"frame-000000\.nc cannot be read as a frame"):
+        read_frame(tmp_path / "frame-000000.nc")
+
+
+def test_a_machine_that_cannot_draw_gets_all_other_figures(run, monkeypatch, caplog):
+    """The 3-D library ends its process there: the figure is left out with its last words."""
+    monkeypatch.setattr("postproc.views.sys.executable", "/bin/false")
+    with pytest.raises(NotDrawableError, match="`fbcouple doctor` says what is missing"):
+        bed_views(open_results(run))
