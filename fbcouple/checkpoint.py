@@ -29,7 +29,13 @@ _KEPT = 2
 _CHUNK = 1 << 20
 _UNFINISHED = ".unfinished-"
 # Options that came after checkpoints did: where they stand at their default, older checkpoints stand.
-_YOUNGER = ("accuracy", "gas.top", "output.particles_every", "output.tracked")
+_YOUNGER = (
+    "accuracy",
+    "gas.top",
+    "output.particles_every",
+    "output.tracked",
+    *(f"domain.{key}" for key in ("shape", "elements", "mesh", "inlet", "outlet")),
+)
 
 Sums = dict[str, tuple[int, str]]
 """File, named from the checkpoint's folder -> size and SHA-256."""

@@ -120,7 +120,7 @@ def check(case: str, sets: tuple[str, ...], trusted: bool) -> None:
     loaded = load_case(case, sets)
     brings_code = loaded.exchange is not None and loaded.exchange.drag_file is not None
     law = read_own_law(loaded, find_case(case).parent) if brings_code and trusted else None
-    numbers = estimate(loaded, law)
+    numbers = estimate(loaded, law, find_case(case).parent)
     rows = [
         (
             number.name,

@@ -10,7 +10,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Grid:
-    """A box from the origin to `size` [m], cut into `cells` equal cells along x, y and z.
+    """A box of `size` [m] from `origin` [m], cut into `cells` equal cells along x, y and z.
 
     Along a `periodic` axis cell n is cell 0 again, and -1 the last.
     """
@@ -18,6 +18,8 @@ class Grid:
     cells: tuple[int, int, int]
     size: tuple[float, float, float]
     periodic: tuple[bool, bool, bool] = (False, False, False)
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Not the zero point only for the grid that results of a mesh are sampled on."""
 
     @property
     def spacing(self) -> np.ndarray:
@@ -58,4 +60,4 @@ class Grid:
 
     def centres(self, axis: int) -> np.ndarray:
         """Coordinates [m] of the cell centres along `axis`."""
-        return (np.arange(self.cells[axis]) + 0.5) * self.spacing[axis]
+        return self.origin[axis] + (np.arange(self.cells[axis]) + 0.5) * self.spacing[axis]

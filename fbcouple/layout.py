@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from fbcouple.case.companions import list_companions
+from fbcouple.case.companions import copy_companions
 from fbcouple.case.drag_file import require_trust
 from fbcouple.case.load import load_case
 from fbcouple.case.positions import start_kinds, start_positions, start_velocities
@@ -37,7 +36,7 @@ def lay_out(
         require_trust(case, trusted)
         law = read_own_law(case, source.parent)
         if not forced:
-            require_fit(case, law)
+            require_fit(case, law, source.parent)
         runs[place / name_run(member, source) if members else place] = case, source.parent
     for run in runs:
         refuse_foreign(run)
@@ -68,8 +67,7 @@ def _lay_out_run(case: Case, folder: Path, run: Path) -> None:
     """Set up `run` and keep the case's own files (which lie in `folder`) beside the effective case."""
     try:
         read = partial(start_positions, folder=folder), partial(start_kinds, folder=folder)
-        set_up(case, run, *read, partial(start_velocities, folder=folder))
-        for name in list_companions(case):
-            shutil.copyfile(folder / name, run / name)
+        set_up(case, run, *read, partial(start_velocities, folder=folder), folder)
+        copy_companions(case, folder, run)
     except OSError as error:
         raise CaseError([f"{run}: cannot be written ({error.strerror}); give another folder with -o."]) from error

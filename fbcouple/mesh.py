@@ -7,12 +7,14 @@ import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 
+from fbcouple.case.region import is_box, read_mesh
 from fbcouple.case.schema import Case
 from fbcouple.checkpoint import Checkpoint
 from fbcouple.decks.needs import find_needs
 from fbcouple.decks.render import make_environment
 from fbcouple.environment import mpi_environment
 from fbcouple.errors import SolverError
+from fbcouple.meshes.foam_files import write_polymesh
 
 _TAIL = 12
 
@@ -26,7 +28,10 @@ def prepare_mesh(case: Case, run: Path, ranks: int) -> None:
     for old in (*fluid.glob("processor*"), *_time_folders(fluid), fluid / "constant/polyMesh"):
         _remove(old)
     (run / "logs/mesh.log").write_text("")
-    _run_tool(run, "blockMesh")
+    if is_box(case):
+        _run_tool(run, "blockMesh")
+    else:
+        write_polymesh(read_mesh(case, run), fluid / "constant/polyMesh")
     if find_needs(case)["closed_nozzle"]:
         _run_tool(run, "topoSet")
         _run_tool(run, "createPatch", "-overwrite")

@@ -13,6 +13,7 @@ import numpy as np
 from fbcouple.averages.means import Means
 from fbcouple.averages.snapshots import Snapshots
 from fbcouple.case.mixture import mean_density, solids_volume
+from fbcouple.cells import MeshCells
 from fbcouple.clock import Cadence
 from fbcouple.contacts import find_max_overlap
 from fbcouple.errors import DivergedError
@@ -105,7 +106,7 @@ class Recorder:
     def _measure(self, scene: Scene) -> dict[str, Any]:
         row: dict[str, Any] = {"time": scene.clock.time, "steps": scene.clock.steps, "substeps": scene.substeps}
         if scene.grains:
-            row |= self._measure_grains(scene)
+            row |= self._measure_grains(scene) | self._find_height(scene)
         if scene.gas:
             mean = self._pressure_time / self._elapsed if self._elapsed else float("nan")
             row |= {"pressure_drop": mean, "gas_mass_error": self._mass_error, "max_courant": self._courant}
@@ -125,28 +126,38 @@ class Recorder:
     def _measure_grains(self, scene: Scene) -> dict[str, Any]:
         grains, comm = scene.grains, scene.comm
         assert grains is not None
-        layers, height = scene.grid.cells[2], scene.grid.size[2]
-        volumes = 4.0 / 3.0 * np.pi * grains.radii**3
         masses, z = grains.masses, grains.positions[:, 2]
-        layer = np.clip((z / height * layers).astype(int), 0, layers - 1)
         squares = np.einsum("ij,ij->i", grains.velocities, grains.velocities)
         totals = masses.sum(), masses @ z, 0.5 * masses @ squares
-        sums = comm.allreduce(np.array([*totals, *np.bincount(layer, volumes, minlength=layers)]))
-        profile = sums[3:] / (scene.grid.cell_volume * scene.grid.cells[0] * scene.grid.cells[1])
+        sums = comm.allreduce(np.array(totals))
         tracked = {"tracked": track(scene)} if scene.case.output.tracked else {}
         overlap = find_max_overlap(grains.ghost_positions(), grains.ghost_radii(), grains.count)
         return {
             "particles": scene.balance.particles,
             "solids_centre_z": float(sums[1] / sums[0]),
             "kinetic_energy": float(sums[2]),
-            "bed_height": find_bed_height(profile, scene.grid.centres(2)),
             "max_overlap": comm.allreduce(overlap, max),
         } | tracked
+
+    def _find_height(self, scene: Scene) -> dict[str, Any]:
+        """Bed height from the particles in each layer of a box, from the solids of a mesh's cells."""
+        grains, grid = scene.grains, scene.grid
+        assert grains is not None
+        if isinstance(scene.cells, MeshCells):
+            assert scene.coupling is not None
+            solids = 1.0 - scene.coupling.voidage
+            return {"bed_height": find_bed_height(*scene.cells.find_profile(scene.comm, solids))}
+        layers, height = grid.cells[2], grid.size[2]
+        volumes = 4.0 / 3.0 * np.pi * grains.radii**3
+        layer = np.clip((grains.positions[:, 2] / height * layers).astype(int), 0, layers - 1)
+        sums = scene.comm.allreduce(np.bincount(layer, volumes, minlength=layers))
+        profile = sums / (grid.cell_volume * grid.cells[0] * grid.cells[1])
+        return {"bed_height": find_bed_height(profile, grid.centres(2))}
 
     def _measure_voidage(self, scene: Scene) -> dict[str, Any]:
         assert scene.coupling is not None and scene.grains is not None
         comm, voidage = scene.comm, scene.coupling.voidage
-        solids = comm.allreduce(float((1.0 - voidage).sum()) * scene.grid.cell_volume)
+        solids = comm.allreduce(scene.cells.add_up(1.0 - voidage))
         volume = comm.allreduce(float((4.0 / 3.0 * np.pi * scene.grains.radii**3).sum()))
         if abs(solids / volume - 1.0) > _VOLUME_LIMIT:
             raise DivergedError(f"the gas sees {solids:.12g} m3 of solids, the particles have {volume:.12g} m3")
@@ -167,9 +178,11 @@ class Recorder:
             for phase in (scene.averaging.solids, scene.averaging.gas):
                 if phase and phase.samples:
                     means |= _gather(scene, phase)
+        about = scene.cells.describe(scene.comm)
         if scene.comm.rank == 0:
             taken = self._snapshots.taken if self._snapshots else ()
-            write_results(self._run / "results.nc", scene.grid, means, self._rows, self._describe(scene), taken)
+            place = self._run / "results.nc"
+            write_results(place, scene.grid, means, self._rows, self._describe(scene), taken, **about)
         self._saved = time.monotonic()
 
     def _count_core_seconds(self, scene: Scene) -> float:
@@ -245,13 +258,13 @@ def find_bed_height(profile: np.ndarray, centres: np.ndarray) -> float:
 
 
 def _gather(scene: Scene, means: Means) -> dict[str, np.ndarray]:
-    """Means and standard errors of all ranks on rank 0, (z, y, x) or (component, z, y, x) each."""
+    """Means and standard errors of all ranks on rank 0, as the cells arrange them."""
     collected = means.collect(final=scene.clock.time >= scene.case.end_time * (1 - 1e-9))
     parts = scene.comm.gather((scene.owned, collected))
-    gathered: dict[str, np.ndarray] = {}
     if parts is None:
-        return gathered
-    for name in collected:
-        for which, suffix in enumerate(("", "_stderr")):
-            gathered[name + suffix] = scene.grid.spread((owned, values[name][which]) for owned, values in parts)
-    return gathered
+        return {}
+    return {
+        name + suffix: scene.cells.arrange([(owned, values[name][which]) for owned, values in parts])
+        for name in collected
+        for which, suffix in enumerate(("", "_stderr"))
+    }

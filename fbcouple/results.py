@@ -53,17 +53,24 @@ def write_results(
     history: list[dict[str, Any]],
     attributes: dict[str, Any],
     snapshots: Sequence[tuple[float, np.ndarray]] = (),
+    centres: np.ndarray | None = None,
+    volumes: np.ndarray | None = None,
+    samples: np.ndarray | None = None,
 ) -> None:
     """Write results.nc under a temporary name and move it into place.
 
     `means`: name -> (z, y, x) or (component, z, y, x), `..._stderr` beside it; `history`: a row a record, `wall`
     in it the seconds of each stage since the row before, `tracked` particles by number; `snapshots`:
     time [s] and depth-mean voidage (z, x).
+
+    Of a mesh of polyhedra the means are (cell,) or (component, cell), with the cells' `centres` (cell, 3) [m] and
+    `volumes` (cell,) [m3]; `samples` (z, y, x) are the cells at the places of `grid`, -1 outside.
     """
     data: dict[str, Any] = {}
+    places = ("z", "y", "x") if samples is None else ("cell",)
     for name, values in means.items():
         unit, text = MEANS[name.removesuffix("_stderr")]
-        dims = ("z", "y", "x") if values.ndim == 3 else ("component", "z", "y", "x")
+        dims = places if values.ndim == len(places) else ("component", *places)
         words = f"standard error by block averaging of the {text}" if name.endswith("_stderr") else text
         data[name] = (dims, values, {"units": unit, "long_name": words})
     for name, (unit, text) in HISTORIES.items():
@@ -80,6 +87,14 @@ def write_results(
     coordinates: dict[str, Any] = {"stage": list(STAGES), "component": ["x", "y", "z"]}
     for axis, name in enumerate("xyz"):
         coordinates[name] = (name, grid.centres(axis), {"units": "m", "long_name": f"cell centre {name}"})
+    if centres is not None:
+        about = {"units": "m3", "long_name": "volume of the cell"}
+        coordinates["cell_volume"] = ("cell", volumes, about)
+        for axis, name in enumerate("xyz"):
+            about = {"units": "m", "long_name": f"{name} of the cell's centre"}
+            coordinates[f"cell_{name}"] = ("cell", centres[:, axis], about)
+        about = {"units": "1", "long_name": "cell at the place of the regular grid, -1 outside of the mesh"}
+        data["sampled_cell"] = (("z", "y", "x"), samples, about)
     times = np.array([row["time"] for row in history], dtype=float)
     coordinates["time"] = ("time", times, {"units": "s", "long_name": "simulated time"})
     encoding: dict[str, Any] = {}

@@ -9,11 +9,13 @@ from pathlib import Path
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.averages.means import Means, SolidsSampler
+from fbcouple.averages.means import CellSampler, Means, SolidsSampler
 from fbcouple.balance import Balance
 from fbcouple.case import derived
 from fbcouple.case.mixture import largest_diameter
+from fbcouple.case.region import is_box
 from fbcouple.case.schema import Case
+from fbcouple.cells import BoxCells, Cells, MeshCells
 from fbcouple.clock import Cadence, Clock
 from fbcouple.engines.liggghts import Grains
 from fbcouple.engines.openfoam.gas import Gas, GasState
@@ -21,7 +23,9 @@ from fbcouple.exchange.coupling import Coupling
 from fbcouple.exchange.forces import ADDED_MASS
 from fbcouple.exchange.particles import NOBODY, Particles
 from fbcouple.exchange.plan import Plan, find_patch
+from fbcouple.exchange.spaces import BoxSpace, MeshSpace, Space
 from fbcouple.grid import Grid
+from fbcouple.meshes.polyhedra import Polyhedra
 from fbcouple.results import STAGES
 from fbcouple.stopwatch import Stopwatch
 
@@ -36,7 +40,7 @@ class Averaging:
     cadence: Cadence
     solids: Means | None
     gas: Means | None
-    sampler: SolidsSampler | None
+    sampler: SolidsSampler | CellSampler | None
 
 
 @dataclass
@@ -51,8 +55,8 @@ class Scene:
     gas: Gas | None
     coupling: Coupling | None
     averaging: Averaging | None
-    owned: np.ndarray
-    """Index triples (n, 3) of this rank's cells."""
+    cells: Cells
+    """This rank's cells, by which records and results are kept."""
     balance: Balance
     watch: Stopwatch
     particles: Particles = NOBODY
@@ -65,6 +69,11 @@ class Scene:
     """Why the run has to end before its end, if it has."""
     checkpoint: Path | None = None
     """The newest checkpoint that this run has."""
+
+    @property
+    def owned(self) -> np.ndarray:
+        """Numbers of this rank's cells, index triples (n, 3) in a box."""
+        return self.cells.owned
 
     @property
     def running(self) -> bool:
@@ -88,7 +97,6 @@ def open_scene(case: Case, run: Path, comm: MPI.Comm, end: float, restart: Path 
 
     restart: LIGGGHTS' restart file in place of the start positions; OpenFOAM starts from its latest time directory.
     """
-    grid = Grid(case.domain.cells, case.domain.size, derived.wraps(case.domain))
     logs = run / "logs"
     gas = grains = coupling = None
     if case.gas:
@@ -99,15 +107,43 @@ def open_scene(case: Case, run: Path, comm: MPI.Comm, end: float, restart: Path 
         grains = Grains(Path("grains/in.grains"), logs / "grains.log", comm, restart, remembers=virtual_mass)
         if virtual_mass and case.gas:
             grains.add_inertia(ADDED_MASS * case.gas.density)
+    polyhedra = gas.read_polyhedra() if gas and not is_box(case) else None
+    cells = _open_cells(case, comm, gas, grains, polyhedra)
     if gas and grains and case.particles:
-        coupling = Coupling(case, comm, gas.centres, grains.bounds, reach=largest_diameter(case.particles))
-    owned = grid.indices(gas.centres) if gas else _own_cells(grid, grains)
-    averaging = _open_averaging(case, grid, comm, owned, grains, coupling)
+        reach = largest_diameter(case.particles)
+        space: Space
+        if polyhedra:
+            space = MeshSpace(case, comm, polyhedra, gas.volumes, grains.bounds, reach)
+        else:
+            space = BoxSpace(case, comm, gas.centres, grains.bounds, reach)
+        coupling = Coupling(case, space)
+    averaging = _open_averaging(case, comm, cells, grains, coupling)
     balance, watch = Balance(comm), Stopwatch(STAGES)
-    return Scene(case, comm, _start_clock(case, end), grid, grains, gas, coupling, averaging, owned, balance, watch)
+    clock = _start_clock(case, end, _find_smallest(comm, cells))
+    return Scene(case, comm, clock, cells.grid, grains, gas, coupling, averaging, cells, balance, watch)
 
 
-def _start_clock(case: Case, end: float) -> Clock:
+def _open_cells(
+    case: Case, comm: MPI.Comm, gas: Gas | None, grains: Grains | None, polyhedra: Polyhedra | None
+) -> Cells:
+    domain = case.domain
+    if polyhedra is not None and gas:
+        low = np.min(comm.allgather(polyhedra.points.min(axis=0)), axis=0)
+        high = np.max(comm.allgather(polyhedra.points.max(axis=0)), axis=0)
+        size, origin = (tuple(corner.tolist()) for corner in (high - low, low))
+        return MeshCells(comm, Grid(domain.cells, size, origin=origin), polyhedra, gas.volumes)
+    grid = Grid(domain.cells, domain.size, derived.wraps(domain))
+    return BoxCells(grid, grid.indices(gas.centres) if gas else _own_cells(grid, grains))
+
+
+def _find_smallest(comm: MPI.Comm, cells: Cells) -> float:
+    """Shortest edge [m] of a cell; of a polyhedron the cube root of its volume."""
+    if isinstance(cells, BoxCells):
+        return float(cells.grid.spacing.min())
+    return comm.allreduce(float(cells.volumes.min(initial=math.inf)), MPI.MIN) ** (1.0 / 3.0)
+
+
+def _start_clock(case: Case, end: float, edge: float) -> Clock:
     """With both phases the first step is one DEM step, and the Courant number takes over from there.
 
     It knows nothing of a ramp's gas to come: steps are then never longer than the ramp's fastest gas allows.
@@ -117,7 +153,7 @@ def _start_clock(case: Case, end: float) -> Clock:
     longest = math.inf
     if case.gas:
         speed = max(derived.open_velocity(case), _SLOWEST)
-        room = case.gas.max_courant * float(derived.cell_size(case).min()) / speed
+        room = case.gas.max_courant * edge / speed
         longest = min(room if case.gas.inlet_ramp else math.inf, case.gas.max_step or math.inf)
         first = dem_step or min(room, longest)
     return Clock(end, dem_step, first, longest)
@@ -132,18 +168,26 @@ def _own_cells(grid: Grid, grains: Grains | None) -> np.ndarray:
 
 
 def _open_averaging(
-    case: Case, grid: Grid, comm: MPI.Comm, owned: np.ndarray, grains: Grains | None, coupling: Coupling | None
+    case: Case, comm: MPI.Comm, cells: Cells, grains: Grains | None, coupling: Coupling | None
 ) -> Averaging | None:
     if case.averages is None:
         return None
     options, window = case.averages, (case.averages.start, case.end_time)
     solids = gas = sampler = None
     if grains and case.particles:
-        low, high = grains.bounds
-        reach = largest_diameter(case.particles)
-        plan = coupling.plan if coupling else Plan(comm, find_patch(grid, low, high, reach, 0), owned)
-        sampler = SolidsSampler(plan)
-        solids = Means("solids", len(owned), window, options.blocks)
+        sampler = _open_sampler(comm, cells, grains, coupling, largest_diameter(case.particles))
+        solids = Means("solids", len(cells.owned), window, options.blocks)
     if case.gas:
-        gas = Means("gas", len(owned), window, options.blocks)
+        gas = Means("gas", len(cells.owned), window, options.blocks)
     return Averaging(Cadence(options.every, options.start), solids, gas, sampler)
+
+
+def _open_sampler(
+    comm: MPI.Comm, cells: Cells, grains: Grains, coupling: Coupling | None, reach: float
+) -> SolidsSampler | CellSampler:
+    if coupling is None:
+        low, high = grains.bounds
+        return SolidsSampler(Plan(comm, find_patch(cells.grid, low, high, reach, 0), cells.owned))
+    if isinstance(coupling.space, MeshSpace):
+        return CellSampler(coupling.space.mapping, coupling.space.plan, coupling.space.cell_volumes)
+    return SolidsSampler(coupling.space.plan)

@@ -120,7 +120,7 @@ def _load_sums(scene: Scene, folder: Path) -> tuple[dict[str, np.ndarray], np.nd
         found = dict(np.load(own))
         if np.array_equal(found.pop("owned"), scene.owned):
             return found, found.pop("balance")
-    places = np.full(scene.grid.cells, -1)
+    places = np.full(scene.cells.shape, -1)
     places[tuple(scene.owned.T)] = np.arange(len(scene.owned))
     sums: dict[str, np.ndarray] = {}
     balance = np.zeros(4)

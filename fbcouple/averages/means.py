@@ -13,6 +13,8 @@ import numpy as np
 from numba import njit
 
 from fbcouple.errors import DivergedError
+from fbcouple.exchange.cell_plan import CellPlan
+from fbcouple.exchange.cell_weights import CellMapping
 from fbcouple.exchange.plan import Patch, Plan
 
 SOLIDS_COLUMNS = 7
@@ -155,10 +157,35 @@ class SolidsSampler:
         if stray >= 0:
             raise DivergedError(f"a particle at {positions[stray]} m is outside the cells {patch.low} to {patch.high}")
         self._plan.deposit(self._field, self._rows)
-        mass, momentum, energy = self._rows[:, 1:2], self._rows[:, 2:5], self._rows[:, 5:6]
-        with np.errstate(invalid="ignore", divide="ignore"):
-            bulk = np.where(mass > 0, np.sum(momentum**2, axis=1, keepdims=True) / mass, 0.0)
-        return np.hstack([self._rows, energy - bulk]) / self._cell_volume
+        return _row_up(self._rows) / self._cell_volume
+
+
+class CellSampler:
+    """Puts this rank's particles into the cells of a mesh of polyhedra and sums the cells over the ranks."""
+
+    def __init__(self, mapping: CellMapping, plan: CellPlan, volumes: np.ndarray) -> None:
+        """`mapping` finds the cells of particles; `volumes` (cells,) [m3] of this rank's cells."""
+        self._mapping, self._plan, self._volumes = mapping, plan, volumes[:, None]
+        self._field = plan.patch.make_field(SOLIDS_COLUMNS - 1)
+        self._rows = np.empty((plan.owned_count, SOLIDS_COLUMNS - 1))
+
+    def sample(
+        self, positions: np.ndarray, velocities: np.ndarray, radii: np.ndarray, masses: np.ndarray
+    ) -> np.ndarray:
+        """Rows (cells, SOLIDS_COLUMNS) of this rank's cells (collective)."""
+        self._mapping.locate(positions, radii)
+        self._field.fill(0.0)
+        _add_up(self._mapping.cells, velocities, radii, masses, self._field)
+        self._plan.deposit(self._field, self._rows)
+        return _row_up(self._rows) / self._volumes
+
+
+def _row_up(rows: np.ndarray) -> np.ndarray:
+    """The sums of each cell (cells, SOLIDS_COLUMNS - 1), and beside them that of m |v - cell mean|^2."""
+    mass, momentum, energy = rows[:, 1:2], rows[:, 2:5], rows[:, 5:6]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        bulk = np.where(mass > 0, np.sum(momentum**2, axis=1, keepdims=True) / mass, 0.0)
+    return np.hstack([rows, energy - bulk])
 
 
 def sample_gas(voidage: np.ndarray, velocity: np.ndarray, pressure: np.ndarray) -> np.ndarray:
@@ -174,14 +201,25 @@ def _bin(positions, velocities, radii, masses, scale, low, high, walls, field):
         k = _find_cell(positions[p, 2] * scale[2], low[2], high[2], walls[0, 2], walls[1, 2])
         if i < 0 or j < 0 or k < 0:
             return p
-        square = 0.0
-        field[k, j, i, 0] += 4.0 / 3.0 * np.pi * radii[p] ** 3
-        field[k, j, i, 1] += masses[p]
-        for axis in range(3):
-            field[k, j, i, 2 + axis] += masses[p] * velocities[p, axis]
-            square += velocities[p, axis] ** 2
-        field[k, j, i, 5] += masses[p] * square
+        _add_particle(velocities[p], radii[p], masses[p], field[k, j, i])
     return -1
+
+
+@njit(inline="always")
+def _add_particle(velocity, radius, mass, row):
+    square = 0.0
+    row[0] += 4.0 / 3.0 * np.pi * radius**3
+    row[1] += mass
+    for axis in range(3):
+        row[2 + axis] += mass * velocity[axis]
+        square += velocity[axis] ** 2
+    row[5] += mass * square
+
+
+@njit(cache=True)
+def _add_up(cells, velocities, radii, masses, field):
+    for p in range(len(cells)):
+        _add_particle(velocities[p], radii[p], masses[p], field[cells[p]])
 
 
 @njit(inline="always")

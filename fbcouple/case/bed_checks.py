@@ -25,6 +25,7 @@ from fbcouple.case.mixture import largest_diameter, mean_density, mean_volume, p
 from fbcouple.case.mixture_checks import check_counts, check_kinds, check_species
 from fbcouple.case.positions import read_positions, read_velocities
 from fbcouple.case.problems import Problem, show
+from fbcouple.case.region import Region, find_region, read_mesh
 from fbcouple.case.schema import Case
 from fbcouple.errors import CaseError
 
@@ -34,6 +35,22 @@ LEAST_PERIOD = 3
 """Diameters along a periodic axis: neighbour lists reach 1.5, so that a neighbour and its image are not both in one."""
 WALL_OVERLAP = 0.1
 """Part of a diameter by which a start position may press into a wall (resting contacts do, a little)."""
+
+
+def _try_region(case: Case, folder: Path) -> Region | None:
+    """The region of the case; None if its mesh cannot be read, which is told elsewhere."""
+    try:
+        return find_region(case, folder)
+    except CaseError:
+        return None
+
+
+def _find_volume(case: Case, folder: Path) -> float:
+    """Volume [m3] that particles may fill; it asks for no cells."""
+    if case.domain.shape == "file":
+        region = _try_region(case, folder)
+        return region.volume if region else math.inf
+    return math.prod(case.domain.size) * (math.pi / 4.0 if case.domain.shape == "cylinder" else 1.0)
 
 
 @check("particles.diameter", "domain.size")
@@ -63,7 +80,7 @@ def check_periodic(case: Case, folder: Path) -> Iterator[Problem]:
             yield Problem(key, f"{text} ({LEAST_PERIOD} diameters); enlarge domain.size or leave walls there.")
 
 
-@check(*BED)
+@check("domain.shape", *BED)
 def check_packing(case: Case, folder: Path) -> Iterator[Problem]:
     """At least one particle, and not more than a random packing of the box holds."""
     if not has_bed(case):
@@ -71,7 +88,7 @@ def check_packing(case: Case, folder: Path) -> Iterator[Problem]:
     assert case.particles is not None
     key = "particles.mass" if case.particles.count is None else "particles.count"
     count = particle_count(case.particles)
-    most = RANDOM_PACKING * math.prod(case.domain.size) / mean_volume(case.particles)
+    most = RANDOM_PACKING * _find_volume(case, folder) / mean_volume(case.particles)
     if count < 1:
         yield Problem(key, "the mass is less than that of half a particle; give the mass of the bed in kg.")
     elif count > most:
@@ -96,8 +113,8 @@ def check_rows(case: Case, folder: Path) -> Iterator[Problem]:
 
 @check(*BED, "start.spacing", "particles.positions")
 def check_lattice(case: Case, folder: Path) -> Iterator[Problem]:
-    """The start lattice is not higher than the box."""
-    if not has_bed(case) or case.start is None or next(check_packing(case, folder), None):
+    """The start lattice is not higher than the box; in another region `setup` looks for its sites."""
+    if case.domain.shape != "box" or not has_bed(case) or case.start is None or next(check_packing(case, folder), None):
         return
     height = lattice_height(case)
     layout = lay_out(case)
@@ -127,6 +144,9 @@ def check_positions(case: Case, folder: Path) -> Iterator[Problem]:
         yield Problem(key, f"{text}; give particles.count = {len(positions)} (in place of mass) or mend the file.")
     elif has_bed(case):
         yield from check_kinds(case, folder / name)
+    if case.domain.shape != "box":
+        yield from _find_outside(case, folder, positions)
+        return
     margin = np.where(wraps(case.domain), 0.0, (0.5 - WALL_OVERLAP) * largest_diameter(case.particles))
     outside = np.flatnonzero(((positions < margin) | (positions > np.array(case.domain.size) - margin)).any(axis=1))
     if outside.size:
@@ -138,10 +158,28 @@ def check_positions(case: Case, folder: Path) -> Iterator[Problem]:
         yield Problem(key, f"{text} m; {end}")
 
 
-@check("domain.cells", *BED)
+def _find_outside(case: Case, folder: Path, positions: np.ndarray) -> Iterator[Problem]:
+    """Positions that are not inside a mesh."""
+    assert case.particles is not None
+    if _try_region(case, folder) is None:
+        return
+    from fbcouple.case.region_lattice import Inside  # noqa: PLC0415  (loads numba)
+
+    margin = (0.5 - WALL_OVERLAP) * largest_diameter(case.particles)
+    outside = np.flatnonzero(~Inside(read_mesh(case, folder)).is_clear(positions, margin))
+    if outside.size:
+        where = ", ".join(f"{x:g}" for x in positions[outside[0]])
+        text = f"{outside.size} particles are not inside the mesh, first is particle {outside[0] + 1} at ({where}) m"
+        yield Problem("particles.positions", f"{text}; centres may come as near as {margin:g} m to a wall.")
+
+
+@check("domain.cells", "domain.shape", *BED)
 def check_size(case: Case, folder: Path) -> Iterator[Problem]:
     """Cells can be numbered, and the run fits into the memory of this machine."""
-    cells = math.prod(case.domain.cells)
+    region = _try_region(case, folder)
+    if region is None:
+        return
+    cells = region.cells
     if cells > MOST:
         text = f"{cells:.3g} cells are given ({BYTES_PER_CELL * cells / 1e9:.3g} GB), at most {MOST:.1g} are allowed"
         yield Problem("domain.cells", f"{text}; give fewer.")
@@ -152,7 +190,7 @@ def check_size(case: Case, folder: Path) -> Iterator[Problem]:
         key = "particles.mass" if case.particles and case.particles.count is None else "particles.count"
         text = f"{count:.3g} particles need about {BYTES_PER_PARTICLE * count / 1e9:.3g} GB"
         yield Problem(key, f"{text}, at most {MOST:.1g} are allowed; give fewer, or a larger diameter.")
-    needed, held = needed_memory(case), machine_memory()
+    needed, held = needed_memory(case, folder), machine_memory()
     if needed > held and max(cells, count) <= MOST:
         key = "domain.cells" if cells * BYTES_PER_CELL > needed / 2 else "particles"
         text = f"{cells:.3g} cells and {count:.3g} particles need about {needed / 1e9:.3g} GB"

@@ -17,6 +17,7 @@ from fbcouple.case.drag_file import OWN, examine_drag_file
 from fbcouple.case.mixture import largest_diameter, particle_count
 from fbcouple.case.mixture_checks import find_unsound
 from fbcouple.case.problems import Problem, show, suggest
+from fbcouple.case.region import find_region
 from fbcouple.case.schema import Case, Exchange
 from fbcouple.errors import CaseError
 
@@ -75,10 +76,10 @@ def machine_memory() -> int:
     return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
 
 
-def needed_memory(case: Case) -> int:
-    """Estimate the memory [bytes] of a run: 1 kB a particle, 2 kB a cell."""
+def needed_memory(case: Case, folder: Path = Path()) -> int:
+    """Estimate the memory [bytes] of a run: 1 kB a particle, 2 kB a cell; the case's own files lie in `folder`."""
     particles = particle_count(case.particles) if case.particles else 0
-    return BYTES_PER_PARTICLE * particles + BYTES_PER_CELL * math.prod(case.domain.cells)
+    return BYTES_PER_PARTICLE * particles + BYTES_PER_CELL * find_region(case, folder).cells
 
 
 @check("title")

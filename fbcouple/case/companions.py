@@ -1,12 +1,14 @@
-"""The files that a case brings beside its case file: start positions, its own drag law, measured lines."""
+"""The files that a case brings beside its case file: start positions, its own drag law, a mesh, measured lines."""
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 from fbcouple.case.problems import show
 from fbcouple.case.schema import Case
 from fbcouple.errors import CaseError
+from fbcouple.meshes.foam_files import FILES
 from fbcouple.reference import parse_reference
 
 _LONGEST_NAME = 255
@@ -19,8 +21,7 @@ def find_companion(folder: Path, name: str, suffix: str) -> Path:
 
     Raises: CaseError (one text, without the key) if it is not.
     """
-    is_bare = Path(name).name == name and "\\" not in name and name.isprintable() and len(name) <= _LONGEST_NAME
-    if not is_bare or not name.endswith(suffix):
+    if not _is_bare(name) or not name.endswith(suffix):
         text = f"{show(name)} is given, the bare name of a {suffix} file is allowed"
         raise CaseError([f"{text}; put the file beside the case file and give its name only."])
     path = folder / name
@@ -35,9 +36,39 @@ def find_companion(folder: Path, name: str, suffix: str) -> Path:
     return path
 
 
+def find_mesh(folder: Path, name: str) -> Path:
+    """The mesh `name` beside the case, which lies in `folder`: a gmsh file, or a folder with OpenFOAM's five files.
+
+    Raises: CaseError (one text, without the key) as `find_companion`.
+    """
+    if name.endswith(".msh") or not (folder / name).is_dir():
+        return find_companion(folder, name, ".msh")
+    if not _is_bare(name) or (folder / name).resolve().parent != folder.resolve():
+        raise CaseError([f"{show(name)} is given, the bare name of a folder beside the case file is allowed."])
+    for part in FILES:
+        find_companion(folder / name, part, "")
+    return folder / name
+
+
+def _is_bare(name: str) -> bool:
+    return Path(name).name == name and "\\" not in name and name.isprintable() and len(name) <= _LONGEST_NAME
+
+
+def copy_companions(case: Case, folder: Path, run: Path) -> None:
+    """Copy the files that `case` brings from `folder` beside the case in `run`; of a mesh folder its own files."""
+    for name in list_companions(case):
+        if (folder / name).is_dir():
+            (run / name).mkdir(exist_ok=True)
+            for part in FILES:
+                shutil.copyfile(folder / name / part, run / name / part)
+        else:
+            shutil.copyfile(folder / name, run / name)
+
+
 def list_companions(case: Case) -> list[str]:
     """Names of the files that `case` brings, each once."""
     names = [parse_reference(text).file for text in case.output.references]
     names += [case.particles.positions] if case.particles and case.particles.positions else []
     names += [case.exchange.drag_file] if case.exchange and case.exchange.drag_file else []
+    names += [case.domain.mesh] if case.domain.mesh else []
     return sorted(set(names))

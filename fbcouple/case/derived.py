@@ -85,7 +85,7 @@ def dem_step(contact: Contact, particles: Particles) -> float:
 
 
 def cell_size(case: Case) -> np.ndarray:
-    """Edge lengths of a cell [m], shape (3,)."""
+    """Edge lengths of a cell [m], shape (3,); where cells are no boxes, those of the grid of the averages."""
     return np.array(case.domain.size) / np.array(case.domain.cells)
 
 
@@ -110,6 +110,8 @@ def fastest_inlet(gas: Gas) -> float:
 def open_share(case: Case) -> float:
     """Area of the whole floor over that of its open faces: A/(A - A_closed)."""
     assert case.gas is not None
+    if case.domain.shape != "box":
+        return 1.0
     nx, ny, _ = case.domain.cells
     closed = case.gas.closed_nozzle[0] * case.gas.closed_nozzle[1] if case.gas.closed_nozzle else 0
     return nx * ny / (nx * ny - closed)

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from fbcouple.case.mixture import draw_kinds, largest_diameter, list_kinds, particle_count
+from fbcouple.case.region import read_mesh
 from fbcouple.case.schema import Case
 
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
@@ -45,14 +47,18 @@ def lattice_height(case: Case) -> float:
     return layout.layers * layout.spacing[2]
 
 
-def lattice_positions(case: Case) -> np.ndarray:
-    """Place the particles of a case on its start lattice.
+def lattice_positions(case: Case, folder: Path = Path()) -> np.ndarray:
+    """Place the particles of a case, whose own files lie in `folder`, on its start lattice.
 
     Each coordinate is shifted by up to half of `start.jitter` times the free gap along that axis, so no two
     particles touch and none touches a wall. A last layer that is not full is spread over the whole floor.
 
     Returns: centres [m], shape (particles, 3), layer by layer from the floor.
     """
+    if case.domain.shape != "box":
+        from fbcouple.case.region_lattice import fill_region  # noqa: PLC0415  (loads numba)
+
+        return fill_region(case, read_mesh(case, folder))
     layout = lay_out(case)
     assert case.particles is not None and case.start is not None
     count = particle_count(case.particles)

@@ -13,6 +13,7 @@ from pydantic import ValidationError
 import fbcouple.case.bed_checks
 import fbcouple.case.contact_checks
 import fbcouple.case.output_checks
+import fbcouple.case.region_checks
 import fbcouple.case.voidage_checks  # noqa: F401  (each registers its checks)
 from fbcouple.case.checks import list_problems
 from fbcouple.case.options import list_sections

@@ -21,7 +21,7 @@ def start_positions(case: Case, folder: Path) -> np.ndarray:
     """Return the start positions of a case whose file lies in `folder`: centres [m], shape (particles, 3)."""
     assert case.particles is not None
     if case.particles.positions is None:
-        return lattice_positions(case)
+        return lattice_positions(case, folder)
     return read_positions(folder / case.particles.positions)
 
 

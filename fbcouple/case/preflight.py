@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -32,6 +33,7 @@ from fbcouple.case.mixture import (
     solids_volume,
 )
 from fbcouple.case.pairs import find_pair
+from fbcouple.case.region import find_region
 from fbcouple.case.schema import Case, Contact
 from fbcouple.collision import normal_damping
 from fbcouple.errors import CaseError
@@ -65,22 +67,24 @@ class Number:
     meaning: str
 
 
-def estimate(case: Case, law: Law | None = None) -> list[Number]:
+def estimate(case: Case, law: Law | None = None, folder: Path = Path()) -> list[Number]:
     """Return the pre-flight numbers of a case that passed its checks; a scene gets only those that apply to it.
 
-    law: the case's own drag law; without it a case that has one gets no numbers of its drag.
+    law: the case's own drag law; without it a case that has one gets no numbers of its drag. folder: where the case's
+    own files lie.
 
     Raises: CaseError if a value is so large or small that they cannot be calculated.
     """
-    parts: list[Callable[[Case], Iterator[Number]]] = [_size_up]
+    region = find_region(case, folder)
+    parts: list[Callable[[Case], Iterator[Number]]] = [partial(_size_up, folder=folder)]
     if case.particles and case.contact:
         parts.append(_time_grains)
     if case.particles and case.gravity > 0.0:
-        parts.append(_weigh_bed)
+        parts.append(partial(_weigh_bed, floor=region.floor))
     if case.gas:
         parts.append(_time_gas)
     if case.gas and case.particles and case.exchange:
-        parts.append(_measure_cells)
+        parts.append(partial(_measure_cells, cell=region.spacing))
         if law or case.exchange.drag != OWN:
             parts += [partial(_time_exchange, law=law), partial(_fluidize, law=law)]
     try:
@@ -91,12 +95,12 @@ def estimate(case: Case, law: Law | None = None) -> list[Number]:
         raise CaseError([f"case: {text}"]) from None
 
 
-def require_fit(case: Case, law: Law | None = None) -> None:
+def require_fit(case: Case, law: Law | None = None, folder: Path = Path()) -> None:
     """Raise CaseError, one text a number, if a pre-flight number says that the case cannot work."""
     mend = "mend the case, or set it up all the same with --force."
     problems = [
         f"{number.name}: {number.value:.4g} {number.unit} is expected, {number.limit} is fit; {mend} {number.meaning}"
-        for number in estimate(case, law)
+        for number in estimate(case, law, folder)
         if number.verdict == "unfit"
     ]
     if problems:
@@ -172,12 +176,12 @@ def _judge(fits: bool, otherwise: Verdict = "warn") -> Verdict:
     return "fit" if fits else otherwise
 
 
-def _size_up(case: Case) -> Iterator[Number]:
+def _size_up(case: Case, folder: Path) -> Iterator[Number]:
     if case.particles:
         yield Number("particles", particle_count(case.particles), "1", None, None, "Particles in the bed.")
     if case.gas:
-        yield Number("cells", math.prod(case.domain.cells), "1", None, None, "Cells of the gas mesh.")
-    held, needed = machine_memory() / 1e9, needed_memory(case) / 1e9
+        yield Number("cells", find_region(case, folder).cells, "1", None, None, "Cells of the gas mesh.")
+    held, needed = machine_memory() / 1e9, needed_memory(case, folder) / 1e9
     meaning = "1 kB a particle and 2 kB a cell, over all ranks."
     yield Number("memory", needed, "GB", f"below {held:.3g} (this machine)", _judge(needed < held, "unfit"), meaning)
 
@@ -198,9 +202,8 @@ def _time_grains(case: Case) -> Iterator[Number]:
         yield Number("overlap", overlap, "d", "at most 0.05", verdict, meaning)
 
 
-def _weigh_bed(case: Case) -> Iterator[Number]:
+def _weigh_bed(case: Case, floor: float) -> Iterator[Number]:
     assert case.particles is not None
-    floor = case.domain.size[0] * case.domain.size[1]
     solids = solids_volume(case.particles)
     height, box = solids / (SETTLED * floor), case.domain.size[2]
     verdict = _judge(height < box, "unfit")
@@ -252,7 +255,7 @@ def _time_exchange(case: Case, law: Law | None) -> Iterator[Number]:
         yield Number("DEM steps per fluid step", held, "1", "at least 1", _judge(held >= 1.0), meaning)
 
 
-def _measure_cells(case: Case) -> Iterator[Number]:
+def _measure_cells(case: Case, cell: np.ndarray) -> Iterator[Number]:
     assert case.particles is not None and case.exchange is not None
     wanted = 1.0 if case.exchange.filter_passes else 3.0
     limit = f"at least {wanted:g} ({'with' if case.exchange.filter_passes else 'without'} filter)"
@@ -260,7 +263,7 @@ def _measure_cells(case: Case) -> Iterator[Number]:
     if width := case.exchange.kernel_width or case.exchange.diffusion_width:
         yield from _measure_spread(case, width)
         return
-    for axis, size in zip("xyz", cell_size(case) / largest_diameter(case.particles), strict=True):
+    for axis, size in zip("xyz", cell / largest_diameter(case.particles), strict=True):
         verdict = _judge(size >= wanted, "warn" if size > full else "unfit")
         meaning = f"Cell size over diameter along {axis}; a cube of {full:.2f} is filled by one particle."
         yield Number(f"cell size {axis}", float(size), "d", limit, verdict, meaning)

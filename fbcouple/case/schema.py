@@ -52,8 +52,30 @@ class Section(BaseModel):
 
 
 class Domain(Section):
-    size: Sizes = option("Inner width, depth and height of the bed; z is up, the floor is z = 0.", "m")
-    cells: Cells = option("Cells of the gas mesh along x, y and z; also the grid of the averages.")
+    size: Sizes = option(
+        "Inner width, depth and height of the bed; z is up, the floor is z = 0. Of a cylinder twice the diameter and "
+        "the height, of a mesh from a file the box around it.",
+        "m",
+    )
+    cells: Cells = option(
+        "Cells of the gas mesh along x, y and z; also the grid of the averages. Of a cylinder the cells across it, "
+        "twice, and up; with a mesh from a file only the grid that its results are sampled on."
+    )
+    shape: Literal["box", "cylinder", "file"] = option(
+        "A box of equal cells, an upright cylinder meshed here, or the mesh of `mesh`.", default="box"
+    )
+    elements: Literal["tetrahedra", "prisms"] | None = option(
+        "Cells of a cylinder; absent: tetrahedra (the paper's kind).", default=None
+    )
+    mesh: str | None = option(
+        'Mesh beside the case, for shape = "file": a gmsh file (.msh), or a folder (polyMesh) as OpenFOAM\'s tools '
+        "write it.",
+        default=None,
+    )
+    inlet: str | None = option("Patch of the mesh that the gas comes in by; absent: inlet.", default=None)
+    outlet: str | None = option(
+        "Patch of the mesh that the gas leaves by; absent: outlet. All other patches are walls.", default=None
+    )
     periodic: Sides = option(
         "Axes along which the bed repeats itself in place of two walls, for both phases.", default=()
     )

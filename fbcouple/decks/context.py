@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 from fbcouple.case import derived
 from fbcouple.case.mixture import Kind, list_kinds
 from fbcouple.case.pairs import find_pair, find_wall
+from fbcouple.case.region import find_region
 from fbcouple.case.schema import Case, Contact, Gas, Particles
 from fbcouple.collision import normal_damping
 
@@ -39,27 +41,27 @@ _START_LM = math.sqrt(2.0) * 0.16**2 * _START_MM
 _SIDES = {"x": ("(0 4 7 3)", "(1 2 6 5)"), "y": ("(0 1 5 4)", "(3 7 6 2)")}
 
 
-def build_context(case: Case, needs: dict[str, bool]) -> dict[str, Any]:
-    """Everything the templates of this case may name."""
+def build_context(case: Case, needs: dict[str, bool], folder: Path = Path()) -> dict[str, Any]:
+    """Everything the templates of this case, whose own files lie in `folder`, may name."""
     context: dict[str, Any] = {"case": case, "needs": needs}
     if case.gas:
-        context |= _gas_context(case, case.gas)
+        context |= _gas_context(case, case.gas, find_region(case, folder).cells)
     if case.particles and case.contact:
         context |= _grains_context(case.particles, case.contact)
+        if needs["mesh_of_polyhedra"]:
+            context["processors"] = "* * 1"
         context["boundary"] = " ".join("p" if wrapped else "f" for wrapped in derived.wraps(case.domain))
     return context
 
 
-def _gas_context(case: Case, gas: Gas) -> dict[str, Any]:
-    cells = case.domain.cells
-    total = cells[0] * cells[1] * cells[2]
+def _gas_context(case: Case, gas: Gas, cells: int) -> dict[str, Any]:
     context: dict[str, Any] = {
         "kinematic_viscosity": gas.viscosity / gas.density,
         "open_velocity": derived.inlet_ramp(gas)[0][1] * derived.open_share(case),
         "start_velocity": derived.inlet_ramp(gas)[0][1],
         "wall_faces": [face for axis, faces in _SIDES.items() if axis not in case.domain.periodic for face in faces],
         "cyclic_faces": {axis: faces for axis, faces in _SIDES.items() if axis in case.domain.periodic},
-        "multigrid": total >= _MULTIGRID_FROM,
+        "multigrid": cells >= _MULTIGRID_FROM,
         "first_step": 1e-6,
     }
     if gas.inlet_ramp:

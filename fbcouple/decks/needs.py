@@ -52,6 +52,17 @@ def _coupling(case: Case) -> tuple[bool, str]:
 
 
 @_part
+def _block_mesh(case: Case) -> tuple[bool, str]:
+    needed = case.gas is not None and case.domain.shape == "box"
+    return needed, f"domain.shape = {case.domain.shape}" if case.gas else "no [gas]: no mesh"
+
+
+@_part
+def _mesh_of_polyhedra(case: Case) -> tuple[bool, str]:
+    return case.domain.shape != "box", f"domain.shape = {case.domain.shape}"
+
+
+@_part
 def _closed_nozzle(case: Case) -> tuple[bool, str]:
     closed = case.gas is not None and case.gas.closed_nozzle is not None
     return closed, "gas.closed_nozzle is given" if closed else "the whole floor is open"

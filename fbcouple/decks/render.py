@@ -17,11 +17,14 @@ from jinja2.sandbox import ImmutableSandboxedEnvironment
 from fbcouple import __version__
 from fbcouple.case.lattice import lattice_kinds, lattice_positions
 from fbcouple.case.load import write_case
-from fbcouple.case.mixture import list_kinds, particle_count
+from fbcouple.case.mixture import largest_diameter, list_kinds, particle_count
+from fbcouple.case.region import is_box, read_mesh
 from fbcouple.case.schema import Case
 from fbcouple.decks.context import build_context
 from fbcouple.decks.needs import explain, find_needs
 from fbcouple.errors import CaseError
+from fbcouple.meshes.polymesh import PolyMesh
+from fbcouple.meshes.stl import write_surface
 from fbcouple.places import TEMPLATES
 
 # deck file in the run folder -> (template, part of the scene that needs it)
@@ -29,7 +32,7 @@ DECKS: dict[str, tuple[str, str]] = {
     "fluid/system/controlDict": ("openfoam/system/controlDict", "gas"),
     "fluid/system/fvSchemes": ("openfoam/system/fvSchemes", "gas"),
     "fluid/system/fvSolution": ("openfoam/system/fvSolution", "gas"),
-    "fluid/system/blockMeshDict": ("openfoam/system/blockMeshDict", "gas"),
+    "fluid/system/blockMeshDict": ("openfoam/system/blockMeshDict", "block_mesh"),
     "fluid/system/topoSetDict": ("openfoam/system/topoSetDict", "closed_nozzle"),
     "fluid/system/createPatchDict": ("openfoam/system/createPatchDict", "closed_nozzle"),
     "fluid/constant/transportProperties": ("openfoam/constant/transportProperties", "gas"),
@@ -43,9 +46,10 @@ DECKS: dict[str, tuple[str, str]] = {
     "fluid/0/fmm": ("openfoam/0/fmm", "lagrangian_averages"),
     "grains/in.grains": ("liggghts/in.grains", "particles"),
 }
+WALLS = "grains/walls.stl"
 # Where solvers look for decks, and what a run itself puts there.
 _DECK_FOLDERS = ("fluid/system", "fluid/constant", "fluid/0", "grains")
-_WRITTEN_LATER = ("fluid/system/decomposeParDict", "fluid/constant/polyMesh", "grains/particles.data")
+_WRITTEN_LATER = ("fluid/system/decomposeParDict", "fluid/constant/polyMesh", "grains/particles.data", WALLS)
 _LARGEST_DECK = 1_000_000
 
 
@@ -67,10 +71,10 @@ def make_environment() -> ImmutableSandboxedEnvironment:
     return environment
 
 
-def render_decks(case: Case) -> dict[str, str]:
-    """Deck file -> text, only the files that the scene needs."""
+def render_decks(case: Case, folder: Path = Path()) -> dict[str, str]:
+    """Deck file -> text, only the files that the scene needs; the case's own files lie in `folder`."""
     needs = find_needs(case)
-    context: dict[str, Any] = build_context(case, needs)
+    context: dict[str, Any] = build_context(case, needs, folder)
     environment = make_environment()
     return {
         deck: environment.get_template(template).render(context)
@@ -80,17 +84,18 @@ def render_decks(case: Case) -> dict[str, str]:
 
 
 def format_particles(
-    case: Case, positions: np.ndarray, kinds: np.ndarray, velocities: np.ndarray | None = None
+    case: Case, positions: np.ndarray, kinds: np.ndarray, box: np.ndarray, velocities: np.ndarray | None = None
 ) -> Iterator[str]:
-    """Lines of a LIGGGHTS data file: box, counts, and a particle a line; types are kinds, and one more the walls.
+    """Lines of a LIGGGHTS data file: `box` (2, 3) [m], counts, and a particle a line; types are kinds, and one more
+    the walls.
 
     velocities: (particles, 3) [m/s]; None where all start at rest. None starts spinning.
     """
     assert case.particles is not None
     known = list_kinds(case.particles)
     yield f"particles of: {case.title}\n\n{len(positions)} atoms\n{len(known) + 1} atom types\n"
-    for axis, length in zip("xyz", case.domain.size, strict=True):
-        yield f"0.0 {format_number(length)} {axis}lo {axis}hi\n"
+    for axis, low, high in zip("xyz", *box.tolist(), strict=True):
+        yield f"{format_number(low)} {format_number(high)} {axis}lo {axis}hi\n"
     yield "\nAtoms\n\n"
     sizes = [f"{n} {format_number(k.diameter)} {format_number(k.density)}" for n, k in enumerate(known, start=1)]
     for number, ((x, y, z), kind) in enumerate(zip(positions.tolist(), kinds.tolist(), strict=True), start=1):
@@ -110,24 +115,29 @@ def set_up(
     read_positions: Read = lattice_positions,
     read_kinds: Read = lattice_kinds,
     read_velocities: Callable[[Case], np.ndarray | None] = lambda case: None,
+    folder: Path = Path(),
 ) -> None:
-    """Write the run folder `run` of `case`: effective case, manifest, decks.
+    """Write the run folder `run` of `case`, whose own files lie in `folder`: effective case, manifest, decks.
 
     Everything is written beside it first and moved in at the end. Raises CaseError if `run` holds results or
     anything that an earlier set-up did not write.
     """
     run = run.resolve()
     refuse_foreign(run)
-    decks = render_decks(case)
+    decks = render_decks(case, folder)
+    mesh = None if is_box(case) else read_mesh(case, folder)
     lines: list[str] = []
     if case.particles:
-        lines = list(format_particles(case, read_positions(case), read_kinds(case), read_velocities(case)))
+        start = read_positions(case), read_kinds(case), find_box(case, mesh), read_velocities(case)
+        lines = list(format_particles(case, *start))
     fresh = run.with_name(f".{run.name}.setting-up-{os.getpid()}")
     try:
         for name, text in decks.items():
             _write(fresh / name, text)
         if case.particles:
             _write(fresh / "grains/particles.data", "".join(lines))
+        if case.particles and mesh:
+            _write(fresh / WALLS, "".join(write_surface(mesh)))
         write_case(case, fresh / "case.toml")
         _write(fresh / "manifest.json", json.dumps(_describe(case, decks), indent=2) + "\n")
         (fresh / "logs").mkdir()
@@ -136,6 +146,14 @@ def set_up(
         fresh.rename(run)
     finally:
         shutil.rmtree(fresh, ignore_errors=True)
+
+
+def find_box(case: Case, mesh: PolyMesh | None) -> np.ndarray:
+    """The box of the particles [m], (2, 3): the region's own, or one that holds all of the surface of `mesh`."""
+    if mesh is None:
+        return np.array([[0.0, 0.0, 0.0], case.domain.size])
+    margin = largest_diameter(case.particles) if case.particles else 0.0
+    return np.array([mesh.low - margin, mesh.high + margin])
 
 
 def _write(place: Path, text: str) -> None:
@@ -162,7 +180,7 @@ def require_own_decks(case: Case, run: Path, trusted: bool) -> None:
     """
     if trusted:
         return
-    decks = render_decks(case)
+    decks = render_decks(case, run)
     problems = [
         f"{run / name}: {_word_change(run / name)}" for name, text in decks.items() if _differs(run / name, text)
     ]

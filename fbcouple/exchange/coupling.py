@@ -5,20 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from mpi4py import MPI
 
-from fbcouple.case.derived import wraps
 from fbcouple.case.schema import Case
 from fbcouple.exchange import momentum
-from fbcouple.exchange.diffusion import Diffusion, find_margin
 from fbcouple.exchange.drag import choose_law
-from fbcouple.exchange.filter import filtered
 from fbcouple.exchange.forces import Forces, choose_forces
 from fbcouple.exchange.momentum import DRAG_SCHEMES
 from fbcouple.exchange.particles import Particles
-from fbcouple.exchange.plan import Plan, find_patch
-from fbcouple.exchange.voidage import VOIDAGE_METHODS, find_spread
-from fbcouple.grid import Grid
+from fbcouple.exchange.spaces import Space
 
 
 class Coupling:
@@ -28,51 +22,42 @@ class Coupling:
     step takes.
     """
 
-    def __init__(self, case: Case, comm: MPI.Comm, centres: np.ndarray, bounds: np.ndarray, reach: float) -> None:
-        """`centres` (cells, 3) [m] of this rank's gas cells; `bounds` (2, 3) [m] of its particles' box, which they
-        may leave by `reach` [m]; a drag file lies in the current folder (collective)."""
+    def __init__(self, case: Case, space: Space) -> None:
+        """`space` has the cells; a drag file lies in the current folder (collective)."""
         assert case.gas is not None and case.exchange is not None
         self._gas, self._options = case.gas, case.exchange
-        grid = Grid(case.domain.cells, case.domain.size, wraps(case.domain))
-        method, spread = VOIDAGE_METHODS[case.exchange.voidage], find_spread(case)
-        reach += method.find_reach(spread)
-        self._widen = case.exchange.filter_passes + find_margin(grid.spacing, spread.diffusion)
-        patch = find_patch(grid, bounds[0], bounds[1], reach, self._widen)
-        self.plan = Plan(comm, patch, grid.indices(centres))
-        self._mapping = method(patch, spread)
-        self._diffusion = Diffusion(patch, spread.diffusion) if spread.diffusion else None
-        self._cell_volume = grid.cell_volume
+        self.space, self.plan, self.mapping = space, space.plan, space.mapping
         self._law = choose_law(case.exchange, Path())
         self._explicit = case.exchange.scheme == "explicit"
         self._push = float(case.exchange.pressure_gradient)
         self._lift = self._push * case.gas.density * case.gravity
         self.forces = None
         if names := choose_forces(case):
-            self.forces = Forces(case, names, self.plan, self._smooth_field)
+            self.forces = Forces(case, names, space)
             self._lift += self.forces.weight
-        cells = len(centres)
+        cells = self.plan.owned_count
         self.voidage = np.ones(cells)
         self.drag_coefficient, self.drag_source = np.zeros(cells), np.zeros((cells, 3))
         self._deposit = {1: np.empty((cells, 1)), 4: np.empty((cells, 4))}
-        self._fields = {c: patch.make_field(c) for c in (1, 4, 6)}
-        self._scratch = {c: patch.make_field(c) for c in (1, 4, 6)} if case.exchange.filter_passes else self._fields
+        self._fields = {c: space.make_field(c) for c in (1, 4, 6)}
+        self._scratch = {c: space.make_field(c) for c in (1, 4, 6)} if space.needs_scratch else self._fields
         # Velocity, voidage and pressure gradient of a cell side by side, and one number more: two vectors of four.
-        self._gas_rows = patch.make_field(8)
+        self._gas_rows = space.make_field(8)
         self._room = -1
         self._layers = self._read_layers = len(self._gas_rows)
         self._state = np.zeros((cells, 6))
 
     def map(self, particles: Particles) -> None:
         """Voidage of the cells from the particles' places: eps = 1 - sum w V_p/dV (eqs 30, 33, 34)."""
-        self._mapping.locate(particles.positions, particles.radii)
+        self.mapping.locate(particles.positions, particles.radii)
         self._make_room(len(particles.positions))
         self._layers = self._count_layers()
         field = self._fields[1][: self._layers]
-        rows = self._mapping.open(field)
-        momentum.write_volume(*self._mapping.stencil, particles.radii, rows)
-        self._mapping.write(rows, field)
+        rows = self.mapping.open(field)
+        momentum.write_volume(*self.mapping.stencil, particles.radii, rows)
+        self.mapping.write(rows, field)
         self._add_up(1)
-        np.subtract(1.0, self._deposit[1][:, 0] / self._cell_volume, out=self.voidage)
+        self.space.volumes.find_voidage(self._deposit[1], self.voidage)
 
     def drag(self, particles: Particles, dt: float) -> None:
         """K and S of the next gas step from slip and voidage at the particles, averaged over `dt` [s]."""
@@ -84,12 +69,12 @@ class Coupling:
         self._gas_rows[: self._layers, ..., 3] = voidage[..., 0]
         self.beta = self._beta[: len(particles.positions)]
         field = self._fields[4][: self._layers]
-        rows, gas_rows = self._mapping.open(field), self._mapping.read(self._gas_rows, 4)
+        rows, gas_rows = self.mapping.open(field), self.mapping.read(self._gas_rows, 4)
         momentum.exert(
             self._law.kernel,
             DRAG_SCHEMES[self._options.scheme],
             self._explicit,
-            *self._mapping.stencil,
+            *self.mapping.stencil,
             particles.velocities,
             particles.radii,
             particles.masses,
@@ -101,10 +86,10 @@ class Coupling:
             rows,
         )
         if self.forces:
-            self.forces.exert(particles, self._mapping, gas_rows, dt, rows)
-        self._mapping.write(rows, field)
+            self.forces.exert(particles, self.mapping, gas_rows, dt, rows)
+        self.mapping.write(rows, field)
         self._add_up(4)
-        momentum.spread_over_volume(self._deposit[4], self._cell_volume, *self.gas_input[1:])
+        self.space.volumes.spread(self._deposit[4], *self.gas_input[1:])
 
     def react(
         self, particles: Particles, gas: np.ndarray, factor: float, held: np.ndarray, current: np.ndarray
@@ -122,8 +107,8 @@ class Coupling:
             rows = rows.copy()
             rows[..., :3] = before
         drag = momentum.react(
-            *self._mapping.stencil,
-            self._mapping.read(rows, 8),
+            *self.mapping.stencil,
+            self.mapping.read(rows, 8),
             self.beta,
             particles.velocities,
             particles.radii,
@@ -134,7 +119,7 @@ class Coupling:
             current,
         )
         if self.forces:
-            drag += self.forces.hand_over(self._mapping, self._mapping.read(self._gas_rows, 4), factor, held, current)
+            drag += self.forces.hand_over(self.mapping, self.mapping.read(self._gas_rows, 4), factor, held, current)
         return drag
 
     def read_gas(self, gas: np.ndarray) -> None:
@@ -144,18 +129,13 @@ class Coupling:
         self._line_up_gas()
 
     def _line_up_gas(self) -> None:
-        field = self._smooth(6)
+        field = self.space.average(*self._cut_fields(6))
         momentum.line_up(field.reshape(-1, 6), self._gas_rows[: self._layers].reshape(-1, 8))
         self._read_layers = self._layers
 
-    def _smooth(self, components: int) -> np.ndarray:
-        """Diffuse and filter a patch field as far as the case asks for it; the operators commute."""
-        return self._smooth_field(*(fields[components][: self._layers] for fields in (self._fields, self._scratch)))
-
-    def _smooth_field(self, field: np.ndarray, scratch: np.ndarray) -> np.ndarray:
-        if self._diffusion:
-            self._diffusion.smooth(field)
-        return filtered(field, self._options.filter_passes, scratch)
+    def _cut_fields(self, components: int) -> tuple[np.ndarray, np.ndarray]:
+        """A patch field and one to work in, as far up as they hold something."""
+        return self._fields[components][: self._layers], self._scratch[components][: self._layers]
 
     def _count_layers(self) -> int:
         """Lowest layers of the patch that hold all that particles write, and exact values where they read.
@@ -163,7 +143,7 @@ class Coupling:
         Filter and diffusion carry what they write up, by a layer a pass and by a margin, and the reflection at the cut
         down by as much what they read; the last layer is the extra one of a patch.
         """
-        return min(self._mapping.layers + int(self._widen[2]) + 1, len(self._gas_rows))
+        return min(self.mapping.layers + self.space.rise + 1, len(self._gas_rows))
 
     @property
     def gas_input(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -173,14 +153,13 @@ class Coupling:
     def find_gas_loss(self, gas: np.ndarray) -> np.ndarray:
         """Force [N], shape (3,), that this rank's cells gave up by the step to `gas` (cells, 6) and the particles are
         still to get."""
-        loss = np.zeros(3)
-        momentum.find_loss(gas, *self.gas_input, self._push, self._lift, loss)
-        return self._cell_volume * loss - (self.forces.moved if self.forces else 0.0)
+        loss = self.space.volumes.find_loss(gas, self.gas_input, self._push, self._lift)
+        return loss - (self.forces.moved if self.forces else 0.0)
 
     def _add_up(self, components: int) -> None:
         """Smooth a patch field and add it up at the owners of the cells (collective)."""
         # The last layer, the extra one, holds nothing that counts: what a higher bed left there.
-        self.plan.deposit(self._smooth(components)[:-1], self._deposit[components])
+        self.plan.deposit(self.space.spread(*self._cut_fields(components))[:-1], self._deposit[components])
 
     def _make_room(self, count: int) -> None:
         if count > self._room:

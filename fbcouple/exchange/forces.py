@@ -16,10 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from fbcouple.case.schema import Case
+from fbcouple.exchange.cell_weights import CellMapping
 from fbcouple.exchange.compiled import compiled, inlined
 from fbcouple.exchange.corners import corner_weights
 from fbcouple.exchange.particles import Particles
-from fbcouple.exchange.plan import Plan
+from fbcouple.exchange.spaces import Space
 from fbcouple.exchange.voidage import Mapping
 
 ADDED_MASS = 0.5
@@ -27,7 +28,7 @@ ADDED_MASS = 0.5
 
 Kernel = Callable[[np.ndarray, np.ndarray, np.ndarray, float, float, np.ndarray], None]
 
-Smooth = Callable[[np.ndarray, np.ndarray], np.ndarray]
+Way = Mapping | CellMapping
 
 
 @dataclass(frozen=True)
@@ -112,8 +113,7 @@ def choose_forces(case: Case) -> tuple[str, ...]:
 class Forces:
     """The forces of `names` on this rank's particles, and what the gas loses by them."""
 
-    def __init__(self, case: Case, names: tuple[str, ...], plan: Plan, smooth: Smooth) -> None:
-        """`smooth` does to a patch field, with another one to work in, what the case asks for."""
+    def __init__(self, case: Case, names: tuple[str, ...], space: Space) -> None:
         assert case.gas is not None and case.exchange is not None
         self._chosen = [FORCES[name] for name in names]
         self.fields = tuple(chosen.field for chosen in self._chosen)
@@ -122,8 +122,8 @@ class Forces:
         self._added = ADDED_MASS * self._density if "virtual_mass" in names else 0.0
         self.weight = self._added * case.gravity
         """Weight of the gas that a particle carries along over its volume [N/m3]: the particle must not feel it."""
-        self._plan, self._smooth = plan, smooth
-        self._field, self._scratch = (plan.patch.make_field(3 * len(names)) for _ in range(2))
+        self._plan, self._smooth = space.plan, space.average
+        self._field, self._scratch = (space.make_field(3 * len(names)) for _ in range(2))
         self._ready = self._field
         self.moved = np.zeros(3)
         """Force [N] of the gas on this rank's particles in their last move, by their own acceleration."""
@@ -133,7 +133,7 @@ class Forces:
         self._plan.fetch(values, self._field, "forces")
         self._ready = self._smooth(self._field, self._scratch)
 
-    def exert(self, particles: Particles, mapping: Mapping, gas: np.ndarray, dt: float, rows: np.ndarray) -> None:
+    def exert(self, particles: Particles, mapping: Way, gas: np.ndarray, dt: float, rows: np.ndarray) -> None:
         """Add K and S of the forces to `rows` (places, 4), beside those of the drag.
 
         gas (places, >= 3): filtered gas velocity at the start of the step of `dt` [s].
@@ -155,9 +155,7 @@ class Forces:
             self.moved = moved.sum(axis=0)
         _scatter(*mapping.stencil, np.column_stack([self._inertia, source]), rows)
 
-    def hand_over(
-        self, mapping: Mapping, gas: np.ndarray, factor: float, held: np.ndarray, current: np.ndarray
-    ) -> float:
+    def hand_over(self, mapping: Way, gas: np.ndarray, factor: float, held: np.ndarray, current: np.ndarray) -> float:
         """Add `factor` times the forces, with the new gas velocity in `gas`, to `held` and `current` (n, 3) [N].
 
         Returns the sum of their magnitudes without the factor.

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NoReturn
 
 import numpy as np
+
+from fbcouple.errors import DivergedError
 
 
 @dataclass(frozen=True)
@@ -20,3 +23,10 @@ class Particles:
 
 
 NOBODY = Particles(np.empty((0, 3)), np.empty((0, 3)), np.empty(0), np.empty(0))
+
+
+def report_outside(position: np.ndarray, why: str) -> NoReturn:
+    """Raise DivergedError with the place (3,) [m] of a particle that is where none can be."""
+    x, y, z = position
+    text = f"a particle at ({x:.6g}, {y:.6g}, {z:.6g}) m is outside: {why}"
+    raise DivergedError(f"{text}; it left the walls or moved too far in one fluid step; use a smaller step")

@@ -11,7 +11,9 @@ what it may hold already. Only the plan knows whose images they are.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from mpi4py import MPI
@@ -76,7 +78,7 @@ class _Link:
 
 
 @dataclass(frozen=True)
-class _Traffic:
+class Traffic:
     """For each link its buffers (owned cells, held places), and the persistent requests on them."""
 
     buffers: list[tuple[np.ndarray, np.ndarray]]
@@ -110,7 +112,7 @@ class Plan:
                 self._first, self._images = (_Layered(held[which], rows[which], patch) for which in (once, ~once))
             elif len(rows) or len(held):
                 self._links.append(_Link(rank, rows, held, patch))
-        self._traffic: dict[tuple[int, str], _Traffic] = {}
+        self._traffic: dict[tuple[int, str], Traffic] = {}
 
     @property
     def messages(self) -> int:
@@ -157,18 +159,18 @@ class Plan:
         for link, (owned, _) in zip(self._links, traffic.buffers, strict=True):
             _add(owned, cells, link.unpack_owned)
 
-    def _find_traffic(self, components: int, name: str = "") -> _Traffic:
+    def _find_traffic(self, components: int, name: str = "") -> Traffic:
         key = components, name
         if key not in self._traffic:
-            self._traffic[key] = _open_traffic(self._comm, self._links, components)
+            self._traffic[key] = open_traffic(self._comm, self._links, components)
         return self._traffic[key]
 
 
-def _open_traffic(comm: MPI.Comm, links: list[_Link], components: int) -> _Traffic:
+def open_traffic(comm: MPI.Comm, links: Sequence[Any], components: int) -> Traffic:
     """Buffers and persistent requests, made once for each number of components."""
     buffers = [(np.empty((k.owned_count, components)), np.empty((k.held_count, components))) for k in links]
     pairs = list(zip(links, buffers, strict=True))
-    return _Traffic(
+    return Traffic(
         buffers,
         take_held=[comm.Recv_init(held, link.rank, _FETCH) for link, (_, held) in pairs],
         give_owned=[comm.Send_init(owned, link.rank, _FETCH) for link, (owned, _) in pairs],

@@ -72,9 +72,12 @@ def conservation_forces(place: Path, comm: MPI.Comm) -> Iterator[Number]:
 
 
 def conserve(
-    place: Path, comm: MPI.Comm, bed: dict[str, Any], drift: float = 0.0, steps: int = _STEPS
+    place: Path, comm: MPI.Comm, bed: dict[str, Any], drift: float = 0.0, steps: int = _STEPS, lively: float = 0.05
 ) -> Iterator[Number]:
-    """Run a bed whose particles start with the velocity `drift` [m/s] along x, and look for what is lost."""
+    """Run a bed whose particles start with the velocity `drift` [m/s] along x, and look for what is lost.
+
+    lively: speed [m/s] that some particle must have at the end, or the scene shows nothing.
+    """
     bench = open_bench(place, comm, bed)
     start(bench)
     assert bench.grains is not None
@@ -100,19 +103,15 @@ def conserve(
     if drift:
         width, particles = bench.grid.size[0], bench.balance.particles
         yield Number("the mean particle has crossed the box", float(comm.allreduce(way) > particles * width), 1.0, 0.0)
-    yield Number("particles move", float(_fastest(bench) > _LIVELY), 1.0, 0.0)
-
-
-_LIVELY = 0.05
-"""Speed [m/s] that some particle must have at the end, or the scene shows nothing."""
+    yield Number("particles move", float(_fastest(bench) > lively), 1.0, 0.0)
 
 
 def _solids_volume(bench: Scene) -> float:
     """Solids in the cells over the volume of the particles."""
     assert bench.coupling is not None and bench.case.particles is not None
-    own = np.sum(1.0 - bench.coupling.voidage) * bench.grid.cell_volume
+    own = bench.cells.add_up(1.0 - bench.coupling.voidage)
     particles = solids_volume(bench.case.particles)
-    return bench.comm.allreduce(float(own)) / particles
+    return bench.comm.allreduce(own) / particles
 
 
 def _fastest(bench: Scene) -> float:

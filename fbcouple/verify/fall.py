@@ -19,7 +19,7 @@ from fbcouple.worker import exert_drag, map_solids, move, react, start, step_gas
 
 # Fall speed [m/s] of glass spheres by diameter [m]: drag of a lone sphere (Schiller and Naumann 1933) balanced with
 # the weight less that of the gas.
-_SCHILLER_NAUMANN = {50e-6: 0.1565, 100e-6: 0.5161, 200e-6: 1.3609, 500e-6: 3.6312, 1e-3: 6.749}
+SCHILLER_NAUMANN = {50e-6: 0.1565, 100e-6: 0.5161, 200e-6: 1.3609, 500e-6: 3.6312, 1e-3: 6.749}
 # The same for 1 mm and the paper's law, whose switch leaves a rest of Ergun at voidage 1.
 _PAPER = {1e-3: 6.680}
 
@@ -82,7 +82,7 @@ def terminal_velocity(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """50 um to 1 mm with the drag of lone spheres."""
     # Drag averaged over the step assumes that nothing else acts: a step of an eighth of the response time then costs
     # a sixteenth of the fall speed. The drag at the step's start has the right balance at any step.
-    yield from fall(place, comm, {"drag": "schiller-naumann", "scheme": "explicit"}, _SCHILLER_NAUMANN)
+    yield from fall(place, comm, {"drag": "schiller-naumann", "scheme": "explicit"}, SCHILLER_NAUMANN)
 
 
 _WIDE = _CELL / GLASS["diameter"]
@@ -101,7 +101,7 @@ def _put_together(measured: dict[str, list[Number]]) -> Iterator[Number]:
 def terminal_velocity_voidage(place: Path, comm: MPI.Comm, method: str) -> Iterator[Number]:
     """1 mm with each way to share a particle among cells and to read them: the fall of a lone one does not change."""
     exchange = {"drag": "schiller-naumann", "scheme": "explicit"} | _SHARED[method]
-    yield from fall(place, comm, exchange, {1e-3: _SCHILLER_NAUMANN[1e-3]})
+    yield from fall(place, comm, exchange, {1e-3: SCHILLER_NAUMANN[1e-3]})
 
 
 @scene("terminal-velocity-paper")

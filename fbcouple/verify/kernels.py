@@ -17,6 +17,7 @@ from fbcouple.exchange.coupling import Coupling, Particles
 from fbcouple.exchange.diffusion import Diffusion
 from fbcouple.exchange.filter import filtered
 from fbcouple.exchange.plan import Patch
+from fbcouple.exchange.spaces import BoxSpace
 from fbcouple.exchange.voidage import VOIDAGE_METHODS
 from fbcouple.grid import Grid
 from fbcouple.verify.bench import GAS, GLASS
@@ -125,7 +126,7 @@ def _map(exchange: dict[str, Any], place: np.ndarray) -> np.ndarray:
     )
     triples = np.stack(np.meshgrid(*map(np.arange, _GRID.cells), indexing="ij"), axis=-1).reshape(-1, 3)
     centres, bounds = (triples + 0.5) * _GRID.spacing, np.array([[0.0] * 3, _GRID.size])
-    coupling = Coupling(case, MPI.COMM_SELF, centres, bounds, _DIAMETER)
+    coupling = Coupling(case, BoxSpace(case, MPI.COMM_SELF, centres, bounds, _DIAMETER))
     radius = np.array([_DIAMETER / 2])
     volume = np.pi / 6 * _DIAMETER**3
     coupling.map(Particles(place[None], np.zeros((1, 3)), radius, GLASS["density"] * np.array([volume])))

@@ -28,6 +28,7 @@ MODULES = (
     "fluidization",
     "inlet",
     "mixture",
+    "cylinder",
     "weight",
     "vessel",
 )

@@ -63,6 +63,13 @@ def build(**changes):
 NO_GAS = {"gas": None, "exchange": None}
 NO_PARTICLES = {"particles": None, "contact": None, "start": None, "exchange": None}
 
+CYLINDER = {
+    "domain__shape": "cylinder",
+    "domain__size": [0.08, 0.08, 0.25],
+    "domain__cells": [36, 36, 110],
+    "gas__closed_nozzle": None,
+}
+
 # Options of the gas that are out of the full scene: test_gas_decks.py puts each of them in.
 GAS_OPTIONS = ("subgrid_energy", "lagrangian_averages", "viscous_force", "lift_force", "virtual_mass")
 
@@ -85,6 +92,7 @@ TRACES = {
     "wall_friction": ({"contact__wall_friction": 0.0}, ["wall/gran model hooke/stiffness tangential"], []),
     "rotation": ({"particles__rotation": None}, ["nve/sphere"], []),
     "gravity": ({"gravity": 0.0}, ["gravity"], []),
+    "block_mesh": (CYLINDER, ["simpleGrading", "xplane"], ["fluid/system/blockMeshDict"]),
 }
 # Parts that live in the time loop: the decks are the same with and without them.
 NOT_IN_DECKS = {
@@ -100,6 +108,7 @@ OTHER_OPTIONS = {
     "lid": "test_inlet_decks.py",
     "inlet_ramp": "test_inlet_decks.py",
     "periodic": "test_periodic_decks.py",
+    "mesh_of_polyhedra": "test_mesh_decks.py",
     "mixture": "test_mixture_decks.py",
     "satellite_points": "test_voidage_parts.py",
     "gaussian_kernel": "test_voidage_parts.py",

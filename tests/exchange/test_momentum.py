@@ -9,6 +9,7 @@ from fbcouple.case.schema import Case
 from fbcouple.exchange.coupling import Coupling, Particles
 from fbcouple.exchange.drag import DRAG_LAWS
 from fbcouple.exchange.momentum import DRAG_SCHEMES
+from fbcouple.exchange.spaces import BoxSpace
 from fbcouple.exchange.voidage import VOIDAGE_METHODS
 from fbcouple.grid import Grid
 
@@ -42,7 +43,7 @@ class Bed:
         centres = np.stack(np.meshgrid(*map(self.grid.centres, range(3)), indexing="ij"), axis=-1).reshape(-1, 3)
         self.centres = rng.permutation(centres)
         bounds = np.array([[0.0, 0.0, 0.0], size])
-        self.coupling = Coupling(case, MPI.COMM_SELF, self.centres, bounds, reach=1e-3)
+        self.coupling = Coupling(case, BoxSpace(case, MPI.COMM_SELF, self.centres, bounds, reach=1e-3))
         n = 60
         radii = rng.uniform(3e-4, 5e-4, n)
         places = np.clip(rng.uniform(-0.1, 1.1, (n, 3)), 0.0, 1.0) * size

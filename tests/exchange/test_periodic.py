@@ -9,6 +9,7 @@ from fbcouple.case.schema import Case
 from fbcouple.errors import DivergedError
 from fbcouple.exchange.coupling import Coupling, Particles
 from fbcouple.exchange.plan import Plan, find_patch
+from fbcouple.exchange.spaces import BoxSpace
 from fbcouple.grid import Grid
 
 EDGES = np.array([0.002, 0.003, 0.0025])
@@ -32,7 +33,7 @@ def couple(cells, places, velocities, radii, gas, exchange, periodic=("x", "y"))
     centres = (np.stack(np.meshgrid(*map(np.arange, cells), indexing="ij"), axis=-1).reshape(-1, 3) + 0.5) * EDGES
     particles = Particles(places, velocities, radii, 2500.0 * 4 / 3 * np.pi * radii**3)
     rows = np.ascontiguousarray(gas.reshape(-1, 6))
-    coupling = Coupling(case, MPI.COMM_SELF, centres, np.array([[0.0] * 3, size]), reach=1e-3)
+    coupling = Coupling(case, BoxSpace(case, MPI.COMM_SELF, centres, np.array([[0.0] * 3, size]), reach=1e-3))
     coupling.map(particles)
     coupling.read_gas(rows)
     coupling.drag(particles, DT)

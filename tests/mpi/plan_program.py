@@ -18,6 +18,7 @@ from fbcouple.case.schema import Case
 from fbcouple.errors import FbcoupleError
 from fbcouple.exchange.coupling import Coupling, Particles
 from fbcouple.exchange.plan import Patch, Plan
+from fbcouple.exchange.spaces import BoxSpace
 from fbcouple.grid import Grid
 
 CELLS, SIZE, REACH = (16, 3, 9), (0.04, 0.009, 0.02), 1e-3
@@ -47,7 +48,7 @@ def assign_cells(rng: np.random.Generator, scatter: str, ranks: int) -> np.ndarr
 
 def run_coupling(case, comm, centres, bounds, particles, gas):
     """One coupling step with a gas (cells, 12): velocity and pressure gradient before and after it."""
-    coupling = Coupling(case, comm, centres, bounds, REACH)
+    coupling = Coupling(case, BoxSpace(case, comm, centres, bounds, REACH))
     coupling.map(particles)
     coupling.read_gas(np.ascontiguousarray(gas[:, :6]))
     coupling.drag(particles, DT)

@@ -14,8 +14,12 @@ import numpy as np
 from fbcouple.engines.native import Signature, load_library
 from fbcouple.engines.openfoam.build import adapter_path
 from fbcouple.errors import SolverError
+from fbcouple.meshes.polyhedra import Polyhedra, take_apart
+from fbcouple.meshes.polymesh import PolyMesh
+from fbcouple.meshes.ragged import pile_up
 
 _double = ctypes.POINTER(ctypes.c_double)
+_whole = ctypes.POINTER(ctypes.c_int64)
 _FUNCTIONS: dict[str, Signature] = {
     "gas_error": (ctypes.c_char_p, []),
     "gas_open": (
@@ -25,6 +29,8 @@ _FUNCTIONS: dict[str, Signature] = {
     "gas_time_name": (ctypes.c_char_p, []),
     "gas_cell_count": (ctypes.c_int64, []),
     "gas_cells": (ctypes.c_int, [_double, _double]),
+    "gas_mesh_sizes": (ctypes.c_int, [_whole]),
+    "gas_mesh": (ctypes.c_int, [_double, *[_whole] * 6]),
     "gas_start": (ctypes.c_int, [_double]),
     "gas_step": (ctypes.c_int, [ctypes.c_double, _double, _double, _double]),
     "gas_fields": (ctypes.c_int, [_double, _double]),
@@ -80,6 +86,19 @@ class Gas:
         n = len(self.volumes)
         return np.ones(n), np.zeros(n), np.zeros((n, 3))
 
+    def read_polyhedra(self) -> Polyhedra:
+        """The cells of this rank in the order of all its arrays, with their numbers in the whole mesh."""
+        sizes = np.empty(4, np.int64)
+        self._check(self._library.gas_mesh_sizes(_point_whole(sizes)))
+        points, faces, inner, corners = sizes.tolist()
+        places = np.empty((points, 3))
+        counts = faces, corners, faces, inner, len(self.volumes), points
+        lengths, values, owner, neighbour, cells, ids = (np.empty(count, np.int64) for count in counts)
+        wholes = map(_point_whole, (lengths, values, owner, neighbour, cells, ids))
+        self._check(self._library.gas_mesh(_pointer(places), *wholes))
+        mesh = PolyMesh(places, pile_up(lengths, values), owner, neighbour, {})
+        return take_apart(mesh, self.centres, cells, ids)
+
     def start(self, voidage: np.ndarray) -> None:
         """Give the voidage (n,) at time zero, so that d(eps)/dt of the first step is the particles' own."""
         self._check(self._library.gas_start(_pointer(voidage)))
@@ -131,3 +150,7 @@ def _pointer(array: np.ndarray) -> ctypes._Pointer:
     if array.dtype != np.float64 or not array.flags.c_contiguous:
         raise TypeError(f"the adapter takes contiguous float64 arrays, not {array.dtype}")
     return ctypes.cast(array.ctypes.data, _double)
+
+
+def _point_whole(array: np.ndarray) -> ctypes._Pointer:
+    return ctypes.cast(array.ctypes.data, _whole)

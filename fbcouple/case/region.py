@@ -1,0 +1,97 @@
+"""What the particles and the gas of a case are in: a box, a cylinder that is meshed here, or a mesh from a file."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from fbcouple.case.schema import Case, Domain
+from fbcouple.errors import CaseError
+from fbcouple.meshes.cylinder import count_cells, find_section, make_cylinder
+from fbcouple.meshes.foam_files import read_polymesh
+from fbcouple.meshes.imported import arrange_patches, read_mesh_file
+from fbcouple.meshes.polymesh import PolyMesh
+
+INLET, OUTLET, TETRAHEDRA = "inlet", "outlet", "tetrahedra"
+Make = Callable[[Domain, Path], PolyMesh]
+SHAPES: dict[str, Make] = {}
+
+
+def shape(name: str) -> Callable[[Make], Make]:
+    """Register how the mesh of the word `name` of domain.shape is had; a box has none."""
+
+    def register(make: Make) -> Make:
+        SHAPES[name] = make
+        return make
+
+    return register
+
+
+@dataclass(frozen=True)
+class Region:
+    """Number of gas cells, volume [m3], floor that the gas comes in by [m2], and edges (3,) [m] of a usual cell."""
+
+    cells: int
+    volume: float
+    floor: float
+    spacing: np.ndarray
+
+
+def is_box(case: Case) -> bool:
+    """Is the region a box of equal hexahedra?"""
+    return case.domain.shape == "box"
+
+
+def read_mesh(case: Case, folder: Path = Path()) -> PolyMesh:
+    """The mesh of a case that is no box, with the patches inlet, outlet and walls; its own files lie in `folder`.
+
+    Raises: CaseError (one text, without the key) if the mesh cannot be read.
+    """
+    return SHAPES[case.domain.shape](case.domain, folder)
+
+
+def find_region(case: Case, folder: Path = Path()) -> Region:
+    """Size and cells of the region of a case whose own files lie in `folder`. Raises: CaseError as `read_mesh`."""
+    domain = case.domain
+    if domain.shape == "box":
+        spacing = np.array(domain.size) / np.array(domain.cells)
+        return Region(math.prod(domain.cells), math.prod(domain.size), domain.size[0] * domain.size[1], spacing)
+    if domain.shape == "cylinder":
+        cells = count_cells(domain.cells[0], domain.cells[2], domain.elements or TETRAHEDRA)
+        floor = find_section(domain.size[0], domain.cells[0])
+        volume = floor * domain.size[2]
+    else:
+        mesh = read_mesh(case, folder)
+        cells, volume, floor = mesh.count, mesh.volume, mesh.find_area(INLET)
+    return Region(cells, volume, floor, np.full(3, (volume / cells) ** (1.0 / 3.0)))
+
+
+@shape("cylinder")
+def mesh_cylinder(domain: Domain, folder: Path) -> PolyMesh:
+    """An upright cylinder of the diameter and height `size`, `cells` across and up."""
+    diameter, _, height = domain.size
+    return make_cylinder(diameter, height, domain.cells[0], domain.cells[2], domain.elements or TETRAHEDRA)
+
+
+@shape("file")
+def read_mesh_of_case(domain: Domain, folder: Path) -> PolyMesh:
+    """The mesh that the case brings: a gmsh file, or a polyMesh folder."""
+    assert domain.mesh is not None, "the checks of the case ask for it"
+    path = (folder / domain.mesh).resolve()
+    newest = max((part.stat().st_mtime_ns for part in [path, *path.glob("*")] if part.exists()), default=0)
+    return _read_once(path, newest, domain.inlet or INLET, domain.outlet or OUTLET)
+
+
+@lru_cache(maxsize=2)
+def _read_once(path: Path, newest: int, inlet: str, outlet: str) -> PolyMesh:
+    mesh = read_polymesh(path) if path.is_dir() else read_mesh_file(path)
+    for name in (inlet, outlet):
+        if name not in mesh.patches or not mesh.patches[name][1]:
+            known = ", ".join(mesh.patches)
+            raise CaseError([f"{path.name} has no patch {name} with faces; name one of: {known}."])
+    return arrange_patches(mesh, inlet, outlet)

@@ -1,0 +1,70 @@
+"""A mesh of polyhedra as OpenFOAM numbers it: faces between cells first, then the faces of each patch."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fbcouple.meshes.ragged import Ragged
+
+Patches = dict[str, tuple[int, int]]
+
+
+@dataclass(frozen=True)
+class PolyMesh:
+    """Points (n, 3) [m], faces as rows of points, the cell that owns each face and, of the inner ones, its neighbour.
+
+    The normal of a face points out of its owner. `patches`: name -> first face and number of faces.
+    """
+
+    points: np.ndarray
+    faces: Ragged
+    owner: np.ndarray
+    neighbour: np.ndarray
+    patches: Patches
+
+    @property
+    def count(self) -> int:
+        """Number of cells."""
+        return int(self.owner.max()) + 1 if len(self.owner) else 0
+
+    @property
+    def low(self) -> np.ndarray:
+        """Lower corner [m] of the box around the mesh, shape (3,)."""
+        return self.points.min(axis=0)
+
+    @property
+    def high(self) -> np.ndarray:
+        """Upper corner [m] of the box around the mesh, shape (3,)."""
+        return self.points.max(axis=0)
+
+    def list_patch(self, name: str) -> np.ndarray:
+        """Faces of the patch `name`."""
+        first, count = self.patches[name]
+        return np.arange(first, first + count)
+
+    def cut_faces(self, faces: np.ndarray) -> np.ndarray:
+        """Triangles (n, 3, 3) [m] of these faces: a triangle as it is, any other about the mean of its points."""
+        rows = self.faces.take(faces)
+        corners = self.points[rows.values]
+        means = np.add.reduceat(corners, rows.starts[:-1], axis=0) / rows.lengths[:, None]
+        face = np.repeat(np.arange(len(faces)), rows.lengths)
+        following = np.arange(len(rows.values)) + 1
+        following[rows.starts[1:] - 1] = rows.starts[:-1]
+        fans = np.stack([means[face], corners, corners[following]], axis=1)
+        whole = rows.lengths == 3
+        triangles = corners[np.repeat(whole, rows.lengths)].reshape(-1, 3, 3)
+        return np.concatenate([triangles, fans[~whole[face]]])
+
+    def find_area(self, name: str) -> float:
+        """Area [m2] of the patch `name`, of its triangles' vectors added up."""
+        a, b, c = self.cut_faces(self.list_patch(name)).transpose(1, 0, 2)
+        return float(np.linalg.norm(0.5 * np.cross(b - a, c - a).sum(axis=0)))
+
+    @property
+    def volume(self) -> float:
+        """Volume [m3] inside the patches (divergence theorem)."""
+        outer = np.arange(len(self.neighbour), len(self.owner))
+        a, b, c = (self.cut_faces(outer) - self.low).transpose(1, 0, 2)
+        return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)

@@ -1,0 +1,188 @@
+"""A cylinder of tetrahedra passes the checks of the box: a held bed, lone particles that fall, nothing is lost."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from mpi4py import MPI
+
+from fbcouple.meshes.cylinder import make_cylinder
+from fbcouple.meshes.polyhedra import find_centres, take_apart
+from fbcouple.meshes.tetrahedra import cut
+from fbcouple.verify.bench import FRICTIONLESS, GAS, GLASS, Edit, open_bench
+from fbcouple.verify.conservation import conserve
+from fbcouple.verify.fall import SCHILLER_NAUMANN, coarsen_bins, name_sizes
+from fbcouple.verify.lattice import VOIDAGES
+from fbcouple.verify.published import PUBLISHED, Bed
+from fbcouple.verify.registry import Number, scene
+from fbcouple.worker import choose_step, exert_drag, map_solids, move, react, start, step_gas
+
+_ACROSS, _LAYERS = 8, 8
+"""Cells across the held bed, and up in each of its slabs: in the middle of a slab nothing is known of the others."""
+_EDGE = 2.5e-3
+_INLET = 0.5
+_SPEEDS = (0.1, 0.5, 2.0)
+_STEPS = 12
+
+
+class HeldCylinder:
+    """Slabs of 0.4 to 0.9 voidage in one cylinder; a sphere in the middle of each quarter of a tetrahedron.
+
+    A quarter, from the cell's centre to a side, is where the weights are linear, so that its middle stands for all of
+    it: spheres with the same part of the volume of their quarter give every cell the same voidage, to rounding, if
+    weights and their transpose are right. They never move; a slip of their own makes up what the inlet does not give.
+    """
+
+    def __init__(self, place: Path, comm: MPI.Comm, law: str) -> None:
+        layers = _LAYERS * len(VOIDAGES)
+        size = [_ACROSS * _EDGE, _ACROSS * _EDGE, layers * _EDGE]
+        mesh = make_cylinder(size[0], size[2], _ACROSS, layers, "tetrahedra")
+        number = np.arange(mesh.count)
+        parts = cut(take_apart(mesh, find_centres(mesh), number, np.arange(len(mesh.points))))
+        middles = parts.places[parts.corners].mean(axis=1)
+        sections: dict[str, Any] = {
+            "domain": {"shape": "cylinder", "size": size, "cells": [_ACROSS, _ACROSS, layers]},
+            "gas": GAS | {"inlet_velocity": _INLET, "pressure_tolerance": 1e-12, "walls": "slip"},
+            "exchange": {"drag": law},
+        }
+        edits: dict[str, Edit] = {
+            "grains/in.grains": lambda text: text.replace("fix             motion", "# fix             motion")
+        }
+        self.scene = open_bench(place, comm, sections, middles, edits)
+        grains = self.scene.grains
+        assert grains is not None
+        self._slab = _find_slab(grains.positions[:, 2])
+        volumes = (1.0 - np.array(VOIDAGES))[self._slab] * parts.volumes[grains.numbers - 1]
+        grains.radii[:] = (volumes / (4.0 / 3.0 * np.pi)) ** (1.0 / 3.0)
+        grains.masses[:] = GLASS["density"] * volumes
+        start(self.scene)
+        sums = np.bincount(self._slab, volumes) / np.bincount(self._slab)
+        self.diameters = (sums * 6.0 / np.pi) ** (1.0 / 3.0)
+
+    def flow(self, superficial: float) -> None:
+        """Let the gas pass each slab with this superficial slip [m/s] for some coupled steps."""
+        assert self.scene.grains is not None
+        slip = (_INLET - superficial) / np.array(VOIDAGES)
+        self.scene.grains.velocities[:, 2] = slip[self._slab]
+        for _ in range(_STEPS):
+            self.scene.dt = self.scene.clock.dt
+            map_solids(self.scene)
+            exert_drag(self.scene)
+            step_gas(self.scene)
+            choose_step(self.scene)
+            react(self.scene)
+
+    def _find_middle(self, slab: int) -> np.ndarray:
+        """This rank's cells in the middle of a slab."""
+        assert self.scene.gas is not None
+        z = self.scene.gas.centres[:, 2] / _EDGE
+        return np.flatnonzero(np.abs(z - (slab + 0.5) * _LAYERS) < 1.5)
+
+    @property
+    def pressure_losses(self) -> np.ndarray:
+        """Pressure per length [Pa/m] in the middle of each slab."""
+        gas = self.scene.gas
+        assert gas is not None
+        rows = [self._find_middle(slab) for slab in range(len(VOIDAGES))]
+        return np.array([-np.polyfit(gas.centres[row, 2], gas.pressure[row], 1)[0] for row in rows])
+
+    @property
+    def voidage_error(self) -> float:
+        """Of the cell in the middle of a slab that is farthest off."""
+        assert self.scene.coupling is not None
+        voidage = self.scene.coupling.voidage
+        return max(float(np.abs(voidage[self._find_middle(slab)] - eps).max()) for slab, eps in enumerate(VOIDAGES))
+
+
+def _find_slab(height: np.ndarray) -> np.ndarray:
+    return np.floor(height / (_EDGE * _LAYERS)).astype(int)
+
+
+def held_cylinder(place: Path, comm: MPI.Comm, law: str) -> Iterator[Number]:
+    """Pressure per length of a held bed in a cylinder of tetrahedra at voidage 0.4-0.9 and superficial slip 0.1-2 m/s
+    against what the paper of the drag law prints, within 1 %."""
+    bed = HeldCylinder(place, comm, law)
+    for speed in _SPEEDS:
+        bed.flow(speed)
+        if speed == _SPEEDS[0]:
+            yield Number("voidage, cell farthest off", bed.voidage_error, 0.0, 1e-12)
+        for eps, diameter, loss in zip(VOIDAGES, bed.diameters, bed.pressure_losses, strict=True):
+            asked = Bed(eps, speed, float(diameter), GAS["density"], GAS["viscosity"])
+            name = f"dP/L at voidage {eps}, {speed} m/s"
+            yield Number(name, float(loss), PUBLISHED[law](asked), 0.01, "Pa m-1", relative=True)
+
+
+for _law in ("huilin-gidaspow", "ergun"):
+    scene(f"cylinder-fixed-bed-{_law}", fast=False)(partial(held_cylinder, law=_law))
+
+
+_CELL, _DEM_STEP = 0.1, 2e-3
+_FALLS = {50e-6: (0.5, 1.0), 100e-6: (0.5, 1.0), 200e-6: (1.0, 2.0), 500e-6: (2.6, 12.0), 1e-3: (3.5, 25.0)}
+"""By diameter [m]: seven response times [s], and a height [m] that it does not fall through in them."""
+
+
+def fall_in_cylinder(place: Path, comm: MPI.Comm, diameters: tuple[float, ...]) -> Iterator[Number]:
+    """Lone spheres fall from rest in gas at rest between tetrahedra: the drag of Schiller and Naumann, within 1 %."""
+    sizes = np.array(diameters)
+    time, height = (max(_FALLS[diameter][k] for diameter in diameters) for k in (0, 1))
+    layers = round(height / _CELL)
+    pair_mass = math.pi / 12 * sizes.min() ** 3 * GLASS["density"]
+    soft = {"stiffness": pair_mass * (math.pi / (6 * _DEM_STEP)) ** 2, "restitution": 1.0, "wall_restitution": 1.0}
+    sections = {
+        "domain": {"shape": "cylinder", "size": [4 * _CELL, 4 * _CELL, height], "cells": [4, 4, layers]},
+        "gas": GAS | {"walls": "slip", "pressure_tolerance": 1e-10},
+        "particles": name_sizes(sizes),
+        "contact": FRICTIONLESS | soft,
+        "exchange": {"drag": "schiller-naumann", "scheme": "explicit"},
+    }
+    turns = 2.0 * np.pi * np.arange(len(sizes)) / len(sizes)
+    top = np.full(len(sizes), height - 0.5 * _CELL)
+    positions = np.column_stack([(2.0 + np.cos(turns)) * _CELL, (2.0 + np.sin(turns)) * _CELL, top])
+    edits: dict[str, Edit] = {"grains/in.grains": coarsen_bins}
+    bench = open_bench(place, comm, sections, positions, edits, np.arange(len(sizes)))
+    start(bench)
+    for _ in range(round(time / _DEM_STEP)):
+        move(bench)
+        map_solids(bench)
+        exert_drag(bench)
+        step_gas(bench)
+        bench.clock.tick()
+        react(bench)
+    assert bench.grains is not None
+    speeds = -bench.grains.velocities[np.argsort(bench.grains.numbers), 2]
+    for diameter, found in zip(diameters, speeds.tolist(), strict=True):
+        name, expected = f"fall speed of {diameter * 1e6:g} um", SCHILLER_NAUMANN[diameter]
+        yield Number(name, found, expected, 0.01, "m s-1", relative=True)
+
+
+scene("cylinder-terminal-velocity")(partial(fall_in_cylinder, diameters=(50e-6, 100e-6, 200e-6)))
+scene("cylinder-terminal-velocity-large", fast=False)(partial(fall_in_cylinder, diameters=(500e-6, 1e-3)))
+
+
+_BED: dict[str, Any] = {
+    "domain": {"shape": "cylinder", "size": [0.016, 0.016, 0.048], "cells": [6, 6, 18]},
+    "gas": GAS | {"inlet_velocity": 1.5, "pressure_tolerance": 1e-12},
+    "particles": GLASS | {"count": 1200},
+    "contact": FRICTIONLESS | {"friction": 0.1, "wall_friction": 0.1},
+    "start": {},
+    "exchange": {"filter_passes": 1},
+}
+
+
+@scene("cylinder-conservation", ranks=(1, 2, 4), fast=False)
+def cylinder_conservation(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+    """Largest errors over 1000 coupled steps in a cylinder of tetrahedra: momentum 1e-10 of the drag, solids volume
+    1e-12, gas mass 1e-8."""
+    yield from conserve(place, comm, _BED)
+
+
+@scene("cylinder-conservation-short")
+def cylinder_conservation_short(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+    """The same over 60 steps, with every force that there is."""
+    forces = {"filter_passes": 1, "viscous_force": True, "lift_force": True, "virtual_mass": True}
+    yield from conserve(place, comm, _BED | {"exchange": forces}, steps=60, lively=1e-4)

@@ -1,0 +1,69 @@
+"""A region that is no box in the decks: walls from its surface, schemes for cells that are no bricks."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from test_render import CYLINDER, build, join
+
+from fbcouple.case.mixture import particle_count
+from fbcouple.case.region import read_mesh
+from fbcouple.decks.needs import find_needs
+from fbcouple.decks.render import render_decks, set_up
+from fbcouple.mesh import prepare_mesh
+from fbcouple.meshes.cylinder import count_cells, find_section
+from fbcouple.meshes.foam_files import read_polymesh
+
+
+@pytest.fixture(scope="module")
+def case():
+    return build(**CYLINDER | {"domain__size": [0.03, 0.03, 0.06], "domain__cells": [6, 6, 8], "particles__mass": 0.01})
+
+
+def test_walls_are_the_surface_of_the_mesh(case):
+    decks = render_decks(case)
+    grains = decks["grains/in.grains"]
+    assert "plane" not in grains and grains.count("wall/gran") == 1
+    assert "mesh/surface file grains/walls.stl type 2" in grains and "mesh n_meshes 1 meshes surface" in grains
+    assert "orthogonal" not in decks["fluid/system/fvSchemes"] and "leastSquares" in decks["fluid/system/fvSchemes"]
+
+
+def test_no_trace_of_it_in_a_box():
+    assert not find_needs(build())["mesh_of_polyhedra"]
+    for word in ("stl", "leastSquares", "corrected", "n_meshes"):
+        assert word not in join(render_decks(build()))
+
+
+def test_what_setup_writes(case, tmp_path):
+    set_up(case, tmp_path / "run")
+    corners = [
+        [float(word) for word in line.split()[1:]]
+        for line in (tmp_path / "run/grains/walls.stl").read_text().splitlines()
+        if "vertex" in line
+    ]
+    a, b, c = np.array(corners).reshape(-1, 3, 3).transpose(1, 0, 2)
+    volume = find_section(0.03, 6) * 0.06
+    # Normals point into the region: its volume by the divergence theorem is negative.
+    assert np.einsum("ij,ij->", a, np.cross(b, c)) / 6 == pytest.approx(-volume, rel=1e-12)
+    data = (tmp_path / "run/grains/particles.data").read_text()
+    assert "-0.001 0.031 xlo xhi" in data and "-0.001 0.061 zlo zhi" in data
+    rows = [line.split() for line in data[data.index("Atoms") :].splitlines()[2:]]
+    places = np.array(rows, dtype=float)[:, 4:]
+    assert len(places) == particle_count(case.particles)
+    angle = np.arange(18) * 2 * math.pi / 18 + math.pi / 18
+    reach = (places[:, :2] - 0.015) @ np.stack([np.cos(angle), np.sin(angle)])  # towards each of the 18 sides
+    assert reach.max() < 0.015 * math.cos(math.pi / 18) - 0.5e-3 and places[:, 2].min() > 0.5e-3
+    apart = np.linalg.norm(places[:, None] - places[None], axis=2) + np.eye(len(places))
+    assert apart.min() > 1e-3
+
+
+def test_the_mesh_of_a_run_has_three_patches(case, tmp_path):
+    set_up(case, tmp_path / "run")
+    prepare_mesh(case, tmp_path / "run", 1)
+    mesh = read_polymesh(tmp_path / "run/fluid/constant/polyMesh")
+    assert mesh.count == count_cells(6, 8, "tetrahedra") == 6 * 9 * 8 * 3
+    assert list(mesh.patches) == ["inlet", "outlet", "walls"]
+    assert mesh.find_area("inlet") == pytest.approx(find_section(0.03, 6), rel=1e-12)
+    assert mesh.volume == pytest.approx(read_mesh(case).volume, rel=1e-12)

@@ -1,0 +1,73 @@
+"""A cylinder of tetrahedra on 1, 2 and 4 ranks, over 20 coupling steps from the same start: the same fields."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from fbcouple.case.schema import Case
+from fbcouple.decks.render import set_up
+from fbcouple.launch import launch
+
+FIELDS = ["solids_fraction", "solids_flux", "voidage", "gas_velocity", "gas_flux", "pressure"]
+CASE = {
+    "title": "cylinder",
+    "end_time": 1.4e-3,
+    "domain": {"shape": "cylinder", "size": [0.016, 0.016, 0.032], "cells": [6, 6, 12]},
+    "gas": {"density": 1.165, "viscosity": 2e-5, "inlet_velocity": 1.5, "pressure_tolerance": 1e-13},
+    "particles": {"diameter": 1e-3, "density": 2500.0, "count": 1200},
+    "contact": {"restitution": 0.97, "wall_restitution": 0.97, "friction": 0.1, "wall_friction": 0.1},
+    "start": {},
+    "exchange": {"filter_passes": 1},
+    "averages": {"start": 0.0, "every": 1e-5, "blocks": 2},
+    "output": {"record_every": 1e-4},
+}
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    """Ranks -> results."""
+    results = {}
+    for ranks in (1, 2, 4):
+        run = tmp_path_factory.mktemp("ranks") / f"n{ranks}"
+        set_up(Case.model_validate(CASE), run)
+        launch(run, ranks, lambda row: None)
+        with xr.open_dataset(run / "results.nc") as opened:
+            results[ranks] = opened.load()
+    return results
+
+
+@pytest.mark.parametrize("ranks", [2, 4])
+@pytest.mark.parametrize("name", FIELDS)
+def test_fields_do_not_depend_on_ranks(found, ranks, name):
+    one, many = found[1][name].values, found[ranks][name].values
+    scale = np.nanmax(np.abs(one))
+    difference = np.nanmax(np.abs(one - many)) / scale
+    print(f"{name} on {ranks} ranks: {difference:.2e} of {scale:.3g}")
+    assert scale > 0
+    assert difference < 1e-9
+
+
+@pytest.mark.parametrize("ranks", [1, 2, 4])
+def test_cells_of_the_results(found, ranks):
+    results = found[ranks]
+    assert results["solids_fraction"].dims == ("cell",) and results["gas_velocity"].dims == ("component", "cell")
+    assert results.sizes["cell"] == 6 * 9 * 12 * 3
+    area = 9 * 0.008**2 * np.sin(2 * np.pi / 18)
+    assert float(results["cell_volume"].sum()) == pytest.approx(area * 0.032, rel=1e-12)
+    volume = float((results["solids_fraction"] * results["cell_volume"]).sum())
+    assert volume == pytest.approx(1200 * np.pi / 6 * 1e-9, rel=1e-12)
+    sampled = results["sampled_cell"].values
+    inside = sampled >= 0
+    assert inside.mean() == 32 / 36  # the corners of six by six places are outside
+    place = np.broadcast_to(results["z"].values[:, None, None], inside.shape)[inside]
+    assert np.abs(results["cell_z"].values[sampled[inside]] - place).max() < 0.032 / 12
+
+
+@pytest.mark.parametrize("ranks", [1, 2, 4])
+def test_conservation(found, ranks):
+    results = found[ranks]
+    assert int(results.attrs["complete"])
+    assert results["momentum_error"].max() < 1e-10
+    assert np.abs(results["solids_volume"] / (1200 * np.pi / 6 * 1e-9) - 1.0).max() < 1e-12
+    assert (results["particles"] == 1200).all()
+    assert (results["substeps"].values == found[1]["substeps"].values).all()
