@@ -29,6 +29,42 @@ def drop_friction(content: Content) -> None:
     content["contact"] |= {"friction": 0.0, "wall_friction": 0.0, "rolling_friction": 0.0, "tangential": "no-history"}
 
 
+@leaves_out("damping")
+def drop_damping(content: Content) -> None:
+    """Elastic contacts."""
+    content["contact"] |= {"restitution": 1.0, "wall_restitution": 1.0}
+
+
+@leaves_out("rotation")
+def drop_rotation(content: Content) -> None:
+    """Positions and velocities only."""
+    content["particles"] |= {"rotation": False}
+
+
+@leaves_out("turbulence")
+def drop_turbulence(content: Content) -> None:
+    """No sub-grid model of the gas."""
+    content["gas"] |= {"turbulence": "none"}
+
+
+@leaves_out("closed nozzle")
+def drop_nozzle(content: Content) -> None:
+    """Gas through the whole floor."""
+    content["gas"] |= {"closed_nozzle": None}
+
+
+@leaves_out("pressure-gradient force")
+def drop_gradient(content: Content) -> None:
+    """No pressure-gradient force on the particles."""
+    content["exchange"] |= {"pressure_gradient": False}
+
+
+@leaves_out("extra forces")
+def drop_forces(content: Content) -> None:
+    """No lift, viscous force and virtual mass."""
+    content["exchange"] |= {"lift_force": False, "viscous_force": False, "virtual_mass": False}
+
+
 @leaves_out("filter")
 def drop_filter(content: Content) -> None:
     """What is exchanged goes to the cells as it is."""
@@ -39,6 +75,14 @@ def drop_filter(content: Content) -> None:
 def drop_averages(content: Content) -> None:
     """No time means."""
     content["averages"] = None
+
+
+@leaves_out("all of these")
+def drop_all(content: Content) -> None:
+    """Gas and particles, and their drag: nothing else."""
+    for name, edit in list(LEFT_OUT.items()):
+        if name not in ("gas", "particles", "all of these"):
+            edit(content)
 
 
 @leaves_out("gas")

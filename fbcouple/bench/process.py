@@ -12,7 +12,7 @@ from typing import Any
 
 from mpi4py import MPI
 
-from fbcouple.bench.measure import measure_overhead, measure_peer, measure_steps
+from fbcouple.bench.measure import measure_overhead, measure_part, measure_peer, measure_steps
 from fbcouple.bench.memory import measure_memory
 from fbcouple.bench.traffic import count_traffic
 from fbcouple.case.load import load_case
@@ -22,6 +22,7 @@ FOUND = "bench.json"
 KINDS: dict[str, Callable[..., dict[str, Any]]] = {
     "overhead": measure_overhead,
     "memory": measure_memory,
+    "part": lambda case, comm, warm, steps: measure_part(case, comm, warm, int(steps)),
     "peer": lambda case, comm, warm, steps: measure_peer(case, comm, warm, int(steps)),
     "steps": lambda case, comm, steps, repeats: measure_steps(case, comm, int(steps), int(repeats)),
     "traffic": lambda case, comm, ranks: count_traffic(case, int(ranks)),

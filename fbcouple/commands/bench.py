@@ -58,15 +58,16 @@ def overhead(case: str, ranks: int, seconds: float, warm: float, sets: tuple[str
 
 @bench.command()
 @click.argument("case")
-@click.option("--steps", type=click.IntRange(min=1), default=50, show_default=True, help="Steps a repeat.")
-@click.option("--repeats", type=click.IntRange(min=1), default=3, show_default=True, help="The fastest counts.")
+@click.option("--warm", type=click.FloatRange(min=0.0), default=0.0, help="Simulated time before it [s].")
+@click.option("--steps", type=click.IntRange(min=1), default=50, show_default=True, help="Steps a turn.")
+@click.option("--repeats", type=click.IntRange(min=1), default=3, show_default=True, help="Turns; the cheapest counts.")
 @click.option("--set", "sets", multiple=True, metavar="KEY=VALUE", help="Put a value on top of the case file.")
 @take_file
-def parts(case: str, steps: int, repeats: int, sets: tuple[str, ...], file: Path | None) -> None:
-    """What CASE costs without each of its parts: friction, filter, averages, gas, particles."""
+def parts(case: str, warm: float, steps: int, repeats: int, sets: tuple[str, ...], file: Path | None) -> None:
+    """What CASE costs without each of its parts: friction, damping, filter, sub-grid model, gas, particles ..."""
     from fbcouple.bench.suite import measure_parts
 
-    rows = measure_parts(case, sets, steps, repeats)
+    rows = measure_parts(case, sets, warm, steps, repeats)
     show(rows)
     write(file, {"parts": rows})
 
