@@ -173,27 +173,6 @@ def measure_peer(case: Case, comm: MPI.Comm, warm: float, steps: int) -> dict[st
     }
 
 
-def measure_part(case: Case, comm: MPI.Comm, warm: float, steps: int) -> dict[str, Any]:
-    """Processor seconds of a coupled step after `warm` [s] of simulated time, the mean of `steps`, and what the run
-    holds: parts, solver libraries, arrays of the exchange, stages that took time (one rank)."""
-    scene, recorder = open_run(case, comm)
-    while scene.clock.time < warm:
-        step(scene, recorder)
-    begin = time.process_time()
-    taken = time_coupled(scene, recorder, steps)
-    seconds = (time.process_time() - begin) / steps
-    parts = [name for name in ("grains", "gas", "coupling", "averaging") if getattr(scene, name)]
-    maps = Path("/proc/self/maps").read_text()
-    return {
-        "step": sum(dt for dt, _ in taken.steps) / steps,
-        "seconds": seconds,
-        "parts": " ".join(parts + (["forces"] if scene.coupling and scene.coupling.forces else [])),
-        "libraries": " ".join(name for name in ("libliggghts", "libOpenFOAM") if name in maps),
-        "exchange_kB": sum(array.nbytes for array in scene.coupling.arrays) / 1e3 if scene.coupling else 0.0,
-        "stages": " ".join(stage for stage, value in taken.stages.items() if value > 0.0),
-    }
-
-
 def measure_steps(case: Case, comm: MPI.Comm, steps: int, repeats: int) -> dict[str, Any]:
     """Wall seconds of a coupled step, the fastest of `repeats` times `steps` steps (collective)."""
     scene, recorder = open_run(case, comm)

@@ -12,9 +12,10 @@ from typing import Any
 
 from mpi4py import MPI
 
-from fbcouple.bench.measure import measure_overhead, measure_part, measure_peer, measure_steps
+from fbcouple.bench.measure import measure_overhead, measure_peer, measure_steps
 from fbcouple.bench.memory import measure_memory
 from fbcouple.bench.traffic import count_traffic
+from fbcouple.bench.variant import measure_variant
 from fbcouple.case.load import load_case
 from fbcouple.case.schema import Case
 
@@ -22,10 +23,10 @@ FOUND = "bench.json"
 KINDS: dict[str, Callable[..., dict[str, Any]]] = {
     "overhead": measure_overhead,
     "memory": measure_memory,
-    "part": lambda case, comm, warm, steps: measure_part(case, comm, warm, int(steps)),
     "peer": lambda case, comm, warm, steps: measure_peer(case, comm, warm, int(steps)),
     "steps": lambda case, comm, steps, repeats: measure_steps(case, comm, int(steps), int(repeats)),
     "traffic": lambda case, comm, ranks: count_traffic(case, int(ranks)),
+    "variant": lambda case, comm, warm, steps: measure_variant(case, comm, warm, int(steps)),
 }
 
 

@@ -146,13 +146,6 @@ class Coupling:
         return min(self.mapping.layers + self.space.rise + 1, len(self._gas_rows))
 
     @property
-    def arrays(self) -> list[np.ndarray]:
-        """Every array that this rank keeps for the exchange, each once."""
-        fields = [*self._fields.values(), *self._scratch.values(), *self._deposit.values(), self._gas_rows, self._state]
-        held = {id(array): array for array in (*fields, *self.gas_input)}
-        return list(held.values())
-
-    @property
     def gas_input(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Voidage, K and S of the next gas step."""
         return self.voidage, self.drag_coefficient, self.drag_source

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 
 import numpy as np
 import pytest
@@ -23,7 +24,6 @@ from fbcouple.cli import cli
 from fbcouple.decks.render import render_decks
 from fbcouple.errors import CaseError
 from fbcouple.grid import Grid
-from fbcouple.places import CASES
 from fbcouple.results import STAGES
 
 
@@ -97,27 +97,59 @@ def test_overhead_on_two_ranks(tmp_path):
         assert row["grains"] > 0 and row["gas"] > 0
 
 
-GONE = {
-    "friction": lambda decks: "tangential" not in decks["grains/in.grains"].split("pair_style")[1],
-    "gas": lambda decks: set(decks) == {"grains/in.grains"} and "couple/cfd" not in decks["grains/in.grains"],
-    "particles": lambda decks: "grains/in.grains" not in decks,
+FORCES = ["exchange.lift_force=true", "exchange.viscous_force=true", "exchange.virtual_mass=true"]
+WHOLE = ["particles.rotation=true", *FORCES]
+# Part -> words that stand in the decks with it and not without it; none: it is nowhere but in the loop.
+WORDS = {
+    "friction": ["tangential", "coefficientFriction"],
+    "damping": [],
+    "rotation": ["nve/sphere"],
+    "turbulence": ["LESModel", "cubeRootVol"],
+    "closed nozzle": ["nozzle"],
+    "pressure-gradient force": [],
+    "extra forces": ["lastVelocity", "viscousForceOnParticles"],
+    "filter": [],
+    "averages": [],
+    "all of these": ["tangential", "nve/sphere", "LESModel", "nozzle", "lastVelocity"],
+    "gas": ["couple/cfd", "FoamFile"],
+    "particles": ["pair_style"],
 }
 
 
-@pytest.mark.parametrize("part", GONE)
+@pytest.mark.parametrize("part", WORDS)
 def test_a_part_that_is_left_out_is_in_no_deck(part):
-    variants = make_variants(load_case("patil/c2"))
-    assert set(variants) == {"nothing", *LEFT_OUT}
-    assert GONE[part](render_decks(variants[part])) and not GONE[part](render_decks(variants["nothing"]))
+    variants = make_variants(load_case("patil/c2", WHOLE))
+    assert set(variants) == {"nothing", *LEFT_OUT} == {"nothing", *WORDS}
+    whole, lean = ("\n".join(render_decks(variants[name]).values()) for name in ("nothing", part))
+    assert [word for word in WORDS[part] if word not in whole or word in lean] == []
+    if part == "damping":
+        assert len(set(re.findall(r"fix +gamman .*", lean))) == 1 and not re.search(r"gamman .* [1-9]\d", lean)
+    elif not WORDS[part]:
+        assert lean == whole
 
 
-def test_one_phase_costs_less_than_both():
-    """Of a small bed: ratios within one call, far from 1."""
-    case = str(CASES / "studies/stability/case.toml")
-    rows = {row["left out"]: row for row in measure_parts(case, ["particles.count=250"], 40, 2)}
-    assert set(rows) == {"nothing", "friction", "filter", "gas", "particles"}
-    assert rows["gas"]["of the whole"] < 0.8 and rows["gas"]["particles"] == 250
-    assert rows["particles"]["of the whole"] < 0.8 and rows["particles"]["particles"] == 0
+def test_what_is_left_out_is_held_nowhere_and_takes_no_time():
+    """Libraries in memory, parts of the scene, stages of the loop and arrays of a small bed that has everything."""
+    sets = ["domain.size=[0.012, 0.0075, 0.03]", "domain.cells=[5, 3, 12]", "particles.mass=3e-4", *WHOLE]
+    sets += ["gas.closed_nozzle=[1, 1]", "averages.start=0.0", "averages.every=2e-4"]
+    rows = {row["left out"]: row for row in measure_parts("patil/c2", sets, 0.0, 20, 1)}
+    assert set(rows) == {"nothing", *LEFT_OUT}
+
+    def lost(name: str, column: str) -> set[str]:
+        return set(rows["nothing"][column].split()) - set(rows[name][column].split())
+
+    exchange = {"map", "drag"}
+    assert lost("gas", "libraries") == {"libOpenFOAM"} and lost("particles", "libraries") == {"libliggghts"}
+    assert lost("gas", "parts") == {"gas", "coupling", "forces"} and lost("gas", "stages") == {"gas", *exchange}
+    assert lost("particles", "parts") == {"grains", "coupling", "forces"}
+    assert lost("particles", "stages") == {"grains", *exchange, "react"}
+    assert lost("averages", "parts") == {"averaging"} and lost("averages", "stages") == {"average"}
+    assert lost("extra forces", "parts") == {"forces"} and not lost("extra forces", "stages")
+    assert lost("all of these", "parts") == {"averaging", "forces"}
+    whole = rows["nothing"]["arrays_kB"]
+    for name in ("averages", "extra forces", "filter", "gas", "particles"):
+        assert rows[name]["arrays_kB"] < 0.95 * whole, name
+    assert rows["gas"]["of the whole"] < 0.8 and rows["particles"]["of the whole"] < 0.8
 
 
 def test_memory_counts_arrays_once_and_by_what_they_hold(tmp_path):

@@ -1,0 +1,40 @@
+"""What a case costs, and what its run holds: a variant of `fbcouple bench parts`."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Any
+
+from mpi4py import MPI
+
+from fbcouple.bench.measure import open_run, time_coupled
+from fbcouple.bench.memory import find_arrays
+from fbcouple.case.schema import Case
+from fbcouple.worker import step
+
+_PARTS = ("grains", "gas", "coupling", "averaging")
+_LIBRARIES = ("libliggghts", "libOpenFOAM")
+
+
+def measure_variant(case: Case, comm: MPI.Comm, warm: float, steps: int) -> dict[str, Any]:
+    """Processor seconds of a coupled step after `warm` [s] of simulated time, the mean of `steps`, and what the run
+    holds: parts of the scene, solver libraries in memory, arrays, stages that took time (one rank)."""
+    scene, recorder = open_run(case, comm)
+    while scene.clock.time < warm:
+        step(scene, recorder)
+    begin = time.process_time()
+    taken = time_coupled(scene, recorder, steps)
+    seconds = (time.process_time() - begin) / steps
+    parts = [name for name in _PARTS if getattr(scene, name)]
+    if scene.coupling and scene.coupling.forces:
+        parts.append("forces")
+    maps = Path("/proc/self/maps").read_text()
+    return {
+        "step": sum(dt for dt, _ in taken.steps) / steps,
+        "seconds": seconds,
+        "parts": " ".join(parts),
+        "libraries": " ".join(name for name in _LIBRARIES if name in maps),
+        "arrays_kB": sum(array.nbytes for array in find_arrays([scene, recorder])) / 1e3,
+        "stages": " ".join(stage for stage, value in taken.stages.items() if value > 0.0),
+    }
