@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fbcouple.case.companions import find_mesh
 from fbcouple.case.schema import Case, Domain
 from fbcouple.errors import CaseError
 from fbcouple.meshes.cylinder import count_cells, find_section, make_cylinder
@@ -81,8 +82,9 @@ def mesh_cylinder(domain: Domain, folder: Path) -> PolyMesh:
 @shape("file")
 def read_mesh_of_case(domain: Domain, folder: Path) -> PolyMesh:
     """The mesh that the case brings: a gmsh file, or a polyMesh folder."""
-    assert domain.mesh is not None, "the checks of the case ask for it"
-    path = (folder / domain.mesh).resolve()
+    if domain.mesh is None:
+        raise CaseError(["no mesh is given."])
+    path = find_mesh(folder, domain.mesh).resolve()
     newest = max((part.stat().st_mtime_ns for part in [path, *path.glob("*")] if part.exists()), default=0)
     return _read_once(path, newest, domain.inlet or INLET, domain.outlet or OUTLET)
 

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 
 from fbcouple.case.checks import check
-from fbcouple.case.companions import find_mesh
 from fbcouple.case.problems import Problem, show
 from fbcouple.case.region import read_mesh
 from fbcouple.case.schema import Case, Domain
@@ -75,7 +74,6 @@ def check_mesh(case: Case, folder: Path) -> Iterator[Problem]:
     if case.domain.shape != "file" or case.domain.mesh is None:
         return
     try:
-        find_mesh(folder, case.domain.mesh)
         mesh = read_mesh(case, folder)
     except CaseError as error:
         yield from (Problem("domain.mesh", problem) for problem in error.problems)

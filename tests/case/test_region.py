@@ -1,0 +1,164 @@
+"""Regions that are no boxes: what is refused with which words, and the files that a case brings."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fbcouple.case.load import load_case
+from fbcouple.case.preflight import estimate
+from fbcouple.case.region import find_region
+from fbcouple.errors import CaseError
+from fbcouple.layout import lay_out
+from fbcouple.meshes.cylinder import find_section, make_cylinder
+from fbcouple.meshes.foam_files import FILES, read_polymesh, write_polymesh
+
+sys.path.append(str(Path(__file__).parents[1] / "meshes"))
+from test_meshes import write_gmsh
+
+CASE = """
+title = "cylinder"
+end_time = 0.05
+[domain]
+shape = "cylinder"
+size = [0.03, 0.03, 0.06]
+cells = [6, 6, 12]
+[gas]
+density = 1.165
+viscosity = 2e-5
+inlet_velocity = 1.2
+[particles]
+diameter = 1e-3
+density = 2500.0
+count = 2000
+[contact]
+restitution = 0.97
+wall_restitution = 0.97
+friction = 0.1
+wall_friction = 0.1
+[start]
+[exchange]
+"""
+FILE = {
+    'shape = "cylinder"': 'shape = "file"\nmesh = "mesh.msh"\ninlet = "in"\noutlet = "out"',
+}
+
+
+def write(folder, *changes, text=CASE):
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    (folder / "case.toml").write_text(text)
+    return str(folder / "case.toml")
+
+
+@pytest.fixture
+def with_mesh(tmp_path):
+    """A case with a gmsh file of the same cylinder."""
+    write_gmsh(make_cylinder(0.03, 0.06, 6, 12, "tetrahedra"), tmp_path / "mesh.msh")
+    return write(tmp_path, *FILE.items(), ("[0.03, 0.03, 0.06]", str(list(box_of(0.03, 0.06, 6)))))
+
+
+def box_of(diameter, height, across):
+    mesh = make_cylinder(diameter, height, across, 1, "tetrahedra")
+    width, depth, _ = (mesh.high - mesh.low).tolist()
+    return width, depth, height
+
+
+def test_numbers_of_a_cylinder(tmp_path):
+    case = load_case(write(tmp_path))
+    numbers = {number.name: number.value for number in estimate(case, folder=tmp_path)}
+    assert numbers["cells"] == 6 * 9 * 12 * 3
+    weight = 2000 * np.pi / 6 * 1e-9 * (2500 - 1.165) * 9.81
+    assert numbers["pressure drop"] == pytest.approx(weight / find_section(0.03, 6), rel=1e-12)
+
+
+def test_a_mesh_from_a_file_is_the_same_region(with_mesh, tmp_path):
+    case = load_case(with_mesh)
+    found, made = find_region(case, tmp_path), find_region(load_case(write(tmp_path)))
+    assert found.cells == made.cells and found.volume == pytest.approx(made.volume, rel=1e-12)
+    assert found.floor == pytest.approx(made.floor, rel=1e-12)
+
+
+def test_setup_takes_the_mesh_along(with_mesh, tmp_path):
+    run = tmp_path / "run"
+    lay_out(with_mesh, run, (), False, forced=True)
+    assert (run / "mesh.msh").read_bytes() == (tmp_path / "mesh.msh").read_bytes()
+    assert (run / "grains/walls.stl").exists()
+    assert load_case(str(run)).domain.mesh == "mesh.msh"
+
+
+def test_a_polymesh_folder(tmp_path):
+    folder = tmp_path / "polyMesh"
+    write_polymesh(make_cylinder(0.03, 0.06, 6, 12, "prisms"), folder)
+    (folder / "cellZones").write_text('#codeStream "evil"')
+    size = ("[0.03, 0.03, 0.06]", str(list(box_of(0.03, 0.06, 6))))
+    case = write(tmp_path, ('shape = "cylinder"', 'shape = "file"\nmesh = "polyMesh"'), size)
+    lay_out(case, tmp_path / "run", (), False, forced=True)
+    assert sorted(path.name for path in (tmp_path / "run/polyMesh").iterdir()) == sorted(FILES)
+    assert read_polymesh(tmp_path / "run/polyMesh").count == 6 * 9 * 12
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ([("[0.03, 0.03,", "[0.03, 0.04,")], ["domain.size", "same diameter"]),
+        ([("[6, 6, 12]", "[7, 7, 12]")], ["domain.cells", "even"]),
+        ([("[6, 6, 12]", "[6, 8, 12]")], ["domain.cells", "twice"]),
+        ([('shape = "cylinder"', 'shape = "cylinder"\nperiodic = ["x"]')], ["domain.periodic", "only a box"]),
+        ([("inlet_velocity = 1.2", "inlet_velocity = 1.2\nclosed_nozzle = [2, 2]")], ["closed_nozzle", "only a box"]),
+        ([("[exchange]", '[exchange]\nvoidage = "divided"')], ["exchange.voidage", "trilinear"]),
+        ([("[exchange]", "[exchange]\ndiffusion_width = 3.0")], ["diffusion_width", "only a box"]),
+        ([("[exchange]", "[exchange]\n[output]\nsnapshots_every = 0.01")], ["snapshots_every", "only a box"]),
+        ([('shape = "cylinder"', 'elements = "prisms"')], ["domain.elements", "cylinder"]),
+        ([('shape = "cylinder"', 'mesh = "a.msh"')], ["domain.mesh", "file"]),
+        ([('shape = "cylinder"', 'shape = "file"')], ["domain.mesh", "beside"]),
+        ([('shape = "cylinder"', 'shape = "file"\nmesh = "../a.msh"')], ["domain.mesh", "bare name"]),
+        ([('shape = "cylinder"', 'shape = "file"\nmesh = "none.msh"')], ["domain.mesh", "cannot be read"]),
+        ([("count = 2000", "count = 60000")], ["particles.count", "do not fit"]),
+    ],
+)
+def test_what_cannot_be_is_told(changes, words, tmp_path):
+    with pytest.raises(CaseError) as refused:
+        load_case(write(tmp_path, *changes))
+    assert all(word in str(refused.value) for word in words), str(refused.value)
+
+
+def test_a_link_to_a_mesh_elsewhere_is_refused(tmp_path):
+    home, away = tmp_path / "home", tmp_path / "away"
+    home.mkdir()
+    write_polymesh(make_cylinder(0.03, 0.06, 6, 12, "prisms"), away)
+    (home / "polyMesh").symlink_to(away)
+    with pytest.raises(CaseError, match=r"domain\.mesh"):
+        load_case(write(home, ('shape = "cylinder"', 'shape = "file"\nmesh = "polyMesh"')))
+
+
+def test_no_gas_no_mesh(tmp_path):
+    text = CASE[: CASE.index("[gas]")] + CASE[CASE.index("[particles]") : CASE.index("[exchange]")]
+    with pytest.raises(CaseError, match="holds the mesh"):
+        load_case(write(tmp_path, text=text))
+
+
+def test_sizes_and_patches_are_compared(with_mesh, tmp_path):
+    text = Path(with_mesh).read_text()
+    with pytest.raises(CaseError, match=r"domain\.size.*box around"):
+        load_case(write(tmp_path, (str(list(box_of(0.03, 0.06, 6))), "[30.0, 30.0, 60.0]"), text=text))
+    with pytest.raises(CaseError, match=r"no patch floor.*in, out, walls"):
+        load_case(write(tmp_path, ('inlet = "in"', 'inlet = "floor"'), text=text))
+
+
+def test_more_particles_than_sites_are_told_at_setup(tmp_path):
+    case = write(tmp_path, ("count = 2000", "count = 40000"))
+    with pytest.raises(CaseError, match=r"start\.spacing.*sites inside"):
+        lay_out(case, tmp_path / "run", (), False, forced=True)
+    assert not (tmp_path / "run").exists()
+
+
+def test_positions_outside_of_the_cylinder_are_told(tmp_path):
+    (tmp_path / "beads.csv").write_text("x,y,z\n0.015,0.015,0.03\n0.001,0.001,0.03\n")
+    case = write(tmp_path, ("count = 2000", 'count = 2\npositions = "beads.csv"'), ("[start]\n", ""))
+    with pytest.raises(CaseError, match=r"1 particles are not inside the mesh, first is particle 2"):
+        load_case(case)
