@@ -42,7 +42,8 @@ def list_shipped() -> None:
 @take_output
 @click.option("--dry", is_flag=True, help="Only list the members.")
 @click.option("--done", "only_done", is_flag=True, help="Run nothing: tables and plot of the members that are done.")
-def error_vs_time(name: str, output: Path | None, dry: bool, only_done: bool) -> None:
+@click.option("--only", multiple=True, metavar="MEMBER", help="Run only this member; may be given several times.")
+def error_vs_time(name: str, output: Path | None, dry: bool, only_done: bool, only: tuple[str, ...]) -> None:
     """Run the members of STUDY that are not done, and tell what accuracy costs."""
     from fbcouple.study.error_vs_time import plan_members, run_members, tabulate
     from fbcouple.study.picture import draw
@@ -56,7 +57,7 @@ def error_vs_time(name: str, output: Path | None, dry: bool, only_done: bool) ->
         print_table(["member", "knobs"], [(m.name, str(m.knobs)) for m in members])
         return
     folder = choose_folder(name, output)
-    done = run_members(loaded, source, folder, click.echo, only_done)
+    done = run_members(loaded, source, folder, click.echo, () if only_done else only or None)
     rows, knobs = tabulate(loaded, done)
     tables = {"members": rows, "knobs": knobs}
     files = write_tables(folder, "study", tables, {"title": loaded.title, "machine": describe_machine()})

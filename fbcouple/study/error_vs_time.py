@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,7 @@ from fbcouple.case.derived import dem_step
 from fbcouple.case.load import load_case
 from fbcouple.case.mixture import particle_count
 from fbcouple.case.preflight import gas_step
+from fbcouple.case.problems import show, suggest
 from fbcouple.errors import CaseError
 from fbcouple.study.fronts import find_excess, mark_pareto, tabulate_knobs
 from fbcouple.study.measures import MEASURES, Error, Finished, check_measures, find_error
@@ -52,18 +53,25 @@ def plan_members(study: Study, source: Source) -> list[Member]:
     return members
 
 
-def run_members(study: Study, source: Source, folder: Path, say: Say, only_done: bool = False) -> list[Done]:
+def run_members(
+    study: Study, source: Source, folder: Path, say: Say, only: Collection[str] | None = None
+) -> list[Done]:
     """Run every member that has not been run to its end in `folder` before, the cheapest first; `say` is told of each.
 
-    only_done: run none, take those that have been run.
+    only: names of the members to run, of the others what has been run is taken; None: all.
 
-    Raises: CaseError if the study is wrong.
+    Raises: CaseError if the study is wrong, or has no such member.
     """
     members, base = plan_members(study, source), source.find_base(study.base)
+    for name in only or ():
+        if all(member.name != name for member in members):
+            close = suggest(name, [member.name for member in members])
+            hint = f"did you mean `{close}`" if close else "`--dry` lists them"
+            raise CaseError([f"{source.place}: {show(name)}: the study has no such member; {hint}."])
     done = {}
     for n, member in enumerate(sorted(members, key=lambda member: _estimate_work(member, base)), 1):
         run = folder / RUNS / member.name
-        if only_done:
+        if only is not None and member.name not in only:
             ending = look_up_case(base, member.settings, run, member.ranks)
         else:
             ending = run_case(base, member.settings, run, member.ranks, study.wall_limit)

@@ -24,8 +24,13 @@ def call(*arguments: object):
 
 def test_study_runs_once_and_says_what_it_found(write, tmp_path):
     path, out = write(*SHORT), tmp_path / "out"
+    part = call("study", "error-vs-time", path, "-o", out, "--only", "max_step-0.001_scheme-explicit")
+    assert part.exit_code == 0, part.output
+    assert len(list(out.glob("members/*"))) == 1 and part.output.count("not run") == 3
     first = call("study", "error-vs-time", path, "-o", out)
     assert first.exit_code == 0, first.output
+    order = [line.split()[1].rstrip(":") for line in first.output.splitlines() if line[:2] in ("1/", "2/", "3/", "4/")]
+    assert [name.partition("_scheme")[0] for name in order] == ["max_step-0.002"] * 2 + ["max_step-0.001"] * 2
     table = json.loads((out / "study.json").read_text())
     rows = {row["member"]: row for row in table["members"]}
     assert len(rows) == 4 and all(row["how"] == "complete" for row in rows.values())
@@ -44,6 +49,14 @@ def test_study_runs_once_and_says_what_it_found(write, tmp_path):
     assert again.exit_code == 0
     renewed = [result.stat().st_mtime_ns != time for result, time in zip(results, times, strict=True)]
     assert renewed == [True, False, False, False], "only the member without an ending is run again"
+
+
+def test_a_member_that_is_not_there_is_told(write, tmp_path):
+    done = call(
+        "study", "error-vs-time", write(*SHORT), "-o", tmp_path / "out", "--only", "max_step-0.002_scheme-explicity"
+    )
+    assert done.exit_code == 1 and "did you mean `max_step-0.002_scheme-explicit`" in done.stderr
+    assert not (tmp_path / "out").exists()
 
 
 def test_mistakes_end_with_one_line_each_and_nothing_written(write, tmp_path):
