@@ -13,6 +13,7 @@ import numpy as np
 from fbcouple.averages.means import Means
 from fbcouple.averages.snapshots import Snapshots
 from fbcouple.case.mixture import mean_density, solids_volume
+from fbcouple.case.region import find_region, is_box
 from fbcouple.cells import MeshCells
 from fbcouple.clock import Cadence
 from fbcouple.contacts import find_max_overlap
@@ -238,6 +239,7 @@ class Recorder:
                 if bed
                 else {}
             ),
+            **({} if is_box(scene.case) else {"floor": find_region(scene.case, self._run).floor}),
             "complete": int(now >= scene.case.end_time * (1 - 1e-9)),
         }
 

@@ -66,22 +66,24 @@ class Results:
     def weight_per_area(self) -> float | None:
         """Weight of the bed less its buoyancy over the floor area [Pa], the pressure drop of a fluidized bed.
 
-        (m - rho V) g / (L D) with mass and volume as the run wrote them down, in older results as the case tells them;
+        (m - rho V) g over the floor with mass and volume as the run wrote them down, in older results as the case
+        tells them;
         None if the case has no gas or does not tell the mass.
         """
         gas, particles = self.case.get("gas"), self.case.get("particles")
         if gas is None or particles is None:
             return None
         width, depth, _ = self.size
+        floor = self.data.attrs.get("floor", width * depth)
         if "solids_mass" in self.data.attrs:
             buoyant = self.data.attrs["solids_mass"] - gas["density"] * self.data.attrs["solids_volume"]
-            return float(buoyant * self.case["gravity"] / (width * depth))
+            return float(buoyant * self.case["gravity"] / floor)
         mass = particles.get("mass")
         if particles.get("count") is not None:
             mass = particles["count"] * particles["density"] * math.pi / 6.0 * particles["diameter"] ** 3
         if mass is None:
             return None
-        return float(mass * self.case["gravity"] * (1.0 - gas["density"] / particles["density"]) / (width * depth))
+        return float(mass * self.case["gravity"] * (1.0 - gas["density"] / particles["density"]) / floor)
 
     def history(self, name: str) -> xr.DataArray:
         """Variable `name` over time in double precision; NotDrawableError if there is none or it holds no number."""
@@ -94,7 +96,8 @@ class Results:
         """Time mean `name` in double precision; NotDrawableError if there is none or a cell has no finite value."""
         self._require_averages()
         values = self._variable(name)
-        missing = int((~np.isfinite(values)).sum())
+        finite = np.isfinite(values)
+        missing = int((~finite & values["inside"]).sum() if "inside" in values.coords else (~finite).sum())
         if missing:
             raise NotDrawableError([f"`{name}` in {self.path}: {missing} of {values.size} values are not finite."])
         return values
@@ -149,7 +152,25 @@ def open_results(run: Path) -> Results:
         case = tomllib.loads(data.attrs["case"])
     except tomllib.TOMLDecodeError as error:
         raise CaseError([f"{path}: attribute `case` is not TOML ({error})."]) from error
-    return Results(path, data, case, path.resolve().parent.name)
+    return Results(path, sample(data), case, path.resolve().parent.name)
+
+
+def sample(data: xr.Dataset) -> xr.Dataset:
+    """Means over the cells of a mesh as the cells at the places of the regular grid have them: (cell,) -> (z, y, x).
+
+    Places outside of the mesh are nan, and the coordinate `inside` says which are not. Of a box: `data` as it is.
+    """
+    if "sampled_cell" not in data:
+        return data
+    cells = data["sampled_cell"]
+    inside = cells >= 0
+    names = [name for name, field in data.data_vars.items() if "cell" in field.dims]
+    kept = data.drop_dims("cell").drop_vars("sampled_cell")
+    sampled = {}
+    for name in names:
+        values = data[name].reset_coords(drop=True).isel(cell=cells.clip(min=0))
+        sampled[name] = values.where(inside).transpose(..., "z", "y", "x")
+    return kept.assign(sampled).assign_coords(inside=inside)
 
 
 def open_runs(folders: Sequence[Path]) -> list[Results]:
@@ -173,11 +194,16 @@ def open_runs(folders: Sequence[Path]) -> list[Results]:
 
 
 def depth_average(field: xr.DataArray) -> xr.DataArray:
-    """Mean over y, the paper's <.>_xz; cells are of one size.
+    """Mean over y, the paper's <.>_xz; cells are of one size. Of a mesh the mean over what is inside of it.
 
     For a standard error this is the bound that holds if the errors along the depth are fully correlated.
     """
-    return field.mean("y", skipna=False)
+    if "inside" not in field.coords:
+        return field.mean("y", skipna=False)
+    inside = field["inside"]
+    total = field.where(inside, 0.0).sum("y", skipna=False)
+    count = inside.sum("y")
+    return total / count.where(count > 0)
 
 
 def mass_average(results: Results, name: str) -> xr.DataArray:

@@ -13,7 +13,7 @@ STIFF = ("exchange.scheme=explicit", "gas.max_courant=5", "gas.max_fourier=5")
 
 
 @pytest.mark.parametrize("name", list_shipped())
-def test_shipped_cases_are_fit(name):
+def test_shipped_cases_are_fit(name, on_a_cluster):
     require_fit(load_case(name))
 
 

@@ -30,7 +30,7 @@ def problems_of(name: object, *sets: str) -> list[str]:
 
 
 @pytest.mark.parametrize("name", list_shipped())
-def test_shipped_case_loads_and_survives_writing(name, tmp_path):
+def test_shipped_case_loads_and_survives_writing(name, tmp_path, on_a_cluster):
     case, folder = load_case(name), find_case(name).parent
     brought = [shutil.copy(folder / own, tmp_path) for own in list_companions(case)]
     write_case(case, tmp_path / "case.toml")

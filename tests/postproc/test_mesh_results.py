@@ -1,0 +1,80 @@
+"""Results over the cells of a mesh: sampled on the regular grid, nothing of what is outside counts."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from fbcouple.grid import Grid
+from fbcouple.results import write_results
+from postproc.dataset import NotDrawableError, depth_average, open_results
+
+CELLS, SIZE = (4, 4, 5), (0.08, 0.08, 0.25)
+CASE = """
+title = "A round bed"
+end_time = 20.0
+gravity = 9.81
+[domain]
+shape = "cylinder"
+size = [0.08, 0.08, 0.25]
+cells = [4, 4, 5]
+[gas]
+density = 1.165
+viscosity = 2e-5
+inlet_velocity = 1.2
+[averages]
+start = 1.0
+"""
+
+
+@pytest.fixture
+def run(tmp_path):
+    """Twelve of sixteen places of each layer are in the mesh, whose cells are numbered from the top down."""
+    grid = Grid(CELLS, SIZE)
+    z, y, x = np.meshgrid(*(np.arange(n) for n in CELLS[::-1]), indexing="ij")
+    inside = ~(np.isin(x, (0, 3)) & np.isin(y, (0, 3)))
+    samples = np.full(inside.shape, -1)
+    samples[inside] = np.arange(inside.sum())[::-1]
+    places = np.stack([grid.centres(axis)[index[inside]] for axis, index in zip(range(3), (x, y, z), strict=True)])
+    centres = places.T[::-1]
+    upward = 2.0 + 100.0 * centres[:, 0] + 40.0 * centres[:, 2]
+    means = {"pressure": 10.0 * centres[:, 2], "gas_flux": np.stack([0 * upward, 0 * upward, upward])}
+    history = [{"time": 0.1, "pressure_drop": 3.0, "wall": dict.fromkeys(("grains", "gas", "map", "drag"), 0.0)}]
+    history[0]["wall"] |= dict.fromkeys(("react", "average", "record", "wait"), 0.0)
+    about = {"case": CASE, "averaging_start": 1.0, "averaging_end": 20.0, "complete": 1, "floor": 0.005}
+    volumes = np.full(len(centres), 1e-6)
+    table = {"centres": centres, "volumes": volumes, "samples": samples}
+    write_results(tmp_path / "results.nc", grid, means, history, about, **table)
+    return tmp_path
+
+
+def test_the_file_is_over_cells(run):
+    with xr.open_dataset(run / "results.nc") as data:
+        assert data["pressure"].dims == ("cell",) and data["gas_flux"].dims == ("component", "cell")
+        assert np.allclose(data["pressure"], 10.0 * data["cell_z"]) and data["cell_volume"].attrs["units"] == "m3"
+
+
+def test_means_stand_at_their_places(run):
+    results = open_results(run)
+    pressure = results.mean("pressure")
+    assert pressure.dims == ("z", "y", "x") and int(np.isfinite(pressure).sum()) == 60
+    assert np.allclose(pressure[:, 1, 1], 10.0 * results.data["z"])
+    assert np.isnan(pressure[0, 0, 0])
+    flux = results.mean("gas_flux").sel(component="z")
+    assert float(flux[2, 1, 3]) == pytest.approx(2.0 + 100.0 * 0.07 + 40.0 * 0.125)
+
+
+def test_depth_means_are_those_of_the_inside(run):
+    flux = depth_average(open_results(run).mean("gas_flux").sel(component="z"))
+    x, z = np.meshgrid(flux["x"], flux["z"])
+    assert np.allclose(flux.transpose("z", "x"), 2.0 + 100.0 * x + 40.0 * z, rtol=1e-12)
+
+
+def test_a_hole_inside_is_told(run, tmp_path):
+    with xr.open_dataset(run / "results.nc") as stored:
+        data = stored.load()
+    data["pressure"][7] = np.nan
+    data.to_netcdf(run / "results.nc")
+    with pytest.raises(NotDrawableError, match="1 of"):
+        open_results(run).mean("pressure")
