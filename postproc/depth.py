@@ -1,11 +1,12 @@
 """How far the bed is two-dimensional: slices and profiles along its depth (figures 10 and 11 of the paper).
 
-The paper's slices are of one moment; these are of the time mean, which results.nc holds in all three directions.
+The paper's slices are of one moment, which a frame holds; the time mean stands in results.nc in all three directions.
 """
 
 from __future__ import annotations
 
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import xarray as xr
@@ -13,11 +14,13 @@ from matplotlib.figure import Figure
 
 from postproc.dataset import NotDrawableError, Results, at_height, velocity_scale
 from postproc.figures import figure
+from postproc.frames import list_frames, number_of, read_frame
 from postproc.maps import DENSE, PACKED, draw_edge
 from postproc.panels import Panel, draw_panels
 from postproc.style import COLUMN, GREY, LINES, averaging_text, inset_axes, new_figure
 
 SLICES = (0.2, 0.5, 0.8)  # y/D, Hamidouche et al. 2019, figure 10
+MOMENT = 12_000.0  # t U_f/d_p of figure 10
 DEPTH_HEIGHT = 0.16  # z/H of figure 11
 DEPTH_PLACES = (0.1, 0.3, 0.5, 0.7, 0.9)  # x/L; the paper's text does not give its own
 
@@ -25,15 +28,38 @@ DEPTH_PLACES = (0.1, 0.3, 0.5, 0.7, 0.9)  # x/L; the paper's text does not give 
 @figure
 def slices(results: Results) -> Figure:
     """Time-mean solids fraction on slices at y/D = 0.2, 0.5 and 0.8; each shows the cells that it passes through."""
-    field = results.mean("solids_fraction")
-    rows = [min(int(place * field.sizes["y"]), field.sizes["y"] - 1) for place in SLICES]
-    fields = [field.isel(y=row, drop=True) for row in rows]
-    panels = [
-        Panel(results, cut, f"y/D = {place:g}", partial(draw_edge, results=results, field=cut))
-        for place, cut in zip(SLICES, fields, strict=True)
-    ]
+    cuts = _cut(results.mean("solids_fraction"))
+    panels = [Panel(results, cut, name, partial(draw_edge, results=results, field=cut)) for name, cut in cuts]
     label = r"Solids fraction $\langle \alpha_p \rangle$ [–]"
     return draw_panels(panels, results.title, averaging_text(results), label, (0.0, PACKED), mark=DENSE)
+
+
+@figure
+def moment_slices(results: Results) -> Figure:
+    """Solids fraction of one moment on slices at y/D = 0.2, 0.5 and 0.8: that of t U_f/d_p = 12 000, or the last."""
+    frame = read_frame(_choose_moment(results, list_frames(results)))
+    if frame.voidage is None:
+        raise NotDrawableError([f"the frames of {results.path.parent} have no voidage: the scene has no gas."])
+    axes = {axis: results.data[axis].values for axis in "zyx"}
+    field = xr.DataArray(1.0 - frame.voidage.astype(float), dims=tuple("zyx"), coords=axes)
+    panels = [Panel(results, cut, name, None) for name, cut in _cut(field)]
+    label = r"Solids fraction $\alpha_p$ [–]"
+    return draw_panels(panels, results.title, f"t = {frame.time:.3f} s", label, (0.0, PACKED))
+
+
+def _choose_moment(results: Results, paths: list[Path]) -> Path:
+    """The frame of t U_f/d_p = 12 000, or the last before it; without gas that flows in the last."""
+    if results.gas_flux is None:
+        return paths[-1]
+    wanted = MOMENT * results.case["particles"]["diameter"] / velocity_scale(results)[0]
+    last = round(wanted / results.case["output"]["particles_every"])
+    return max((path for path in paths if number_of(path) <= last), default=paths[0])
+
+
+def _cut(field: xr.DataArray) -> list[tuple[str, xr.DataArray]]:
+    """The cells that each of `SLICES` passes through, with their names."""
+    rows = [min(int(place * field.sizes["y"]), field.sizes["y"] - 1) for place in SLICES]
+    return [(f"y/D = {place:g}", field.isel(y=row, drop=True)) for place, row in zip(SLICES, rows, strict=True)]
 
 
 def depth_lines(results: Results) -> dict[float, np.ndarray]:

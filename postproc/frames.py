@@ -52,6 +52,11 @@ def read_frame(path: Path) -> Frame:
     return Frame(float(data["time"]), *particles, *gas)
 
 
+def number_of(path: Path) -> int:
+    """Number of a frame, counted from 0, from its file's name."""
+    return int(path.stem.rpartition("-")[2])
+
+
 def choose_frames(paths: list[Path], most: int, start: float = 0.0) -> list[Path]:
     """At most `most` of the files, evenly, the last among them; `start`: part of them that is left out first."""
     first = int(start * (len(paths) - 1))

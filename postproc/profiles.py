@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import xarray as xr
 from matplotlib.figure import Figure
 
 from postproc.dataset import Results, at_height, depth_average, flux_scale
@@ -18,7 +19,7 @@ PROFILE_HEIGHT = 0.092  # z/H of the measured profiles, Hamidouche et al. 2019, 
 
 @dataclass(frozen=True)
 class Profile:
-    """A line across the bed: `position` x/L, `value` and, if the results have one, its `stderr`; shape (nx,)."""
+    """A line across the bed: `position` x/L, `value` and, if two blocks of the window are full, its `stderr`; (nx,)."""
 
     position: np.ndarray
     value: np.ndarray
@@ -37,13 +38,13 @@ def vertical_flux(results: Results, height: float = PROFILE_HEIGHT) -> Profile:
     width, _, full_height = results.size
     scale, _, _ = flux_scale(results)
 
-    def line(name: str) -> np.ndarray:
-        upward = results.mean(name).sel(component="z")
-        return at_height(depth_average(upward), height * full_height).values / scale
+    def line(field: xr.DataArray) -> np.ndarray:
+        return at_height(depth_average(field.sel(component="z")), height * full_height).values / scale
 
-    value = line("solids_flux")
-    stderr = line("solids_flux_stderr") if "solids_flux_stderr" in results.data else None
-    return Profile(results.data["x"].values / width, value, stderr)
+    value = line(results.mean("solids_flux"))
+    stderr = line(results.error("solids_flux_stderr")) if "solids_flux_stderr" in results.data else None
+    known = stderr is not None and bool(np.isfinite(stderr).all())
+    return Profile(results.data["x"].values / width, value, stderr if known else None)
 
 
 @figure

@@ -32,6 +32,8 @@ _FIRST = (
     "flux_profile",
     "depth_profiles",
     "slices",
+    "moment_slices",
+    "bed_views",
     "voidage_snapshots",
     "bubbles",
     "history",

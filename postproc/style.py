@@ -115,7 +115,7 @@ def extend(values: np.ndarray, low: float, high: float) -> str:
 
 def averaging_text(results: Results) -> str:
     """The averaging window in words, and whether the run has ended."""
-    text = "" if results.window is None else "time mean over {:g}–{:g} s".format(*results.window)
+    text = "" if results.window is None else "time mean over {:.4g}–{:.4g} s".format(*results.window)
     return text if results.complete else f"{text}; run not complete".lstrip("; ")
 
 

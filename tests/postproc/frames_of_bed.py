@@ -11,12 +11,17 @@ from fbcouple.frames import Frames
 from fbcouple.grid import Grid
 
 
-def write_frames(run: Path, size: tuple[float, float, float], count: int = 3, gas: bool = True) -> None:
+def write_frames(
+    run: Path,
+    size: tuple[float, float, float],
+    count: int = 3,
+    gas: bool = True,
+    cells: tuple[int, int, int] = (8, 3, 25),
+) -> None:
     """RUN/frames: a layer of 4000 particles at rest in the left half and one of as many at 1 m/s in the right half.
 
     Each frame they are 5 mm higher. The gas rises at 2 m/s, at voidage 0.4 in the lower half and 1 above.
     """
-    cells = (8, 3, 25)
     grid = Grid(cells, size)
     owned = np.stack(np.meshgrid(*(np.arange(n) for n in cells), indexing="ij"), axis=-1).reshape(-1, 3)
     frames = Frames(MPI.COMM_SELF, grid, owned, run / "frames", every=0.1)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from postproc.dataset import open_results
-from postproc.profiles import PROFILE_HEIGHT, vertical_flux
+from postproc.profiles import PROFILE_HEIGHT, flux_profile, vertical_flux
 
 GAS_FLUX = 1.165 * 1.2
 
@@ -30,3 +30,10 @@ def test_profile_at_another_height(run):
 
 def test_profile_without_standard_errors_has_no_band(dataset, write):
     assert vertical_flux(open_results(write(dataset.drop_vars("solids_flux_stderr")))).stderr is None
+
+
+def test_profile_of_a_run_whose_second_block_is_not_full_is_drawn_without_a_band(dataset, write):
+    dataset["solids_flux_stderr"] = dataset["solids_flux_stderr"] * np.nan
+    results = open_results(write(dataset))
+    assert vertical_flux(results).stderr is None
+    assert [text.get_text()[:9] for text in flux_profile(results).axes[0].get_legend().get_texts()] == ["time mean"]

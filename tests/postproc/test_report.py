@@ -5,6 +5,7 @@ import json
 import re
 from html.parser import HTMLParser
 
+import html5lib
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -58,10 +59,11 @@ def two(tmp_path_factory):
     """Two runs on two meshes beside a measured line: the page, its text, and the numbers."""
     folder = tmp_path_factory.mktemp("report")
     (folder / "line.csv").write_text(LINE)
-    write_whole(folder / "coarse", (17, 3, 55))
-    write_whole(folder / "fine", (34, 6, 110), shift=0.1, core_seconds=72000.0)
-    for name in ("coarse", "fine"):
-        write_frames(folder / name, SIZE)
+    meshes = {"coarse": (17, 3, 55), "fine": (34, 6, 110)}
+    write_whole(folder / "coarse", meshes["coarse"])
+    write_whole(folder / "fine", meshes["fine"], shift=0.1, core_seconds=72000.0)
+    for name, cells in meshes.items():
+        write_frames(folder / name, SIZE, cells=cells)
     page, numbers = write_report(
         [folder / "coarse", folder / "fine"], folder / "two.html", [f"solids_velocity@0.025={folder / 'line.csv'}"]
     )
@@ -86,6 +88,13 @@ def test_the_page_is_well_formed(two):
     assert len(set(page.ids)) == len(page.ids)
     assert {"title", "main", "header", "caption"} <= set(page.tags)
     assert page.tags.count("h1") == page.tags.count("main") == 1
+
+
+def test_it_is_valid_html_for_a_parser_that_forgives_nothing(two):
+    """html5lib's strict mode raises at the first parse error of the HTML standard."""
+    html5lib.HTMLParser(strict=True).parse(two[1])
+    with pytest.raises(html5lib.html5parser.ParseError):
+        html5lib.HTMLParser(strict=True).parse(two[1].replace("</table>", "", 1))
 
 
 def test_it_stands_alone_and_has_no_script(two):

@@ -5,12 +5,13 @@ import pytest
 
 from postproc import COMPARISONS, FIGURES, draw
 from postproc.dataset import NotDrawableError, open_results, open_runs
-from postproc.depth import DEPTH_PLACES, depth_lines, slices
+from postproc.depth import DEPTH_PLACES, depth_lines, moment_slices, slices
 from postproc.maps import agitation, agitations, solids_fluxes, solids_fractions
 from postproc.panels import MOST_ACROSS
 from postproc.profiles import flux_profiles
 from postproc.snapshots import voidage_snapshots
-from tests.postproc.whole_run import write_whole
+from tests.postproc.frames_of_bed import write_frames
+from tests.postproc.whole_run import SIZE, write_whole
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +31,7 @@ def runs(folder, tmp_path_factory):
 
 
 def test_every_figure_of_a_bed_is_drawn(folder):
-    assert {path.stem for path in draw(folder)} == set(FIGURES) - {"impact", "bed_views"}
+    assert {path.stem for path in draw(folder)} == set(FIGURES) - {"impact", "bed_views", "moment_slices"}
 
 
 @pytest.mark.parametrize("name", sorted(COMPARISONS))
@@ -79,6 +80,21 @@ def test_slices_show_the_cells_at_their_places(tmp_path):
     run.data["solids_fraction"][:, :, :] = np.arange(10)[None, :, None] / 20.0
     values = [np.unique(np.asarray(axes.collections[0].get_array())) for axes in slices(run).axes[:3]]
     assert [value.tolist() for value in values] == [[0.1], [0.25], [0.4]]
+
+
+def test_slices_of_a_moment_are_those_of_its_frame(tmp_path):
+    """t U_f/d_p = 12 000 is 10 s at 1.2 m/s, later than the three frames; the dense half has voidage 0.4."""
+    run = write_whole(tmp_path / "run")
+    write_frames(run, SIZE)
+    results = open_results(run)
+    figure = moment_slices(results)
+    assert [axes.get_title() for axes in figure.axes[:3]] == ["y/D = 0.2", "y/D = 0.5", "y/D = 0.8"]
+    for axes in figure.axes[:3]:
+        values = np.asarray(axes.collections[0].get_array())
+        assert values[:12] == pytest.approx(0.6, rel=1e-6) and not values[13:].any()
+    assert figure.texts[1].get_text() == "t = 0.200 s"
+    results.case["output"]["particles_every"] = 10.0
+    assert moment_slices(results).texts[1].get_text() == "t = 0.100 s", "frame 1 is then that of 10 s"
 
 
 def test_velocity_along_the_depth_is_that_of_its_place(results):

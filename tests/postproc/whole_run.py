@@ -37,6 +37,7 @@ friction = {friction}
 [averages]
 start = 2.0
 [output]
+particles_every = 0.1
 references = {references}
 """
 
