@@ -33,7 +33,7 @@ class Measured:
         """Whether the value is above `limit`; None if it lies within two standard errors of it."""
         if abs(self.value - limit) <= 2.0 * self.error:
             return None
-        return self.value > limit
+        return bool(self.value > limit)
 
 
 def in_window(results: Results, name: str) -> np.ndarray:
@@ -77,14 +77,22 @@ def freeboard_solids(results: Results) -> Measured:
     return Measured(float(field[above].mean(axis=1)[row]), float(error[above].mean(axis=1)[row]))
 
 
-def agitation_height(results: Results) -> float:
-    """z/H of the layer with most agitation per mass, below z/H = 0.375."""
+def agitation_peak(results: Results, height: float, allowed: float) -> tuple[float, Measured]:
+    """z/H of the layer with most agitation per mass below z/H = 0.375, and by how much [m2 s-2] the largest value
+    within `allowed` of z/H = `height` is above the largest elsewhere."""
     weight, agitation = results.mean("solids_fraction").values, _agitation(results)
-    below = results.data["z"].values < FREEBOARD * results.size[2]
-    mass = weight[below].sum(axis=(1, 2))
-    energy = (weight * agitation)[below].sum(axis=(1, 2))
-    layer = int(np.argmax(np.divide(energy, mass, out=np.zeros_like(mass), where=mass > 0.0)))
-    return float(results.data["z"].values[below][layer]) / results.size[2]
+    error = np.nan_to_num(results.data["agitation_stderr"].values.astype(float))
+    places = results.data["z"].values / results.size[2]
+    below = places < FREEBOARD
+    places, mass = places[below], weight[below].sum(axis=(1, 2))
+    layers, errors = (
+        np.divide((weight * field)[below].sum(axis=(1, 2)), mass, out=np.zeros_like(mass), where=mass > 0.0)
+        for field in (agitation, error)
+    )
+    near = np.abs(places - height) <= allowed
+    inside, outside = (np.flatnonzero(part)[np.argmax(layers[part])] for part in (near, ~near))
+    lead = Measured(layers[inside], errors[inside]) - Measured(layers[outside], errors[outside])
+    return float(places[np.argmax(layers)]), lead
 
 
 def bed_agitation(results: Results) -> Measured:

@@ -43,6 +43,15 @@ _ABSENT: dict[str, Any] = {
 _NOZZLES = {(17, 3, 55): [3, 3], (35, 6, 110): [5, 4], (70, 12, 220): [10, 8]}
 
 
+# Numerics that the paper tells: what it prints, or the range of what it does not; a run may have others and be told so.
+_TOLD: dict[str, tuple[float, float]] = {
+    "gas.max_courant": (0.2, 0.2),
+    "gas.max_fourier": (0.15, 0.15),
+    "contact.steps_per_contact": (6, 1000),
+    "contact.stiffness": (300.0, 1500.0),
+}
+
+
 @dataclass(frozen=True)
 class Bed:
     """A row of table 3: bed mass [kg], superficial velocity [m/s], friction between particles and at walls, mesh."""
@@ -90,6 +99,16 @@ def identify(results: Results) -> tuple[str, list[str]]:
     if cells not in _NOZZLES or _look_up(case, "gas.closed_nozzle") != _NOZZLES[cells]:
         return "", []
     return _NUMERICS[restitution], [name for name, bed in BEDS.items() if _is_bed(case, bed, cells)]
+
+
+def name_differences(results: Results) -> list[str]:
+    """Numerics of a run of the paper's that are not the paper's, with their values; the bed is the same."""
+    found = []
+    for key, (least, most) in _TOLD.items():
+        value = _look_up(results.case, key)
+        if value is not None and not least <= value <= most:
+            found.append(f"{key} = {value:g}")
+    return found
 
 
 def _is_bed(case: dict[str, Any], bed: Bed, cells: tuple[int, ...]) -> bool:

@@ -13,9 +13,10 @@ from click.testing import CliRunner
 
 from fbcouple.case.load import load_case, write_case
 from fbcouple.cli import cli
-from postproc.claims import CLAIMS, NO, UNDECIDED, YES, judge_claims
+from postproc.claims import NO, UNDECIDED, YES, judge_claims
 from postproc.dataset import Results, open_results
 from postproc.paper_runs import AS_COMPUTED, AS_PRINTED, BEDS, identify
+from postproc.statements import CLAIMS
 
 Make = Callable[..., Results]
 
@@ -46,10 +47,11 @@ def synthesize(
     wall_solids: float = 0.5,
     freeboard: float = 0.0,
     agitation: float = 0.1,
+    peak: float = 0.0625,
     end: float = 20.0,
     noise: float = 1e-3,
 ) -> xr.Dataset:
-    """Solids up to `height`, denser along the side walls; flux up in the middle; agitation peaks at z/H = 0.25."""
+    """Solids up to `height`, denser along the side walls; flux up in the middle; agitation peaks at z = `peak`."""
     x, y, z = ((np.arange(n) + 0.5) * length / n for n, length in zip(cells, size, strict=True))
     above, _, across = np.meshgrid(z, y, x, indexing="ij")
     near = np.minimum(across, size[0] - across) < 5e-3
@@ -65,7 +67,7 @@ def synthesize(
             "solids_fraction_stderr": (mean, np.full_like(solids, noise)),
             "solids_flux": (vector, np.stack([zero, zero, upward])),
             "solids_flux_stderr": (vector, np.full((3, *upward.shape), noise)),
-            "agitation": (mean, agitation * np.exp(-(((above - 0.0625) / 0.03) ** 2))),
+            "agitation": (mean, agitation * np.exp(-(((above - peak) / 0.03) ** 2))),
             "agitation_stderr": (mean, np.full_like(solids, noise * agitation)),
             "bed_height": ("time", height * (1.0 + 0.5 * swing)),
             "solids_centre_z": ("time", 0.5 * height * (1.0 + swing)),
@@ -206,6 +208,23 @@ def test_peak_of_agitation_and_freeboard(make):
     assert found["agitation-peak"] == YES and found["freeboard"] == YES
     found = verdicts(*runs[1:], make("c4-0.0", folder="other", freeboard=0.05, end=30.0))
     assert found["freeboard"] == NO
+
+
+@pytest.mark.parametrize(
+    ("peak", "noise", "verdict"),
+    [(0.055, 1e-3, YES), (0.03, 1e-3, NO), (0.0625, 0.3, UNDECIDED), (0.03, 3.0, UNDECIDED)],
+)
+def test_peak_of_agitation_is_told_beyond_its_errors_only(make, peak, noise, verdict):
+    runs = [make(f"c4-{mu}", height=0.09, peak=peak, noise=noise) for mu in ("0.0", "0.1", "0.2", "0.4")]
+    assert verdicts(*runs)["agitation-peak"] == verdict
+
+
+def test_numerics_that_are_not_the_papers_are_named(make):
+    sets = ("gas.max_courant=0.8", "contact.stiffness=400.0", "contact.steps_per_contact=3")
+    row = next(row for row in judge_claims([make("c5-0.0", sets)]) if row.name == "homogeneous")
+    assert row.runs == "c5-0.0 (gas.max_courant = 0.8, contact.steps_per_contact = 3)" and row.verdict != UNDECIDED
+    plain = next(row for row in judge_claims([make("c5-0.0", folder="plain")]) if row.name == "homogeneous")
+    assert plain.runs == "c5-0.0"
 
 
 @pytest.mark.parametrize(("one", "other", "claim"), [("c6", "a1", "turbulence"), ("c3", "c3-slip", "walls-fine")])
