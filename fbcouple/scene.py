@@ -12,6 +12,7 @@ from mpi4py import MPI
 from fbcouple.averages.means import CellSampler, Means, SolidsSampler
 from fbcouple.balance import Balance
 from fbcouple.case import derived
+from fbcouple.case.acceleration import choose_acceleration
 from fbcouple.case.mixture import largest_diameter
 from fbcouple.case.region import is_box
 from fbcouple.case.schema import Case
@@ -61,6 +62,8 @@ class Scene:
     watch: Stopwatch
     particles: Particles = NOBODY
     gas_state: GasState | None = None
+    accelerated: bool = False
+    """Does the drag of a step know the other forces of the last one?"""
     dt: float = 0.0
     """The coupling step under way [s]."""
     substeps: int = 0
@@ -85,7 +88,8 @@ class Scene:
         if self.grains:
             grains = self.grains
             last = grains.last_velocities if grains.remembers else None
-            self.particles = Particles(grains.positions, grains.velocities, grains.radii, grains.masses, last)
+            driven = grains.driven_velocities if self.accelerated else None
+            self.particles = Particles(grains.positions, grains.velocities, grains.radii, grains.masses, last, driven)
 
     def find_momentum(self) -> float:
         """Sum of m |v| [kg m/s] of this rank's particles."""
@@ -120,7 +124,9 @@ def open_scene(case: Case, run: Path, comm: MPI.Comm, end: float, restart: Path 
     averaging = _open_averaging(case, comm, cells, grains, coupling)
     balance, watch = Balance(comm), Stopwatch(STAGES)
     clock = _start_clock(case, end, _find_smallest(comm, cells))
-    return Scene(case, comm, clock, cells.grid, grains, gas, coupling, averaging, cells, balance, watch)
+    scene = Scene(case, comm, clock, cells.grid, grains, gas, coupling, averaging, cells, balance, watch)
+    scene.accelerated = coupling is not None and choose_acceleration(case)[0]
+    return scene
 
 
 def _open_cells(

@@ -56,6 +56,8 @@ def start(scene: Scene) -> None:
         scene.coupling.map(scene.particles)
         if scene.clock.steps == 0:
             scene.gas.start(scene.coupling.voidage)
+            if scene.particles.driven_velocities is not None:
+                scene.particles.driven_velocities[:] = scene.particles.velocities
         scene.coupling.read_gas(scene.gas.state)
         derive_fields(scene)
 

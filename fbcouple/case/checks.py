@@ -203,6 +203,14 @@ def check_averages(case: Case, folder: Path) -> Iterator[Problem]:
         yield Problem("averages.every", f"{text} {blocks}; sample more often or take fewer blocks.")
 
 
+@check("exchange.scheme", "exchange.accelerated")
+def check_acceleration(case: Case, folder: Path) -> Iterator[Problem]:
+    """Only the exact mean of the drag can know of other forces."""
+    if case.exchange and case.exchange.accelerated and case.exchange.scheme != "exponential":
+        text = f"true is given and exchange.scheme is {show(case.exchange.scheme)}"
+        yield Problem("exchange.accelerated", f'{text}; give exchange.scheme = "exponential" or remove this option.')
+
+
 @check("exchange.drag", "exchange.drag_file")
 def check_drag(case: Case, folder: Path) -> Iterator[Problem]:
     """The drag law is in the registry, or the case brings a file with its own."""

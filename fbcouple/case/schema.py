@@ -231,6 +231,11 @@ class Exchange(Section):
         "Drag over a fluid step: averaged exactly, backward Euler, or the value at the start (paper).",
         default="exponential",
     )
+    accelerated: bool | None = option(
+        "The drag of a step knows what velocity the other forces gave the particle in the last one, and is exact for "
+        "constant ones (exponential only); absent: where the fluid step is over 1 % of the particles' response time.",
+        default=None,
+    )
     voidage: Literal["trilinear", "centre", "divided", "gaussian"] = option(
         "How a particle is shared among cells and reads them: trilinear weights (paper), the cell of its centre, 29 "
         "equal parts, or a Gaussian kernel of `kernel_width`.",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from fbcouple.case.acceleration import choose_acceleration
 from fbcouple.case.mixture import count_kinds, list_kinds
 from fbcouple.case.pairs import list_coefficients
 from fbcouple.case.presets import NONE, describe_preset
@@ -210,6 +211,11 @@ def _lift_force(case: Case) -> tuple[bool, str]:
 def _virtual_mass(case: Case) -> tuple[bool, str]:
     wanted = case.exchange is not None and case.exchange.virtual_mass
     return wanted, "exchange.virtual_mass" if wanted else "not asked for"
+
+
+@_part
+def _accelerated_drag(case: Case) -> tuple[bool, str]:
+    return choose_acceleration(case)
 
 
 @_part

@@ -116,6 +116,13 @@ class Grains:
         pointer = self._library.lammps_extract_fix(self._lammps, b"lastVelocity", 1, 2, 0, 0)
         return self._view(pointer, ctypes.c_double, self.count, 3)
 
+    @property
+    def driven_velocities(self) -> np.ndarray:
+        """Velocities [m/s] that travel with the particles for whoever writes them, shape (count, 3), writable; only if
+        the deck has a place for them."""
+        pointer = self._library.lammps_extract_fix(self._lammps, b"drivenVelocity", 1, 2, 0, 0)
+        return self._view(pointer, ctypes.c_double, self.count, 3)
+
     def add_inertia(self, density: float) -> None:
         """Let each particle have the mass of its own density and of `density` [kg m-3] more; once or again."""
         own = self._atoms("density", ctypes.c_double)

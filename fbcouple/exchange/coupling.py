@@ -44,6 +44,8 @@ class Coupling:
         # Velocity, voidage and pressure gradient of a cell side by side, and one number more: two vectors of four.
         self._gas_rows = space.make_field(8)
         self._room = -1
+        self._nobody = np.empty((0, 3))
+        self._dt = 0.0
         self._layers = self._read_layers = len(self._gas_rows)
         self._state = np.zeros((cells, 6))
 
@@ -70,6 +72,11 @@ class Coupling:
         self.beta = self._beta[: len(particles.positions)]
         field = self._fields[4][: self._layers]
         rows, gas_rows = self.mapping.open(field), self.mapping.read(self._gas_rows, 4)
+        self._aim, drift = particles.velocities, self._nobody
+        if particles.driven_velocities is not None:
+            self._aim = np.empty_like(self._aim)
+            drift = self._drift = momentum.NEW * (particles.velocities - particles.driven_velocities)
+        self._dt = dt
         momentum.exert(
             self._law.kernel,
             DRAG_SCHEMES[self._options.scheme],
@@ -83,6 +90,8 @@ class Coupling:
             self._gas.viscosity,
             dt,
             self.beta,
+            drift,
+            self._aim,
             rows,
         )
         if self.forces:
@@ -106,18 +115,24 @@ class Coupling:
         if before is not None:
             rows = rows.copy()
             rows[..., :3] = before
+        driven = particles.driven_velocities
+        forces = self._nobody if driven is None else np.empty_like(driven)
         drag = momentum.react(
             *self.mapping.stencil,
             self.mapping.read(rows, 8),
             self.beta,
-            particles.velocities,
+            self._aim,
             particles.radii,
             self._push,
             self._lift,
             factor,
             held,
             current,
+            forces,
         )
+        if driven is not None:
+            old = (1.0 - momentum.NEW) / momentum.NEW * self._drift
+            driven[:] = particles.velocities + self._dt * forces / particles.masses[:, None] - old
         if self.forces:
             drag += self.forces.hand_over(self.mapping, self.mapping.read(self._gas_rows, 4), factor, held, current)
         return drag

@@ -11,11 +11,15 @@ from collections.abc import Callable
 import numpy as np
 from numba import f8, types
 
-from fbcouple.exchange.compiled import LAW, PLACES, ROWS, SCHEME, VECTOR, compile_as, compiled
+from fbcouple.exchange.compiled import LAW, PLACES, ROWS, SCHEME, VECTOR, compile_as, compiled, inlined
 from fbcouple.exchange.corners import add_four, corner_weights, read_four
 from fbcouple.exchange.elementary import decay
 
 _BLOCK = 256
+NEW = 0.5
+"""Weight of the last step in what `foresee` knows of the other forces. The pressure gradient answers to what the gas
+gets: the change of one step comes back as -alpha/eps (1 - y/x) of it, which would grow where alpha > eps; so it grows
+above alpha/eps = 3 only, which no bed reaches."""
 
 
 @compiled
@@ -60,13 +64,31 @@ def keep_beta(beta, masses, dt):
     """beta~ = beta: the value at the start of the step, for gas and particles alike (the paper's form)."""
 
 
+@inlined
+def foresee(velocities, drift, stiffness, aim):
+    """Set `aim` (n, 3) to v + c d, so that beta~ (u - aim) is the mean drag over a step on a particle that other forces
+    give the velocity d = `drift` (n, 3) in it.
+
+    m dv/dt = beta (u - v) + m d/dt with x = dt beta/m, `stiffness` (n,), has the mean drag beta~ (u - v) - (m/dt) d
+    (1 - y/x), where y = 1 - exp(-x) = dt beta~/m: c = 1/y - 1/x, 1/2 for slow drag and 1 for fast.
+    """
+    for p in range(len(stiffness)):
+        x = stiffness[p]
+        c = 0.5 + x * (1.0 / 12.0 - x * x * (1.0 / 720.0 - x * x / 30240.0))
+        if x > 0.1:
+            c = 1.0 / decay(x) - 1.0 / x
+        for axis in range(3):
+            aim[p, axis] = velocities[p, axis] + c * drift[p, axis]
+    return aim
+
+
 _LAW, _SCHEME = types.FunctionType(LAW), types.FunctionType(SCHEME)
 _STENCIL = PLACES, ROWS, PLACES
 
 
 @compile_as(
     types.void(
-        *(_LAW, _SCHEME, types.boolean, *_STENCIL, ROWS, VECTOR, VECTOR, ROWS, f8, f8, f8, VECTOR, ROWS),
+        *(_LAW, _SCHEME, types.boolean, *_STENCIL, ROWS, VECTOR, VECTOR, ROWS, f8, f8, f8, VECTOR, ROWS, ROWS, ROWS),
     )
 )
 def exert(
@@ -84,10 +106,14 @@ def exert(
     viscosity,
     dt,
     beta,
+    drift,
+    aim,
     field,
 ):
-    """Add beta~ [kg/s] and beta~ v [N] of every particle to patch `field` (places, 4); beta~ stays in `beta` (n,).
+    """Add beta~ [kg/s] and beta~ w [N] of every particle to patch `field` (places, 4); beta~ stays in `beta` (n,).
 
+    w is the velocity that the drag acts on: v, or where `drift` (n, 3) is given, what other forces gave the particle in
+    the last step [m/s], the one that makes beta~ exact for them too (see `foresee`), which goes into `aim` (n, 3).
     `gas` (places, >= 4) starts with the filtered gas velocity and the voidage as the cells have it. The explicit
     scheme has no implicit part: it adds 0 and beta (v - u). Particles go through in blocks that fit the cache.
     """
@@ -106,6 +132,10 @@ def exert(
             size[q] = 2.0 * radii[first + q]
         b = beta[first : first + n]
         law(eps[:n], slip[:n], size[:n], density, viscosity, b)
+        if len(drift):
+            for q in range(n):
+                size[q] = dt * b[q] / masses[first + q]
+            v = foresee(v, drift[first : first + n], size[:n], aim[first : first + n])
         scheme(b, masses[first : first + n], dt)
         for q in range(n):
             weights = corner_weights(up[q, 0], up[q, 1], up[q, 2])
@@ -119,13 +149,15 @@ def exert(
 
 
 @compiled
-def react(base, upper, offsets, gas, beta, velocities, radii, push, lift, factor, held, current):
-    """Put each particle under `factor` times the force of the gas [N]: beta~ (u - v) - V (push grad P) + V lift.
+def react(base, upper, offsets, gas, beta, aim, radii, push, lift, factor, held, current, drag):
+    """Put each particle under `factor` times the force of the gas [N]: beta~ (u - w) - V (push grad P) + V lift.
 
+    `aim` (n, 3) is w [m/s], the particle's velocity or what `foresee` made of it.
     `gas` (places, 8) holds filtered gas velocity, voidage, pressure gradient and nothing; `push` is 1 with the
     pressure-gradient force and 0 without; `lift` [N/m3] is the weight of the displaced gas. The force goes into `held`
     (n, 3), what the sub-steps hold, and its change into `current` (n, 3), the force of the last sub-step, which the
-    next half kick starts from. Returns the summed drag magnitude [N] without the factor.
+    next half kick starts from. Returns the summed drag magnitude [N] without the factor; `drag` (n, 3) [N], or (0, 3)
+    where nobody asks, is the drag of each particle without it.
     """
     total = 0.0
     for p in range(len(base)):
@@ -133,9 +165,9 @@ def react(base, upper, offsets, gas, beta, velocities, radii, push, lift, factor
         ux, uy, uz, _ = read_four(gas, np.uint64(0), base[p], offsets, weights)
         gx, gy, gz, _ = read_four(gas, np.uint64(4), base[p], offsets, weights)
         volume = 4.0 / 3.0 * np.pi * radii[p] ** 3
-        dx = beta[p] * (ux - velocities[p, 0])
-        dy = beta[p] * (uy - velocities[p, 1])
-        dz = beta[p] * (uz - velocities[p, 2])
+        dx = beta[p] * (ux - aim[p, 0])
+        dy = beta[p] * (uy - aim[p, 1])
+        dz = beta[p] * (uz - aim[p, 2])
         fx = factor * (dx - volume * push * gx)
         fy = factor * (dy - volume * push * gy)
         fz = factor * (dz - volume * push * gz + volume * lift)
@@ -146,6 +178,10 @@ def react(base, upper, offsets, gas, beta, velocities, radii, push, lift, factor
         held[p, 1] = fy
         held[p, 2] = fz
         total += np.sqrt(dx * dx + dy * dy + dz * dz)
+        if len(drag):
+            drag[p, 0] = dx
+            drag[p, 1] = dy
+            drag[p, 2] = dz
     return total
 
 

@@ -20,6 +20,9 @@ class Particles:
     masses: np.ndarray
     last_velocities: np.ndarray | None = None
     """Velocities (n, 3) before the last move, where a force asks for them."""
+    driven_velocities: np.ndarray | None = None
+    """Velocities (n, 3) that drag alone would give in the move under way, writable, where the drag of a step knows the
+    other forces."""
 
 
 NOBODY = Particles(np.empty((0, 3)), np.empty((0, 3)), np.empty(0), np.empty(0))

@@ -28,6 +28,7 @@ OPTIONS = {
     "viscous_force": ({"exchange__viscous_force": True}, ["viscousForceOnParticles yes;"], []),
     "lift_force": ({"exchange__lift_force": True}, [], []),
     "virtual_mass": ({"exchange__virtual_mass": True}, ["lastVelocity"], []),
+    "accelerated_drag": ({"exchange__accelerated": True}, ["drivenVelocity"], []),
 }
 MODELS = get_args(Gas.model_fields["turbulence"].annotation)
 

@@ -71,7 +71,14 @@ CYLINDER = {
 }
 
 # Options of the gas that are out of the full scene: test_gas_decks.py puts each of them in.
-GAS_OPTIONS = ("subgrid_energy", "lagrangian_averages", "viscous_force", "lift_force", "virtual_mass")
+GAS_OPTIONS = (
+    "subgrid_energy",
+    "lagrangian_averages",
+    "viscous_force",
+    "lift_force",
+    "virtual_mass",
+    "accelerated_drag",
+)
 
 # Part -> the changes that take it out, and words and files that then must be gone (and are there with it).
 TRACES = {

@@ -14,6 +14,7 @@ from fbcouple.launch import launch
 
 SCENES = {
     "paper": [],
+    "stiff": ["exchange.accelerated=true"],
     "forces": ["exchange.lift_force=true", "exchange.virtual_mass=true"],
     "rough": [
         "particles.rotation=true",
