@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
+from fbcouple.collision import normal_damping
 from fbcouple.meshes.cylinder import make_cylinder
 from fbcouple.meshes.polyhedra import find_centres, take_apart
 from fbcouple.meshes.tetrahedra import cut
@@ -186,3 +187,57 @@ def cylinder_conservation_short(place: Path, comm: MPI.Comm) -> Iterator[Number]
     """The same over 60 steps, with every force that there is."""
     forces = {"filter_passes": 1, "viscous_force": True, "lift_force": True, "virtual_mass": True}
     yield from conserve(place, comm, _BED | {"exchange": forces}, steps=60, lively=1e-4)
+
+
+_RESTITUTION = 0.8
+_AXIS, _HEIGHT = 0.01, 0.02
+
+
+@scene("cylinder-walls")
+def bounce_in_cylinder(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+    """Beads at 1 m/s without the gas against floor, top and two facets of the side, along their normals: restitution
+    and overlap (eqs 43-45), and back the way they came.
+
+    They are LIGGGHTS' walls from the surface of the mesh.
+    """
+    facet = np.pi / 12  # between a corner of the 12 sides and the middle of the next side
+    sides = [[np.cos(n * facet), np.sin(n * facet), 0.0] for n in (1, 5)]
+    ways = np.array([[0.0, 0.0, -1.0], [0.0, 0.0, 1.0], *sides])
+    middle = np.array([_AXIS, _AXIS, 0.5 * _HEIGHT])
+    contact = {"wall_restitution": _RESTITUTION, "wall_friction": 0.0, "steps_per_contact": 100}
+    sections = {
+        "domain": {"shape": "cylinder", "size": [2 * _AXIS, 2 * _AXIS, _HEIGHT], "cells": [4, 4, 4]},
+        "gravity": 0.0,
+        "gas": GAS,
+        "contact": FRICTIONLESS | contact,
+        "exchange": {},
+    }
+    bench = open_bench(place, comm, sections, middle + 5e-3 * ways)
+    start(bench)
+    grains = bench.grains
+    assert grains is not None and bench.case.contact is not None
+    grains.velocities[:] = ways[grains.numbers - 1]
+    farthest = np.zeros(len(ways))
+    for _ in range(round(6e-3 / bench.clock.dt)):
+        grains.advance(1)
+        went = (grains.positions - middle)[np.argsort(grains.numbers)]
+        farthest = np.maximum(farthest, np.einsum("pd,pd->p", went, ways))
+    velocities = grains.velocities[np.argsort(grains.numbers)]
+    walls = np.array([0.5 * _HEIGHT] * 2 + [_AXIS * np.cos(facet)] * 2) - 0.5 * GLASS["diameter"]
+    overlap = _find_overlap(bench.case.contact.stiffness)
+    for n, name in enumerate(("floor", "top", "side", "another side")):
+        back = -velocities[n] / _RESTITUTION
+        yield Number(f"{name}: speed after over before", float(np.linalg.norm(velocities[n])), _RESTITUTION, 0.004)
+        turned = float(np.linalg.norm(np.cross(velocities[n], ways[n])))
+        yield Number(f"{name}: part of it across the normal", turned, 0.0, 1e-6)
+        yield Number(f"{name}: it comes back", float(back @ ways[n] > 0.0), 1.0, 0.0)
+        deep = (farthest[n] - walls[n]) / GLASS["diameter"]
+        yield Number(f"{name}: overlap, diameters", float(deep), overlap, 0.02, relative=True)
+
+
+def _find_overlap(stiffness: float) -> float:
+    """Largest overlap [diameters] with a wall at 1 m/s (eqs 43-45)."""
+    mass = math.pi / 6 * GLASS["diameter"] ** 3 * GLASS["density"]
+    natural, damping = math.sqrt(stiffness / mass), normal_damping(stiffness, mass, _RESTITUTION)
+    swing = math.sqrt(natural**2 - damping**2)
+    return math.exp(-damping / swing * math.atan2(swing, damping)) / natural / GLASS["diameter"]

@@ -1,0 +1,119 @@
+"""Meshes that a case brings, about their own axis, from set-up to results on several ranks; gone on with on another."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from fbcouple.errors import StoppedError
+from fbcouple.launch import launch
+from fbcouple.layout import lay_out
+from fbcouple.meshes.cylinder import find_section, make_cylinder
+from fbcouple.meshes.foam_files import write_polymesh
+
+sys.path.append(str(Path(__file__).parents[1] / "meshes"))
+from test_meshes import write_gmsh
+
+CASE = """
+title = "a mesh about its own axis"
+end_time = 8e-4
+[domain]
+shape = "file"
+mesh = "MESH"
+inlet = "IN"
+outlet = "OUT"
+size = SIZE
+cells = [8, 8, 16]
+[gas]
+density = 1.165
+viscosity = 2e-5
+inlet_velocity = 1.5
+pressure_tolerance = 1e-12
+[particles]
+diameter = 1e-3
+density = 2500.0
+count = 900
+[contact]
+restitution = 0.97
+wall_restitution = 0.97
+friction = 0.1
+wall_friction = 0.1
+[start]
+[exchange]
+filter_passes = 1
+[averages]
+start = 0.0
+every = 1e-5
+blocks = 2
+[output]
+record_every = 1e-4
+[checkpoint]
+moment_steps = 4
+"""
+VOLUME = 900 * np.pi / 6 * 1e-9
+
+
+def make_mesh(elements):
+    mesh = make_cylinder(0.016, 0.032, 6, 10, elements)
+    return replace(mesh, points=mesh.points - [0.008, 0.008, 0.002])
+
+
+def write_case(folder, mesh, *words):
+    text = CASE.replace("SIZE", str((mesh.high - mesh.low).tolist()))
+    for old, new in zip(("MESH", "IN", "OUT"), words, strict=True):
+        text = text.replace(f'"{old}"', f'"{new}"')
+    (folder / "case.toml").write_text(text)
+
+
+def run_case(folder, ranks, **options):
+    run = folder / f"run-{ranks}"
+    if not options.get("resume"):
+        lay_out(str(folder / "case.toml"), run, (), False, forced=True)
+    launch(run, ranks, lambda row: None, **options)
+    return read(run)
+
+
+def read(run):
+    with xr.open_dataset(run / "results.nc") as opened:
+        return opened.load()
+
+
+def judge(results, cells):
+    assert results.sizes["cell"] == cells and int(results.attrs["complete"])
+    assert results["momentum_error"].max() < 1e-10 and (results["particles"] == 900).all()
+    assert np.abs(results["solids_volume"] / VOLUME - 1.0).max() < 1e-12
+    assert float((results["solids_fraction"] * results["cell_volume"]).sum()) == pytest.approx(VOLUME, rel=1e-12)
+    assert results.attrs["floor"] == pytest.approx(find_section(0.016, 6), rel=1e-9)
+    assert float(results["cell_z"].min()) < 0.0 and float(results["cell_x"].min()) < -0.006
+    assert float(results["z"][0]) == pytest.approx(-0.001) and abs(float(results["x"].mean())) < 1e-12
+    assert 0.0 < float(results["bed_height"][-1]) < 0.02
+
+
+def test_gmsh_file_on_two_ranks(tmp_path):
+    mesh = make_mesh("tetrahedra")
+    write_gmsh(mesh, tmp_path / "column.msh")
+    write_case(tmp_path, mesh, "column.msh", "in", "out")
+    judge(run_case(tmp_path, 2), 6 * 9 * 10 * 3)
+
+
+def test_polymesh_of_prisms_gone_on_with_on_another_number_of_ranks(tmp_path):
+    mesh = make_mesh("prisms")
+    write_polymesh(mesh, tmp_path / "polyMesh")
+    write_case(tmp_path, mesh, "polyMesh", "inlet", "outlet")
+    whole = run_case(tmp_path, 1)
+    judge(whole, 6 * 9 * 10)
+    run = tmp_path / "run-2"
+    lay_out(str(tmp_path / "case.toml"), run, (), False, forced=True)
+    with pytest.raises(StoppedError):
+        launch(run, 2, lambda row: None, wall_limit=1e-3)
+    launch(run, 3, lambda row: None, resume=True)
+    resumed = read(run)
+    judge(resumed, 6 * 9 * 10)
+    for name in ("solids_fraction", "gas_velocity", "pressure"):
+        scale = float(np.abs(whole[name]).max())
+        assert float(np.abs(resumed[name] - whole[name]).max()) < 1e-9 * scale, name
