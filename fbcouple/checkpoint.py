@@ -53,8 +53,9 @@ class Checkpoint:
 
 
 def fingerprint(case: Case) -> str:
-    """What must not change between a checkpoint and the run that goes on from it: all but how often files are saved."""
-    told = case.model_dump(mode="json", exclude={"checkpoint": True, "output": {"save_every"}})
+    """What must not change between a checkpoint and the run that goes on from it: all but how often files are saved
+    and what ends a run."""
+    told = case.model_dump(mode="json", exclude={"checkpoint": True, "monitors": True, "output": {"save_every"}})
     for dotted in _YOUNGER:
         *section, key = dotted.split(".")
         table = told[section[0]] if section else told
@@ -105,6 +106,18 @@ def finish(folder: Path, about: dict[str, Any], sums: Sums) -> Path:
 def list_checkpoints(run: Path) -> list[Path]:
     """Folders of the checkpoints of `run`, the newest first; nothing is said of what is in them."""
     return sorted((p for p in (run / FOLDER).glob("step-*") if p.suffix != REFUSED), reverse=True)
+
+
+def word_newest(run: Path) -> str:
+    """Say what a run that failed goes on from."""
+    found = list_checkpoints(run)
+    return f"{found[0]} stands, --resume goes on from it" if found else "there is no checkpoint before it"
+
+
+def abandon(run: Path) -> None:
+    """Remove what is there of a checkpoint that could not be finished, so that it takes no room."""
+    for rest in (run / FOLDER).glob(f"{_UNFINISHED}*"):
+        shutil.rmtree(rest, ignore_errors=True)
 
 
 def choose(run: Path, case: Case) -> tuple[Checkpoint | None, list[str]]:

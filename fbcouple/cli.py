@@ -21,10 +21,11 @@ from rich.text import Text
 from fbcouple import __version__
 from fbcouple.batch.schedulers import SCHEDULERS
 from fbcouple.commands.bench import bench
+from fbcouple.commands.doctor import doctor
 from fbcouple.commands.pictures import claims, post, report
 from fbcouple.commands.study import study
 from fbcouple.commands.table import print_table
-from fbcouple.errors import CaseError, FbcoupleError, SolverError
+from fbcouple.errors import CaseError, FbcoupleError
 
 INTERRUPTED = 130
 DIVERGED = 4
@@ -163,7 +164,7 @@ def setup(case: str, output: Path | None, sets: tuple[str, ...], explained: bool
     "--until",
     type=click.FloatRange(min=0.0, min_open=True),
     callback=require_finite,
-    help="Stop at this simulated time [s].",
+    help="Stop at the first moment for a checkpoint at or after this simulated time [s].",
 )
 @click.option("--resume", is_flag=True, help="Go on from the newest good checkpoint; without one, from the start.")
 @click.option("--fresh", is_flag=True, help="Start again and remove the results of an earlier run.")
@@ -191,7 +192,7 @@ def run(run: Path, ranks: int, resume: bool, fresh: bool, trusted: bool, **limit
     from fbcouple.case.load import load_case
     from fbcouple.decks.render import require_own_decks
     from fbcouple.errors import StoppedError
-    from fbcouple.launch import launch
+    from fbcouple.launch import is_complete, launch
     from fbcouple.progress import RunProgress
 
     case = load_case(str(run))
@@ -206,8 +207,9 @@ def run(run: Path, ranks: int, resume: bool, fresh: bool, trusted: bool, **limit
     except StoppedError as error:
         raise StoppedError(f"{run}: {error}; go on with {go_on}") from error
     console.print(progress.tabulate())
-    if end < case.end_time:
-        click.echo(f"{run}: done up to {end:g} s of {case.end_time:g} s; go on with {go_on}")
+    if not is_complete(run):
+        place = f"at or after {end:g} s of {case.end_time:g} s"
+        click.echo(f"{run}: stopped at a moment for a checkpoint {place}; go on with {go_on}")
     click.echo(f"{run}: done; draw its figures with `fbcouple post {run}`")
 
 
@@ -264,30 +266,7 @@ def verify(ctx: click.Context, names: tuple[str, ...], fast: bool, file: Path | 
         ctx.exit(DIVERGED)
 
 
-@cli.command()
-@click.option("--fix", "mends", is_flag=True, help="Mend what can be mended without the package manager first.")
-def doctor(mends: bool) -> None:
-    """Tell what is installed, what fits together and how to mend the rest; exit code 0 only if a run can work."""
-    from fbcouple import doctor as examination
-
-    if mends:
-        examination.fix()
-    rows = examination.examine()
-    verdicts = [Text("ok", style="green") if row.ok else Text("NOT OK", style="bold red") for row in rows]
-    columns = ["what", "found", "wanted", "", "mend"]
-    print_table(
-        columns,
-        [
-            (row.name, row.found, row.wanted, verdict, "" if row.ok else row.mend)
-            for row, verdict in zip(rows, verdicts, strict=True)
-        ],
-    )
-    broken = [row.name for row in rows if not row.ok]
-    if broken:
-        raise SolverError(f"a run cannot work yet: {', '.join(broken)}")
-
-
-for command in (post, report, claims, study, bench):
+for command in (post, report, claims, study, bench, doctor):
     cli.add_command(command)
 
 

@@ -88,9 +88,13 @@ class Cadence:
         self.next = start
         """When it is due next [s]."""
 
+    def is_due(self, time: float) -> bool:
+        """Would it be due at `time`? Asking changes nothing."""
+        return time >= self.next * _ALMOST
+
     def due(self, time: float) -> bool:
         """Is it due at `time`? Asking moves on to the next multiple."""
-        if time < self.next * _ALMOST:
+        if not self.is_due(time):
             return False
         self.next = (math.floor(time / self._every * (2.0 - _ALMOST)) + 1) * self._every
         return True

@@ -11,6 +11,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+from fbcouple.engines.native import MPI_LIBRARY
 from fbcouple.engines.openfoam.build import adapter_path, build_adapter, compiler_version
 from fbcouple.errors import SolverError
 
@@ -67,7 +68,7 @@ class _Loaded:
     @property
     def mpi(self) -> tuple[str, ...]:
         """Every MPI library in that process; more than one, or another one than mpi4py's, breaks a run."""
-        return tuple(file for file in self.files if re.match(r"libmpi\.so|libmpich|libmpi\.\d", Path(file).name))
+        return tuple(file for file in self.files if re.match(MPI_LIBRARY, Path(file).name))
 
 
 def examine() -> list[Row]:

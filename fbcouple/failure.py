@@ -3,26 +3,44 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 from pathlib import Path
 
 _NOTE = "logs/failure.json"
+_ROOM = "logs/failure.room"
+_ROOM_SIZE = 32768
+_LONGEST = 5000  # characters, of which each takes six bytes at most in JSON
 _TAIL = 15
+# LIGGGHTS' own word for a particle that went out of the box or is not finite.
+_DIVERGED = "Lost atoms"
 SOLVER_LOGS = {"grains.log": "LIGGGHTS", "grains.screen": "LIGGGHTS", "fluid.log": "OpenFOAM"}
 
 
-def write_failure(run: Path, text: str, exit_code: int) -> None:
-    """Write down why this rank ends the run; the first rank to do so is heard."""
-    try:
-        with (run / _NOTE).open("x") as file:
-            json.dump({"text": text, "exit_code": exit_code}, file)
-    except FileExistsError:
-        pass
-
-
-def forget_failure(run: Path) -> None:
-    """Remove the note of an earlier failure."""
+def prepare_failure(run: Path) -> None:
+    """Remove the note of an earlier failure, and keep room for one on a disk that will be full."""
     (run / _NOTE).unlink(missing_ok=True)
+    with (run / _ROOM).open("w") as file:
+        file.write(" " * _ROOM_SIZE)
+        file.flush()
+        os.fsync(file.fileno())
+
+
+def write_failure(run: Path, text: str, exit_code: int) -> None:
+    """Write down why this rank ends the run; the first rank to do so is heard, also where the disk is full."""
+    try:
+        (run / _ROOM).rename(run / _NOTE)
+    except FileNotFoundError:
+        if (run / _NOTE).exists():
+            return
+    note = json.dumps({"text": text[:_LONGEST], "exit_code": exit_code})
+    with open(run / _NOTE, "r+" if (run / _NOTE).exists() else "w") as file:
+        file.write(note)
+
+
+def give_room_back(run: Path) -> None:
+    """Remove the room for a note that nobody needed."""
+    (run / _ROOM).unlink(missing_ok=True)
 
 
 def read_failure(run: Path, launcher_words: str) -> tuple[str, int]:
@@ -37,7 +55,7 @@ def read_failure(run: Path, launcher_words: str) -> tuple[str, int]:
     for name, solver in SOLVER_LOGS.items():
         words = _find_last_error(run / "logs" / name)
         if words:
-            return f"{solver}: {words} (in logs/{name})", 3
+            return f"{solver}: {words} (in logs/{name})", 4 if _DIVERGED in words else 3
     tail = "\n".join(launcher_words.strip().splitlines()[-_TAIL:])
     return f"the run ended without a word of its own; the MPI launcher said:\n{tail}", 3
 

@@ -15,12 +15,15 @@ from typing import Any
 
 from fbcouple.environment import mpi_environment
 from fbcouple.errors import CaseError, DivergedError, FbcoupleError, SolverError, StoppedError
-from fbcouple.failure import read_failure
+from fbcouple.failure import give_room_back, read_failure
 from fbcouple.lock import beat
 from fbcouple.places import PULSE
 from fbcouple.results import read_line
 
 ERRORS: dict[int, type[FbcoupleError]] = {4: DivergedError, 75: StoppedError}
+SIGNALS = (signal.SIGTERM, signal.SIGUSR1, signal.SIGINT)
+PASSED_ON = signal.SIGUSR1
+"""The signal that mpirun hands on to the ranks, whichever of them this process was sent."""
 _PAUSE = 0.25
 _GRACE = 5.0
 _PARENT_DIES = 1  # PR_SET_PDEATHSIG
@@ -28,20 +31,42 @@ _PARENT_DIES = 1  # PR_SET_PDEATHSIG
 Watch = Callable[[dict[str, Any]], None]
 
 
+class Requests:
+    """Signals to this process (SIGTERM, SIGUSR1, SIGINT) that ask a run to stop, counted while in the context."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self.first = ""
+        """Name of the first of them."""
+        self._before: dict[signal.Signals, Any] = {}
+
+    def __enter__(self) -> Requests:
+        self._before = {number: signal.signal(number, self._hear) for number in SIGNALS}
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+
+    def _hear(self, number: int, frame: FrameType | None) -> None:
+        self.count += 1
+        self.first = self.first or signal.Signals(number).name
+
+
 class Job:
     """An MPI job on the run folder `run`.
 
-    A signal to this process (SIGTERM, SIGUSR1, SIGINT) makes the job write a checkpoint and end; a second one ends it
-    at once. So does the end of this process, whatever ended it.
+    A first request to stop makes the job write a checkpoint and end; a second one ends it at once. The end of this
+    process, whatever ended it, is a first request.
     """
 
-    def __init__(self, command: list[str], run: Path, patience: float, lock: int) -> None:
+    def __init__(self, command: list[str], run: Path, patience: float, lock: int, requests: Requests) -> None:
         """`patience` [s] of wall time without a coupling step, after which the job is taken for hanging; `lock`: file
         number of the run folder's lock, which the job holds on if this process dies."""
+        self._requests = requests
         self._command, self._run, self._patience = command, run, patience
         self._words = run / "logs/launcher.log"
         self._lock = lock
-        self._asked = 0
         self._seen, self._moved = 0, time.monotonic()
 
     def follow(self, watch: Watch) -> None:
@@ -49,21 +74,14 @@ class Job:
 
         Raises the error that the job ended by, StoppedError among them.
         """
-        before = {
-            number: signal.signal(number, self._ask) for number in (signal.SIGTERM, signal.SIGUSR1, signal.SIGINT)
-        }
-        try:
-            with self._words.open("w") as words:
-                job = self._start(words)
-                try:
-                    for row in self._read_rows(job):
-                        watch(row)
-                except BaseException:
-                    _end(job)
-                    raise
-        finally:
-            for number, handler in before.items():
-                signal.signal(number, handler)
+        with self._words.open("w") as words:
+            job = self._start(words)
+            try:
+                for row in self._read_rows(job):
+                    watch(row)
+            except BaseException:
+                _end(job)
+                raise
         self._judge(job)
 
     def _start(self, words: Any) -> subprocess.Popen:
@@ -82,13 +100,13 @@ class Job:
             raise SolverError("mpirun is not on the PATH; mend: sudo apt-get install openmpi-bin") from error
 
     def _judge(self, job: subprocess.Popen) -> None:
+        give_room_back(self._run)
         note = (self._run / "logs/failure.json").exists()
         if job.returncode or note or not (self._run / "results.nc").exists():
             text, code = read_failure(self._run, self._words.read_text(errors="replace"))
+            if self._requests.first:
+                text = text.replace(f"stopped by {PASSED_ON.name}", f"stopped by {self._requests.first}", 1)
             raise CaseError([text]) if code == 1 else ERRORS.get(code, SolverError)(text)
-
-    def _ask(self, number: int, frame: FrameType | None) -> None:
-        self._asked += 1
 
     def _read_rows(self, job: subprocess.Popen) -> Iterator[dict[str, Any]]:
         """History rows as the job writes them, until it ends."""
@@ -113,13 +131,15 @@ class Job:
                 time.sleep(_PAUSE)
 
     def _tell(self, job: subprocess.Popen, told: int) -> int:
-        """Pass on what this process was asked: the first time a signal for a checkpoint, then the end."""
-        if self._asked > told:
-            if told:
-                _end(job)
-            else:
-                job.send_signal(signal.SIGUSR1)
-        return self._asked
+        """Pass on what this process was asked, once the ranks listen: first a signal for a checkpoint, then the end."""
+        asked = self._requests.count
+        if asked > 1 and asked > told:
+            _end(job)
+        elif asked > told and (self._run / PULSE).exists():
+            job.send_signal(PASSED_ON)
+        else:
+            return told
+        return asked
 
     def _require_progress(self, job: subprocess.Popen) -> None:
         """Raise SolverError if the job has not moved for longer than it may; the caller ends it."""

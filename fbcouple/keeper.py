@@ -3,7 +3,7 @@
 A moment comes every `checkpoint.moment_steps` coupling steps. There LIGGGHTS is set up anew, whether a checkpoint is
 written or not, because a run that goes on from a checkpoint starts by that; so a checkpoint changes nothing in the
 run, and a resumed run equals the uninterrupted one to the last bit. Whatever asks for a checkpoint, a cadence, a
-signal or the wall limit, gets it at the next moment.
+signal, the wall limit or `--until`, gets it at the next moment, and a run that stops stops there.
 """
 
 from __future__ import annotations
@@ -28,46 +28,62 @@ SIGNALS = (signal.SIGTERM, signal.SIGUSR1, signal.SIGINT)
 # Room before the wall limit: this many times the longest stretch between two moments and the longest checkpoint.
 _ROOM = 2.0
 _PULSE_EVERY = 1.0
+_ALMOST = 1.0 - 1e-9
+UNTIL = "--until"
+"""Why a run stops that has come as far as it was asked to."""
 
 
 @dataclass(frozen=True)
 class Limits:
     """What a run is given beside its case."""
 
-    end: float
-    """Simulated time [s] to run to."""
+    until: float = math.inf
+    """Simulated time [s] at or after which to stop."""
     deadline: float = math.inf
     """Wall time (seconds since the epoch) before which it has to be over."""
+
+
+class Summons:
+    """The last of the signals that ask this rank to stop; it listens from its making on."""
+
+    def __init__(self) -> None:
+        self.caught = 0
+        self.listen()
+
+    def listen(self) -> None:
+        """Take the signals, again where a solver has set handlers of its own."""
+        for number in SIGNALS:
+            signal.signal(number, self._catch)
+
+    def _catch(self, number: int, frame: FrameType | None) -> None:
+        self.caught = number
 
 
 class Keeper:
     """Asked after every coupling step; collective at moments only."""
 
-    def __init__(self, scene: Scene, run: Path, limits: Limits) -> None:
-        """Signals are this object's from here on (the solvers have set their own handlers before)."""
+    def __init__(self, scene: Scene, run: Path, limits: Limits, summons: Summons) -> None:
         options = scene.case.checkpoint
         self._run, self._limits = run, limits
         self._fingerprint = fingerprint(scene.case)
         self._steps, self._wall = options.moment_steps, options.wall_every
         self._cadence = Cadence(options.every, options.every) if options.every else None
-        self._caught = 0
+        self._summons = summons
+        summons.listen()
         self._began = self._written = self._last = time.monotonic()
         self._stretch = self._writing = self._beaten = 0.0
-        for number in SIGNALS:
-            signal.signal(number, self._catch)
 
     def keep(self, scene: Scene, recorder: Recorder) -> None:
-        """At a moment, and where the run ends before its case does: a checkpoint if one is due (collective)."""
+        """At a moment: a checkpoint if one is due or the run has to stop (collective)."""
         self._beat(scene.comm)
         clock = scene.clock
-        ends_early = not clock.running and clock.time < scene.case.end_time * (1 - 1e-9)
-        if not ends_early and (clock.steps % self._steps or not clock.running):
+        if clock.steps % self._steps or not clock.running:
             return
         due, scene.stop = self._agree(scene.comm, clock.time)
         with scene.watch("record"):
-            if due or scene.stop or ends_early:
+            if due or scene.stop:
                 self._write(scene, recorder)
-            if clock.running and not scene.stop and scene.grains:
+            if not scene.stop and scene.grains:
                 scene.grains.advance(0, first=True)
                 scene.look_at_particles()
 
@@ -85,19 +101,19 @@ class Keeper:
         room = _ROOM * (self._stretch + self._writing)
         late = time.time() + room > self._limits.deadline
         due = moment - self._written > self._wall
-        caught, late, due = comm.allreduce((self._caught, late, due), _merge)
+        caught, late, due = comm.allreduce((self._summons.caught, late, due), _merge)
         if self._cadence and self._cadence.due(now):
             due = True
+        if now >= self._limits.until * _ALMOST:
+            return due, UNTIL
         return due, signal.Signals(caught).name if caught else "the wall limit" if late else ""
 
     def _write(self, scene: Scene, recorder: Recorder) -> None:
         begin = time.monotonic()
+        recorder.inspect(scene)
         scene.checkpoint = write_checkpoint(scene, recorder, self._run, self._fingerprint)
         self._written = time.monotonic()
         self._writing = max(self._writing, self._written - begin)
-
-    def _catch(self, number: int, frame: FrameType | None) -> None:
-        self._caught = number
 
 
 def _merge(one: tuple[int, bool, bool], other: tuple[int, bool, bool]) -> tuple[int, bool, bool]:

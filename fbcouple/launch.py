@@ -19,12 +19,12 @@ from fbcouple.case.load import load_case
 from fbcouple.case.schema import Case
 from fbcouple.checkpoint import FOLDER, Checkpoint
 from fbcouple.environment import mpi_command
-from fbcouple.errors import CaseError
-from fbcouple.failure import SOLVER_LOGS, forget_failure
-from fbcouple.job import Job, Watch
+from fbcouple.errors import CaseError, SolverError
+from fbcouple.failure import SOLVER_LOGS, prepare_failure
+from fbcouple.job import Job, Requests, Watch
 from fbcouple.lock import hold
 from fbcouple.mesh import prepare_mesh, resume_mesh
-from fbcouple.places import FRAMES
+from fbcouple.places import FRAMES, PULSE
 
 PATIENCE = 600.0
 _PRODUCTS = ("results.nc", FRAMES, FOLDER, "figures", "report.html", "report.json")
@@ -46,10 +46,11 @@ def launch(
     patience: float = PATIENCE,
     say: Say = lambda text: None,
 ) -> None:
-    """Run the case in `run` on `ranks` MPI ranks to its end, or to `until` [s]; `watch` sees each history row.
+    """Run the case in `run` on `ranks` MPI ranks to its end; `watch` sees each history row.
 
-    resume: from the newest checkpoint that is whole; wall_limit [s]: wall time by which it has to be over;
-    patience [s]: wall time without a coupling step after which it is taken for hanging; say: told what is refused.
+    until [s]: stop, with a checkpoint, at the first moment for one at or after it; resume: from the newest checkpoint
+    that is whole; wall_limit [s]: wall time by which it has to be over; patience [s]: wall time without a coupling step
+    after which it is taken for hanging; say: told what is refused.
 
     Raises CaseError if `run` is no run folder, holds what neither `fresh` nor `resume` speaks of, or has only damaged
     checkpoints; SolverError with the solver's own last words; DivergedError if a check of the run failed;
@@ -58,10 +59,13 @@ def launch(
     begin = time.time()
     if not (run / "manifest.json").exists():
         raise CaseError([f"{run}: is not a run folder; make one with: fbcouple setup CASE -o {run}"])
-    with hold(run) as lock:
-        command = _prepare(run, ranks, until, fresh, resume, begin + wall_limit, say)
+    with hold(run) as lock, Requests() as requests:
+        try:
+            command = _prepare(run, ranks, until, fresh, resume, begin + wall_limit, say)
+        except OSError as error:
+            raise SolverError(f"{run}: cannot be made ready: {error}") from error
         if command:
-            Job(command, run, patience, lock).follow(watch)
+            Job(command, run, patience, lock, requests).follow(watch)
 
 
 def _prepare(
@@ -69,20 +73,22 @@ def _prepare(
 ) -> list[str] | None:
     """Make the folder ready and return the command of the job; None if there is nothing left to do."""
     case = _read_run(run, fresh, resume)
-    if resume and _is_complete(run):
+    if resume and is_complete(run):
         say(f"{run}: is complete: nothing is left to do")
         return None
     checkpoint = _find_checkpoint(run, case, say) if resume else None
-    end = case.end_time if until is None else min(until, case.end_time)
-    if checkpoint and checkpoint.time >= end * _ALMOST:
-        say(f"{run}: has reached t = {checkpoint.time:.6g} s already: nothing is left to do up to {end:g} s")
+    if checkpoint and until is not None and checkpoint.time >= until * _ALMOST:
+        say(f"{run}: has reached t = {checkpoint.time:.6g} s already: nothing is left to do up to {until:g} s")
         return None
     _clear(run, checkpoint)
+    prepare_failure(run)
     if case.gas and checkpoint:
         resume_mesh(case, run, ranks, checkpoint)
     elif case.gas:
         prepare_mesh(case, run, ranks)
-    options = ["--end", repr(end), "--deadline", repr(deadline)]
+    options = ["--ranks", str(ranks), "--deadline", repr(deadline)]
+    if until is not None:
+        options += ["--until", repr(until)]
     if checkpoint:
         options += ["--resume", str(checkpoint.folder.relative_to(run))]
     command = mpi_command(ranks, [sys.executable, "-m", "fbcouple.worker", str(run.resolve()), *options])
@@ -100,7 +106,7 @@ def _read_run(run: Path, fresh: bool, resume: bool) -> Case:
     return load_case(str(run / "case.toml"))
 
 
-def _is_complete(run: Path) -> bool:
+def is_complete(run: Path) -> bool:
     """Did an earlier run reach the end of the case, by its results?"""
     if not (run / "results.nc").exists():
         return False
@@ -122,9 +128,8 @@ def _find_checkpoint(run: Path, case: Case, say: Say) -> Checkpoint | None:
 
 def _clear(run: Path, checkpoint: Checkpoint | None) -> None:
     """Remove what an earlier run left; of one that is resumed only what came after the checkpoint."""
-    forget_failure(run)
     log = run / _LOG
-    for old in (log, *(run / "logs" / name for name in SOLVER_LOGS)):
+    for old in (log, run / PULSE, *(run / "logs" / name for name in SOLVER_LOGS)):
         old.unlink(missing_ok=True)
     if checkpoint:
         shutil.copyfile(checkpoint.folder / "history.jsonl", log)

@@ -26,7 +26,7 @@ def hold(run: Path) -> Iterator[int]:
     Raises CaseError if another run has the folder, SolverError if the lock cannot be written.
     """
     try:
-        file = (run / NAME).open("a+")
+        file = (run / NAME).open("a+b", buffering=0)
     except OSError as error:
         raise SolverError(f"{run}: cannot be written: {error}") from error
     with file:
@@ -37,9 +37,11 @@ def hold(run: Path) -> Iterator[int]:
             raise CaseError([_word(run, holder)]) from None
         if holder and holder["host"] != platform.node() and _find_age(run) < STALE_AFTER:
             raise CaseError([_word(run, holder)])
-        file.truncate(0)
-        file.write(json.dumps({"host": platform.node(), "pid": os.getpid()}))
-        file.flush()
+        try:
+            file.truncate(0)
+            file.write(json.dumps({"host": platform.node(), "pid": os.getpid()}).encode())
+        except OSError as error:
+            raise SolverError(f"{run}: cannot be written: {error}") from error
         try:
             yield file.fileno()
         finally:

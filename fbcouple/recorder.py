@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import math
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +17,13 @@ from fbcouple.averages.snapshots import Snapshots
 from fbcouple.case.mixture import mean_density, solids_volume
 from fbcouple.case.region import find_region, is_box
 from fbcouple.cells import MeshCells
+from fbcouple.checkpoint import word_newest
 from fbcouple.clock import Cadence
 from fbcouple.contacts import find_max_overlap
-from fbcouple.errors import DivergedError
+from fbcouple.errors import SolverError
+from fbcouple.flux import HeightFlux
 from fbcouple.frames import Frames, look_at, track
+from fbcouple.monitors import JUDGED_ONLY, RollCall, find_breaches, judge, require_finite, require_inside
 from fbcouple.places import FRAMES
 from fbcouple.results import append_line, read_log, write_results
 from fbcouple.scene import Scene
@@ -26,8 +31,6 @@ from fbcouple.scene import Scene
 # Dense bed of the paper: solids fraction above 0.2 (section 4.2).
 _DENSE = 0.2
 _CLOSEST_PACKING = 0.74048
-_VOLUME_LIMIT = 1e-9
-_MOMENTUM_LIMIT = 1e-9
 # What is kept from row to row.
 _NUMBERS = (
     "_momentum_error",
@@ -36,7 +39,6 @@ _NUMBERS = (
     "_elapsed",
     "_pressure_time",
     "_support_time",
-    "_particles",
 )
 
 
@@ -50,7 +52,9 @@ class Recorder:
         self._cadence = Cadence(scene.case.output.record_every)
         self._momentum_error = self._mass_error = self._courant = 0.0
         self._elapsed = self._pressure_time = self._support_time = 0.0
-        self._particles = 0
+        self._roll = RollCall(scene)
+        self._flux = HeightFlux()
+        self._inspected: tuple[int, dict[str, Any]] = (-1, {})
         self._begin = self._saved = time.monotonic()
         self._busy_begin, self._busy_earlier = time.process_time(), 0.0
         every = scene.case.output.snapshots_every
@@ -61,28 +65,61 @@ class Recorder:
         self._log = (run / "logs/run.jsonl").open("a") if scene.comm.rank == 0 else None
 
     def observe(self, scene: Scene) -> None:
-        """Check the step that was taken; record it if a row is due; save if it is time (collective)."""
+        """Check the step that was taken; record it if a row is due, and save if it is time (collective)."""
         self._check(scene)
         if self._snapshots and scene.coupling:
             with scene.watch("record"):
                 self._snapshots.take(scene.coupling.voidage, scene.clock.time)
         if self._frames and self._frames.cadence.due(scene.clock.time):
-            with scene.watch("record"):
+            with scene.watch("record"), self._writing(FRAMES):
                 self._frames.write(scene.clock.time, *look_at(scene))
-        if not self._cadence.due(scene.clock.time) and scene.clock.running:
-            return
+        if self._cadence.due(scene.clock.time) or not scene.clock.running:
+            self._record(scene)
+        if scene.gas and self._looks_next(scene):
+            self._flux.prepare(scene)
+
+    def inspect(self, scene: Scene) -> dict[str, Any]:
+        """Hold the state as it is against its limits; returns what was measured for it (collective).
+
+        Raises DivergedError with the reason and the place.
+        """
+        if self._inspected[0] == scene.clock.steps:
+            return self._inspected[1]
+        numbers: dict[str, Any] = {}
+        require_finite(scene)
+        if scene.grains:
+            require_inside(scene)
+            numbers |= self._measure_grains(scene) | self._find_height(scene)
+        if scene.coupling:
+            numbers |= self._measure_voidage(scene)
+        if scene.gas:
+            numbers |= self._flux.measure(scene)
+        judge(scene, numbers)
+        self._inspected = scene.clock.steps, numbers
+        if scene.grains:
+            self._roll.take(scene)
+        return numbers
+
+    def _looks_next(self, scene: Scene) -> bool:
+        """Will the step to come be recorded, or be a moment for a checkpoint?"""
+        clock = scene.clock
+        is_moment = (clock.steps + 1) % scene.case.checkpoint.moment_steps == 0
+        return is_moment or self._cadence.is_due(clock.time + clock.dt)
+
+    def _record(self, scene: Scene) -> None:
         with scene.watch("record"):
             row = self._measure(scene)
         row["wall"] = self._share_walls(scene)
         self._rows.append(row)
         if self._log:
-            append_line(self._log, row)
+            with self._writing("logs/run.jsonl"):
+                append_line(self._log, row)
         late = time.monotonic() - self._saved > scene.case.output.save_every
         if scene.comm.bcast(late):
             self.save(scene)
 
     def _check(self, scene: Scene) -> None:
-        """Keep the extremes since the last row; raise DivergedError if momentum or a particle is lost."""
+        """Keep the extremes since the last row; raise DivergedError if a number of the step breaks its limit."""
         state, balance = scene.gas_state, scene.balance
         if state:
             self._courant = max(self._courant, state.courant)
@@ -91,28 +128,23 @@ class Recorder:
             self._pressure_time += state.inlet_pressure * scene.dt
             self._support_time += balance.support * scene.dt
         self._momentum_error = max(self._momentum_error, balance.momentum_error)
-        self._particles = self._particles or balance.particles
-        if not balance.momentum_error <= _MOMENTUM_LIMIT:
-            raise DivergedError(
-                f"gas and particles disagree on the momentum exchanged up to t = {scene.clock.time:.6g} s: "
-                f"{balance.momentum_error:.3g} of the impulse, allowed {_MOMENTUM_LIMIT:.0e}"
-            )
-        if balance.particles != self._particles:
-            lost = self._particles - balance.particles
-            raise DivergedError(
-                f"{lost} of {self._particles} particles are lost at t = {scene.clock.time:.6g} s: they left the box; "
-                "use more DEM steps per contact or a stiffer contact"
-            )
+        self._roll.require_all(scene)
+        numbers = {"courant": state.courant} if state else {}
+        if scene.coupling:
+            numbers |= {"momentum_error": balance.momentum_error, "substeps": scene.substeps}
+        if find_breaches(scene, numbers):
+            self.inspect(scene)  # what is wrong with the state says more than what came of it
+            judge(scene, numbers)
 
     def _measure(self, scene: Scene) -> dict[str, Any]:
         row: dict[str, Any] = {"time": scene.clock.time, "steps": scene.clock.steps, "substeps": scene.substeps}
-        if scene.grains:
-            row |= self._measure_grains(scene) | self._find_height(scene)
+        numbers = self.inspect(scene)
+        row |= {name: value for name, value in numbers.items() if name not in JUDGED_ONLY}
         if scene.gas:
+            row.setdefault("gas_flux_error", float("nan"))
             mean = self._pressure_time / self._elapsed if self._elapsed else float("nan")
             row |= {"pressure_drop": mean, "gas_mass_error": self._mass_error, "max_courant": self._courant}
         if scene.coupling:
-            row |= self._measure_voidage(scene)
             row["momentum_error"] = self._momentum_error
             row["gas_support"] = self._support_time / self._elapsed / self._weight(scene) if self._elapsed else 0.0
         self._momentum_error = self._mass_error = self._courant = 0.0
@@ -160,10 +192,10 @@ class Recorder:
         comm, voidage = scene.comm, scene.coupling.voidage
         solids = comm.allreduce(scene.cells.add_up(1.0 - voidage))
         volume = comm.allreduce(float((4.0 / 3.0 * np.pi * scene.grains.radii**3).sum()))
-        if abs(solids / volume - 1.0) > _VOLUME_LIMIT:
-            raise DivergedError(f"the gas sees {solids:.12g} m3 of solids, the particles have {volume:.12g} m3")
         return {
             "solids_volume": solids,
+            "solids_error": abs(solids / volume - 1.0),
+            "voidage_excess": comm.allreduce(float(voidage.max(initial=0.0)), max) - 1.0,
             "min_voidage": comm.allreduce(float(voidage.min(initial=1.0)), min),
             "cells_over_packed": comm.allreduce(int((voidage < 1.0 - _CLOSEST_PACKING).sum())),
         }
@@ -183,8 +215,17 @@ class Recorder:
         if scene.comm.rank == 0:
             taken = self._snapshots.taken if self._snapshots else ()
             place = self._run / "results.nc"
-            write_results(place, scene.grid, means, self._rows, self._describe(scene), taken, **about)
+            with self._writing("results.nc"):
+                write_results(place, scene.grid, means, self._rows, self._describe(scene), taken, **about)
         self._saved = time.monotonic()
+
+    @contextmanager
+    def _writing(self, name: str) -> Iterator[None]:
+        """Say what could not be written, and what the run goes on from."""
+        try:
+            yield
+        except OSError as error:
+            raise SolverError(f"{name} cannot be written: {error}; {word_newest(self._run)}") from error
 
     def _count_core_seconds(self, scene: Scene) -> float:
         return self._earlier + (time.monotonic() - self._begin) * scene.comm.size
@@ -198,6 +239,7 @@ class Recorder:
         numbers = {name: getattr(self, name) for name in _NUMBERS}
         numbers |= {"core_seconds": self._count_core_seconds(scene), "next": self._cadence.next}
         numbers["cpu_seconds"] = self._count_cpu_seconds(scene)
+        numbers["flux"] = self._flux.save()
         with (folder / "history.jsonl").open("w") as file:
             for row in self._rows:
                 append_line(file, row)
@@ -217,6 +259,8 @@ class Recorder:
             setattr(self, name, numbers[name])
         self._earlier, self._cadence.next = numbers["core_seconds"], numbers["next"]
         self._busy_earlier = numbers.get("cpu_seconds", math.nan)
+        if "flux" in numbers:
+            self._flux.load(numbers["flux"])
         self._rows = read_log(folder / "history.jsonl")
         if self._snapshots:
             self._snapshots.cadence.next = numbers["next_snapshot"]

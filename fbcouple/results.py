@@ -38,6 +38,7 @@ HISTORIES: dict[str, tuple[str, str]] = {
     "momentum_error": ("1", "largest imbalance of a step over its impulse since the last row"),
     "kinetic_energy": ("J", "kinetic energy of the particles' translation"),
     "gas_mass_error": ("1", "largest gas volume rate lost by continuity over the inflow, since the last row"),
+    "gas_flux_error": ("1", "gas flux at a height against continuity, farthest off, over the fastest inflow"),
     "max_courant": ("1", "largest Courant number since the last row"),
     "min_voidage": ("1", "least voidage of a cell"),
     "cells_over_packed": ("1", "cells with a solids fraction above 0.74, the closest packing of equal spheres"),
@@ -57,7 +58,7 @@ def write_results(
     volumes: np.ndarray | None = None,
     samples: np.ndarray | None = None,
 ) -> None:
-    """Write results.nc under a temporary name and move it into place.
+    """Write results.nc under a temporary name and move it into place. Raises OSError if the disk does not take it.
 
     `means`: name -> (z, y, x) or (component, z, y, x), `..._stderr` beside it; `history`: a row a record, `wall`
     in it the seconds of each stage since the row before, `tracked` particles by number; `snapshots`:
@@ -123,10 +124,14 @@ def _lay_out_tracks(history: list[dict[str, Any]]) -> dict[str, Any]:
 def write_dataset(path: Path, dataset: xr.Dataset, encoding: dict[str, Any]) -> None:
     """Write `dataset` as netCDF under a temporary name, bring it to the disk, and move it into place."""
     fresh = path.with_suffix(".tmp")
-    dataset.to_netcdf(fresh, encoding=encoding)
-    with fresh.open("rb") as file:
-        os.fsync(file.fileno())
-    fresh.replace(path)
+    try:
+        dataset.to_netcdf(fresh, encoding=encoding)
+        with fresh.open("rb") as file:
+            os.fsync(file.fileno())
+        fresh.replace(path)
+    except (OSError, RuntimeError) as error:  # the latter are the netCDF library's
+        fresh.unlink(missing_ok=True)
+        raise OSError(f"{error}; is the disk full?") from error
 
 
 def append_line(file: TextIO, row: dict[str, Any]) -> None:

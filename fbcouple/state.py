@@ -7,8 +7,10 @@ has AUTO_WRITE, and reads it back if the adapter constructs it with READ_IF_PRES
 
 from __future__ import annotations
 
+import errno
 import json
 import os
+import resource
 from pathlib import Path
 from typing import Any
 
@@ -39,9 +41,9 @@ def write_checkpoint(scene: Scene, recorder: Recorder, run: Path, fingerprint: s
             about = {"case": fingerprint, "step": step, "time": scene.clock.time, "ranks": comm.size}
             place = checkpoint.finish(folder, about, {name: s for part in gathered for name, s in part.items()})
         return comm.bcast(place)
-    except OSError as error:
-        good = checkpoint.list_checkpoints(run)
-        stands = f"{good[0]} stands" if good else "there is none before it"
+    except (OSError, SolverError) as error:
+        checkpoint.abandon(run)
+        stands = checkpoint.word_newest(run)
         raise SolverError(f"the checkpoint of step {step} cannot be written: {error}; {stands}") from error
 
 
@@ -74,6 +76,9 @@ def _write_grains(scene: Scene, place: Path) -> None:
     scene.grains.command(f"write_restart /proc/self/fd/{scene.comm.bcast(memory)}")
     if scene.comm.rank == 0:
         with os.fdopen(memory, "rb") as source, place.open("wb") as target:
+            longest = resource.getrlimit(resource.RLIMIT_FSIZE)[0]
+            if longest != resource.RLIM_INFINITY and os.fstat(source.fileno()).st_size >= longest:
+                raise OSError(errno.EFBIG, f"the particles need more than the {longest} bytes that a file may have")
             source.seek(0)
             while chunk := source.read(_CHUNK):
                 target.write(chunk)

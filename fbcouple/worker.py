@@ -1,6 +1,6 @@
 """The run, in every MPI rank: `simulate` is the time loop.
 
-Started by `fbcouple.launch` as `mpirun -n RANKS python -m fbcouple.worker RUN --end SECONDS [...]`.
+Started by `fbcouple.launch` as `mpirun -n RANKS python -m fbcouple.worker RUN --ranks RANKS [...]`.
 """
 
 from __future__ import annotations
@@ -8,17 +8,18 @@ from __future__ import annotations
 import argparse
 import math
 import os
+import sys
 import traceback
 from pathlib import Path
 
-import numpy as np
 from mpi4py import MPI
 
 from fbcouple.averages.means import sample_gas
 from fbcouple.case.load import load_case
-from fbcouple.errors import DivergedError, FbcoupleError, StoppedError
+from fbcouple.errors import FbcoupleError, SolverError, StoppedError
 from fbcouple.failure import write_failure
-from fbcouple.keeper import Keeper, Limits
+from fbcouple.keeper import UNTIL, Keeper, Limits, Summons
+from fbcouple.monitors import require_finite_gas, require_sound_exchange
 from fbcouple.recorder import Recorder
 from fbcouple.scene import Scene, open_scene
 from fbcouple.state import RESTART, read_checkpoint
@@ -91,6 +92,7 @@ def exert_drag(scene: Scene) -> None:
     if scene.coupling:
         with scene.watch("drag"):
             scene.coupling.drag(scene.particles, scene.dt)
+            require_sound_exchange(scene)
 
 
 def step_gas(scene: Scene) -> None:
@@ -102,8 +104,7 @@ def step_gas(scene: Scene) -> None:
     with scene.watch("gas"):
         scene.gas.step(scene.dt, *(scene.coupling.gas_input if scene.coupling else scene.gas.clean_input))
         scene.gas_state = scene.gas.measure()
-    if not np.isfinite(scene.gas_state.courant):
-        raise DivergedError(f"the gas is not finite after the step from t = {scene.clock.time:.6g} s")
+    require_finite_gas(scene)
 
 
 def choose_step(scene: Scene) -> None:
@@ -144,25 +145,24 @@ def average(scene: Scene) -> None:
             averaging.gas.add(sample_gas(voidage, scene.gas.velocity, scene.gas.pressure), time)
 
 
-def work(run: Path, limits: Limits, resume: Path | None, comm: MPI.Comm) -> None:
-    """Run the case in `run` from its start, or from the checkpoint `resume` in it (collective).
-
-    Raises StoppedError where it has to stop early.
-    """
+def work(run: Path, limits: Limits, resume: Path | None, comm: MPI.Comm, summons: Summons) -> None:
+    """Run the case in `run` from its start, or from the checkpoint `resume` in it (collective); one that has to stop
+    early leaves a note of it."""
     os.chdir(run)
     os.environ["PWD"] = str(run)
     here = Path(".")
     case = load_case("case.toml")
-    scene = open_scene(case, here, comm, limits.end, resume / RESTART if resume else None)
+    scene = open_scene(case, here, comm, case.end_time, resume / RESTART if resume else None)
     recorder = Recorder(scene, here, Path("case.toml").read_text())
     if resume:
         read_checkpoint(scene, recorder, resume)
-    simulate(scene, recorder, Keeper(scene, here, limits))
-    if scene.gas and not scene.stop:
+    simulate(scene, recorder, Keeper(scene, here, limits, summons))
+    stopped_early = scene.stop not in ("", UNTIL)
+    if scene.gas and not stopped_early:
         scene.gas.write()
     if scene.grains:
         scene.grains.close()
-    if scene.stop and comm.rank == 0:
+    if stopped_early and comm.rank == 0:
         write_failure(here, word_stop(scene), StoppedError.exit_code)
 
 
@@ -173,23 +173,42 @@ def word_stop(scene: Scene) -> str:
 
 def main() -> None:
     """Work; a failure on one rank writes down why and ends all ranks."""
+    summons = Summons()
     options = read_options()
     run = options.run.resolve()
     try:
-        work(run, Limits(options.end, options.deadline), options.resume, MPI.COMM_WORLD)
+        require_together(MPI.COMM_WORLD, options.ranks)
+        work(run, Limits(options.until, options.deadline), options.resume, MPI.COMM_WORLD, summons)
     except FbcoupleError as error:
-        write_failure(run, str(error), error.exit_code)
-        MPI.COMM_WORLD.Abort(error.exit_code)
+        end_all(run, str(error), error.exit_code)
     except BaseException as error:
-        write_failure(run, f"{type(error).__name__}: {error}\n{traceback.format_exc()}", 3)
-        MPI.COMM_WORLD.Abort(3)
+        end_all(run, f"{type(error).__name__}: {error}\n{traceback.format_exc()}", SolverError.exit_code)
+
+
+def end_all(run: Path, text: str, exit_code: int) -> None:
+    """End every rank; the reason is written down first, if the disk takes it, and told to the launcher."""
+    try:
+        print(text, file=sys.stderr, flush=True)
+        write_failure(run, text, exit_code)
+    finally:
+        MPI.COMM_WORLD.Abort(exit_code)
+
+
+def require_together(comm: MPI.Comm, ranks: int) -> None:
+    """Raise SolverError unless the launcher has made one job of `ranks` ranks."""
+    if comm.size != ranks:
+        raise SolverError(
+            f"mpirun was asked for {ranks} ranks and this process finds {comm.size}: the launcher is not of mpi4py's "
+            f"MPI, {MPI.Get_library_version().split(',')[0].strip()}; mend: fbcouple doctor"
+        )
 
 
 def read_options() -> argparse.Namespace:
     """What `fbcouple.launch` said on the command line."""
     parser = argparse.ArgumentParser()
     parser.add_argument("run", type=Path)
-    parser.add_argument("--end", type=float, required=True)
+    parser.add_argument("--ranks", type=int, required=True)
+    parser.add_argument("--until", type=float, default=math.inf)
     parser.add_argument("--deadline", type=float, default=math.inf)
     parser.add_argument("--resume", type=Path)
     return parser.parse_args()

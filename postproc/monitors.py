@@ -60,6 +60,15 @@ def _mass(results: Results) -> Watched:
     return Watched("gas lost by continuity over the inflow, largest", _largest(results, "gas_mass_error"), "")
 
 
+@monitor("gas_flux_error")
+def _flux(results: Results) -> Watched:
+    if not np.isfinite(results.history("gas_flux_error").values).any():
+        raise NotDrawableError(["no inflow to compare with."])
+    return Watched(
+        "gas flux at a height against continuity over the inflow, largest", _largest(results, "gas_flux_error"), ""
+    )
+
+
 @monitor("max_courant")
 def _courant(results: Results) -> Watched:
     limit = (results.case.get("gas") or {}).get("max_courant")

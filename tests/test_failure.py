@@ -2,7 +2,7 @@
 
 import pytest
 
-from fbcouple.failure import forget_failure, read_failure, write_failure
+from fbcouple.failure import give_room_back, prepare_failure, read_failure, write_failure
 
 LAUNCHER = "\n".join(f"line {n}" for n in range(40))
 # Both as the solvers print them.
@@ -16,6 +16,7 @@ FLUID = (
 @pytest.fixture
 def run(tmp_path):
     (tmp_path / "logs").mkdir()
+    prepare_failure(tmp_path)
     return tmp_path
 
 
@@ -36,12 +37,32 @@ def test_a_note_goes_before_the_logs(run):
     assert read_failure(run, LAUNCHER) == ("the cause", 4)
 
 
-def test_a_forgotten_note_is_gone(run):
+def test_a_note_is_forgotten_by_the_next_run(run):
     write_failure(run, "an earlier run", 4)
-    forget_failure(run)
-    forget_failure(run)
+    prepare_failure(run)
     write_failure(run, "this run", 3)
     assert read_failure(run, "") == ("this run", 3)
+
+
+def test_a_note_needs_no_room_of_the_disk(run):
+    """It takes the place of the room that was kept for it, whatever is in it."""
+    room = (run / "logs/failure.room").stat().st_size
+    write_failure(run, "\u20ac" * 100_000, 3)
+    assert [path.name for path in (run / "logs").iterdir()] == ["failure.json"]
+    assert (run / "logs/failure.json").stat().st_size == room
+    assert read_failure(run, "")[0].strip("\u20ac") == ""
+
+
+def test_without_room_a_note_is_written_all_the_same(run):
+    give_room_back(run)
+    write_failure(run, "the cause", 4)
+    write_failure(run, "what followed", 3)
+    assert read_failure(run, "") == ("the cause", 4)
+
+
+def test_particles_that_liggghts_lost_are_a_divergence(run):
+    (run / "logs/grains.log").write_text("ERROR: Lost atoms: original 530 current 529 (./src/thermo.cpp:442)\n")
+    assert read_failure(run, "")[1] == 4
 
 
 @pytest.mark.parametrize("name", ["grains.log", "grains.screen"])

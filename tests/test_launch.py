@@ -234,12 +234,15 @@ def test_a_folder_that_is_no_run_is_refused(tmp_path, what):
         start(run)
 
 
-def test_until_ends_early_and_says_that_it_is_not_complete(solids):
+def test_until_ends_early_and_says_that_it_is_not_complete(tmp_path):
+    solids = prepare(tmp_path, f"{SOLIDS}\n[checkpoint]\nmoment_steps = 1\n")
     result = call("run", solids, "--until", "3e-4")
     assert result.exit_code == 0, result.stderr
+    assert "stopped at a moment for a checkpoint at or after 0.0003 s of 0.001 s; go on with" in result.stdout
     with xr.open_dataset(solids / "results.nc") as data:
-        assert data.attrs["complete"] == 0
-        assert 3e-4 * (1 - 1e-9) <= data["time"][-1] < 3.3e-4
+        assert data.attrs["complete"] == 0 and 3e-4 * (1 - 1e-9) <= data.attrs["averaging_end"] < 5e-4
+    result = call("run", solids, "--resume", "--until", "5e-3")
+    assert result.exit_code == 0 and "go on with" not in result.stdout
 
 
 def test_the_interpreter_of_the_parent_is_that_of_the_ranks(finished):

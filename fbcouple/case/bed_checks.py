@@ -21,9 +21,9 @@ from fbcouple.case.checks import (
 from fbcouple.case.companions import find_companion
 from fbcouple.case.derived import wraps
 from fbcouple.case.lattice import lattice_height, lay_out
-from fbcouple.case.mixture import largest_diameter, mean_density, mean_volume, particle_count
+from fbcouple.case.mixture import largest_diameter, list_kinds, mean_density, mean_volume, particle_count
 from fbcouple.case.mixture_checks import check_counts, check_kinds, check_species
-from fbcouple.case.positions import read_positions, read_velocities
+from fbcouple.case.positions import read_positions, read_velocities, start_kinds
 from fbcouple.case.problems import Problem, show
 from fbcouple.case.region import Region, find_region, read_mesh
 from fbcouple.case.schema import Case
@@ -33,8 +33,8 @@ RANDOM_PACKING = 0.64
 """Solids fraction of a random close packing of equal spheres: no start can hold more."""
 LEAST_PERIOD = 3
 """Diameters along a periodic axis: neighbour lists reach 1.5, so that a neighbour and its image are not both in one."""
-WALL_OVERLAP = 0.1
-"""Part of a diameter by which a start position may press into a wall (resting contacts do, a little)."""
+WALL_OVERLAP = START_OVERLAP = 0.1
+"""Part of a diameter by which a start position may press into a wall or another one (resting contacts do, a little)."""
 
 
 def _try_region(case: Case, folder: Path) -> Region | None:
@@ -156,6 +156,30 @@ def check_positions(case: Case, folder: Path) -> Iterator[Problem]:
         )
         end = f"centres may come as near as {margin.max():g} m to a wall, coordinates are in m."
         yield Problem(key, f"{text} m; {end}")
+    elif has_bed(case) and len(positions) == particle_count(case.particles):
+        yield from _find_overlap(case, positions, folder)
+
+
+def _find_overlap(case: Case, positions: np.ndarray, folder: Path) -> Iterator[Problem]:
+    """Particles that press into each other fly apart in the first step; images across a periodic side are not seen."""
+    from fbcouple.contacts import find_worst_overlap  # noqa: PLC0415  (loads numba)
+
+    assert case.particles is not None
+    try:
+        kinds = start_kinds(case, folder)
+    except CaseError:
+        return  # told already
+    diameters = np.array([kind.diameter for kind in list_kinds(case.particles)])
+    if kinds.max(initial=0) >= len(diameters):
+        return
+    overlap, row = find_worst_overlap(positions, diameters[kinds] / 2, len(positions))
+    if overlap > START_OVERLAP:
+        where = ", ".join(f"{x:g}" for x in positions[row])
+        text = f"{case.particles.positions}: particle {row + 1} at ({where}) m overlaps another by {overlap:.3g}"
+        yield Problem(
+            "particles.positions",
+            f"{text} of their mean diameter, at most {START_OVERLAP} is allowed; move them apart (coordinates in m).",
+        )
 
 
 def _find_outside(case: Case, folder: Path, positions: np.ndarray) -> Iterator[Problem]:

@@ -102,6 +102,15 @@ def inlet_ramp(gas: Gas) -> tuple[tuple[float, float], ...]:
     return ((0.0, gas.inlet_velocity),)
 
 
+def inlet_range(gas: Gas, start: float, end: float) -> tuple[float, float]:
+    """Least and largest superficial velocity [m/s] at the inlet from `start` to `end` [s], both sides of a jump."""
+    ramp = inlet_ramp(gas)
+    times, velocities = zip(*ramp, strict=True)
+    known = [velocity for time, velocity in ramp if start <= time <= end]
+    known += [float(velocity) for velocity in np.interp((start, end), times, velocities)]
+    return min(known), max(known)
+
+
 def fastest_inlet(gas: Gas) -> float:
     """Largest superficial speed [m/s] at the inlet in the whole run, up or down."""
     return max(abs(velocity) for _, velocity in inlet_ramp(gas))

@@ -305,6 +305,31 @@ class Checkpoint(Section):
     )
 
 
+class Monitors(Section):
+    """What ends a run with exit code 4; cells over the closest packing (0.74) are counted and end nothing."""
+
+    momentum: float = option("Imbalance of a step's momentum exchange over its impulse.", default=1e-9, **Positive)
+    solids_volume: float = option("Relative error of the solids volume that the gas sees.", default=1e-9, **Positive)
+    gas_flux: float = option(
+        "Error of the gas flux at a height against continuity, over the fastest inflow.", default=1e-2, **Positive
+    )
+    courant: float = option("Courant number of a fluid step.", default=10.0, **Positive)
+    substeps: int = option("DEM steps in a fluid step.", default=10_000, ge=1)
+    voidage: float = option(
+        "Voidage that each cell must be above: at 0.1 others clamp it, and drag no longer means a thing.",
+        default=0.1,
+        ge=0.0,
+        lt=1.0,
+    )
+    voidage_excess: float = option("Voidage above 1, by rounding.", default=1e-9, **Positive)
+    overlap: float = option(
+        "Overlap of two particles over their mean diameter; 0.05 is usual in a violent bed.",
+        default=0.3,
+        gt=0.0,
+        le=1.0,
+    )
+
+
 class Case(Section):
     """A whole case file."""
 
@@ -325,3 +350,4 @@ class Case(Section):
     averages: Averages | None = None
     output: Output = Field(default_factory=Output)
     checkpoint: Checkpoint = Field(default_factory=Checkpoint)
+    monitors: Monitors = Field(default_factory=Monitors)

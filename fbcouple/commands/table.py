@@ -22,3 +22,8 @@ def print_table(columns: Iterable[str], rows: Iterable[Iterable[str | Text]]) ->
     for row in rows:
         table.add_row(*(cell if isinstance(cell, Text) else Text(cell) for cell in row))
     console.print(table)
+
+
+def word_verdict(is_ok: bool) -> Text:
+    """A green or a red cell."""
+    return Text("ok", style="green") if is_ok else Text("NOT OK", style="bold red")

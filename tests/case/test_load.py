@@ -361,7 +361,7 @@ def test_spoiled_key_of_each_option_is_named():
 def test_section_that_is_no_table_or_misspelt_is_told_once(section, spoil):
     (problem,) = problems_of("patil/c2", f"{section}=1")
     assert problem.startswith(f"--set: {section}: 1 is given, a section is allowed")
-    if section not in ("output", "checkpoint"):
+    if section not in ("output", "checkpoint", "monitors"):
         (problem,) = problems_of(spoil((f"[{section}]", f"[{section}x]")))
         assert f"case.toml: {section}x: a case file has no such key" in problem
 

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import numpy as np
+import pytest
 import xarray as xr
 
+import fbcouple.launch
 from fbcouple.case.load import load_case
 from fbcouple.decks.render import set_up
+from fbcouple.environment import mpi_command
 
 BED = """
 title = "250 particles"
@@ -77,3 +84,35 @@ def compare_frames(one: Path, other: Path) -> list[str]:
         with xr.open_dataset(frame) as a, xr.open_dataset(other / "frames" / frame.name) as b:
             different += [frame.name for _ in compare(a, b, ("component",))]
     return different
+
+
+def poison(monkeypatch: pytest.MonkeyPatch, name: str, step: int) -> None:
+    """Have the job started with the poisoned worker."""
+    place = str(Path(__file__).with_name("poisoned_worker.py"))
+
+    def start_poisoned(ranks: int, program: list[str]) -> list[str]:
+        assert program[1:3] == ["-m", "fbcouple.worker"]
+        return mpi_command(ranks, [program[0], place, name, str(step), *program[3:]])
+
+    monkeypatch.setattr(fbcouple.launch, "mpi_command", start_poisoned)
+
+
+def start(run: Path, *words: str) -> subprocess.Popen:
+    """`fbcouple run` in a process of its own; without what MPI, once started in this process, told the environment."""
+    command = [sys.executable, "-m", "fbcouple.cli", "run", str(run), *words]
+    return subprocess.Popen(command, env={**os.environ}, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def await_checkpoint(run: Path, parent: subprocess.Popen) -> None:
+    limit = time.monotonic() + 60
+    while not list((run / "checkpoints").glob("step-*")):
+        assert parent.poll() is None, parent.communicate()
+        assert time.monotonic() < limit, "no checkpoint within a minute"
+        time.sleep(0.01)
+
+
+def find_ranks(run: Path) -> list[int]:
+    """Process numbers of the ranks of `run`."""
+    pattern = f"^[^ ]*python[^ ]* -m fbcouple.worker {run}"
+    found = subprocess.run(["pgrep", "-f", pattern], capture_output=True, text=True, check=False)
+    return [int(number) for number in found.stdout.split()]

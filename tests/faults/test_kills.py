@@ -1,42 +1,99 @@
-"""A rank that is killed ends the run with exit code 3; what was written stands, and the run goes on from it."""
+"""Whatever is killed, whenever: words where a parent lives, no file half written, and the run goes on bit for bit."""
 
 from __future__ import annotations
 
+import os
 import random
+import signal
 import subprocess
+import time
+from contextlib import suppress
+from pathlib import Path
 
+import numpy as np
 import pytest
-from scene import find_differences, prepare
+import xarray as xr
+from scene import find_differences, find_ranks, prepare, start
 
-from fbcouple.errors import SolverError
+from fbcouple.case.load import load_case
+from fbcouple.checkpoint import list_checkpoints, read
+from fbcouple.errors import CaseError
 from fbcouple.launch import launch
+from fbcouple.results import read_line
 
-SETS = ["checkpoint.every=2e-4", "checkpoint.moment_steps=1"]
+SETS = ["checkpoint.every=2e-4", "checkpoint.moment_steps=1", "output.save_every=1e-3"]
+"""A checkpoint and results at every step, so that kills meet unfinished ones."""
+VICTIMS = ("one rank", "all ranks", "the parent", "a rank that writes a checkpoint", "a parent while one is written")
+FAST = (3, 2)
+SEEDS = [seed if seed in FAST else pytest.param(seed, marks=pytest.mark.slow) for seed in range(20)]
 
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
-    """The uninterrupted run; it writes a checkpoint every few steps, so that kills meet unfinished ones."""
+    """The uninterrupted run, and the wall time [s] from its first row to its end."""
     run = prepare(tmp_path_factory.mktemp("whole"), SETS)
-    rows: list[dict] = []
-    launch(run, 2, rows.append)
-    return run, len(rows)
+    moments: list[float] = []
+    launch(run, 2, lambda row: moments.append(time.monotonic()))
+    return run, time.monotonic() - moments[0]
 
 
-@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow), pytest.param(3, marks=pytest.mark.slow)])
-def test_killed_rank(tmp_path, whole, seed):
+def await_moment(run: Path, job: subprocess.Popen, dice: random.Random, seconds: float, in_checkpoint: bool) -> None:
+    """Wait for a random moment of the run; for one within a checkpoint, if asked for."""
+    log, limit = run / "logs/run.jsonl", time.monotonic() + 60
+    while not log.exists() or not log.stat().st_size:
+        assert job.poll() is None and time.monotonic() < limit
+        time.sleep(0.005)
+    time.sleep(dice.uniform(0.0, 0.6 * seconds))
+    while in_checkpoint and not list((run / "checkpoints").glob(".unfinished-*")):
+        assert job.poll() is None
+    time.sleep(dice.uniform(0.0, 0.01) if in_checkpoint else 0.0)
+
+
+def kill(run: Path, job: subprocess.Popen, victim: str, dice: random.Random) -> None:
+    ranks = find_ranks(run)
+    which = [job.pid] if "parent" in victim else ranks if victim == "all ranks" else [dice.choice(ranks)]
+    for number in which:
+        with suppress(ProcessLookupError):
+            os.kill(number, signal.SIGKILL)
+
+
+def require_whole_files(run: Path) -> None:
+    """Every file that has its name is whole: checkpoints, results, and the lines of the log but for a torn last one."""
+    case = load_case(str(run))
+    for folder in list_checkpoints(run):
+        read(folder, case)
+    if (run / "results.nc").exists():
+        with xr.open_dataset(run / "results.nc") as results:
+            assert np.isfinite(results["kinetic_energy"].values).all()
+    lines = (run / "logs/run.jsonl").read_text().splitlines(keepends=True)
+    assert all(read_line(line) for line in lines[:-1])
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_kill(tmp_path, whole, seed):
+    dice, victim = random.Random(seed), VICTIMS[seed % len(VICTIMS)]
     run = prepare(tmp_path, SETS)
-    moment, rank = random.Random(seed).randrange(2, whole[1] - 8), seed % 2
-    seen: list[dict] = []
-
-    def kill(row):
-        seen.append(row)
-        if len(seen) == moment:
-            pattern = f"^[^ ]*python[^ ]* -m fbcouple.worker {run}"
-            found = subprocess.run(["pgrep", "-f", pattern], capture_output=True, text=True, check=True)
-            subprocess.run(["kill", "-KILL", found.stdout.split()[rank]], check=True)
-
-    with pytest.raises(SolverError, match=r"(?s)signal 9"):
-        launch(run, 2, kill)
-    launch(run, 2, lambda row: None, resume=True)
+    job = start(run, "-n", "2")
+    await_moment(run, job, dice, whole[1], "checkpoint" in victim or "written" in victim)
+    kill(run, job, victim, dice)
+    _, words = job.communicate(timeout=60)
+    if "parent" in victim:
+        assert job.returncode == -signal.SIGKILL
+    else:
+        assert job.returncode == 3 and "signal 9 (Killed)" in words and "Traceback" not in words, words
+    resume(run)
+    require_whole_files(run)
     assert find_differences(whole[0], run) == []
+
+
+def resume(run: Path) -> None:
+    """Go on; a job whose parent was killed ends by itself, and holds the folder until then."""
+    limit = time.monotonic() + 30
+    while True:
+        try:
+            require_whole_files(run)
+            launch(run, 2, lambda row: None, resume=True)
+            return
+        except CaseError as error:
+            assert "another run is under way" in str(error) and time.monotonic() < limit
+            time.sleep(0.2)

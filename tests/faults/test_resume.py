@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -111,16 +112,22 @@ def test_other_ranks_give_the_same_to_rounding(tmp_path):
             assert difference < 1e-9 * scale, name
 
 
-def test_until_ends_with_a_checkpoint_that_goes_on(tmp_path):
-    run = prepare(tmp_path)
+def test_stopped_by_until_and_resumed_is_the_uninterrupted_one(tmp_path):
+    """It stops where an uninterrupted run has a moment for a checkpoint, and no step is cut short."""
+    one, other = prepare(tmp_path / "one"), prepare(tmp_path / "other")
+    whole = run_through(one)
     rows: list[dict] = []
-    launch(run, 1, rows.append, until=4e-3)
-    assert 4e-3 * (1 - 1e-9) <= rows[-1]["time"] < 4.2e-3
-    launch(run, 1, rows.append, resume=True)
-    times = [row["time"] for row in rows]
-    assert times == sorted(set(times)) and times[-1] >= 0.01 * (1 - 1e-9)
-    with xr.open_dataset(run / "results.nc") as results:
-        assert results.attrs["complete"] == 1 and results["time"].values.tolist() == times
+    launch(other, 1, rows.append, until=4e-3)
+    with xr.open_dataset(other / "results.nc") as results:
+        assert results.attrs["complete"] == 0
+    (newest,) = (other / "checkpoints").iterdir()
+    step = int(newest.name.removeprefix("step-"))
+    assert step % 5 == 0 and json.loads((newest / "state.json").read_text())["clock"]["time"] >= 4e-3 * (1 - 1e-9)
+    assert all(row["time"] < 4e-3 for row in whole if row["steps"] < step - 5)
+    launch(other, 1, rows.append, resume=True, until=3e-3)  # there already
+    launch(other, 1, rows.append, resume=True)
+    assert [row["time"] for row in rows] == [row["time"] for row in whole]
+    assert find_differences(one, other) == []
 
 
 def test_a_run_that_is_done_is_not_run_again(tmp_path):

@@ -5,32 +5,16 @@ from __future__ import annotations
 import os
 import shutil
 import signal
-import subprocess
-import sys
 import time
 from pathlib import Path
 
 import pytest
-from scene import find_differences, prepare
+from scene import await_checkpoint, find_differences, find_ranks, prepare, start
 
 from fbcouple.errors import CaseError
 from fbcouple.launch import launch
 
 LONG = ["checkpoint.every=5e-4"]
-
-
-def start(run: Path, *words: str) -> subprocess.Popen:
-    """`fbcouple run` in a process of its own; without what MPI, once started in this process, told the environment."""
-    command = [sys.executable, "-c", "from fbcouple.cli import main; main()", "run", str(run), *words]
-    return subprocess.Popen(command, env={**os.environ}, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-
-
-def await_checkpoint(run: Path, parent: subprocess.Popen) -> None:
-    limit = time.monotonic() + 60
-    while not list((run / "checkpoints").glob("step-*")):
-        assert parent.poll() is None, parent.communicate()
-        assert time.monotonic() < limit, "no checkpoint within a minute"
-        time.sleep(0.01)
 
 
 @pytest.fixture(scope="module")
@@ -41,17 +25,57 @@ def whole(tmp_path_factory):
     return run
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGUSR1, signal.SIGINT])
-def test_signal_ends_with_a_checkpoint(tmp_path, whole, number):
+@pytest.mark.parametrize(
+    ("number", "whom"),
+    [
+        (signal.SIGTERM, "the parent"),
+        (signal.SIGUSR1, "the parent"),
+        (signal.SIGINT, "the parent"),
+        (signal.SIGTERM, "a rank"),
+        pytest.param(signal.SIGUSR1, "a rank", marks=pytest.mark.slow),
+        pytest.param(signal.SIGINT, "a rank", marks=pytest.mark.slow),
+    ],
+)
+def test_signal_ends_with_a_checkpoint(tmp_path, whole, number, whom):
     run = prepare(tmp_path, LONG)
     parent = start(run)
     await_checkpoint(run, parent)
-    parent.send_signal(number)
+    os.kill(parent.pid if whom == "the parent" else find_ranks(run)[0], number)
     _, words = parent.communicate(timeout=60)
     assert parent.returncode == 75, words
-    assert "stopped by SIGUSR1" in words and "--resume" in words
+    assert f"stopped by {signal.Signals(number).name} at t = " in words and "--resume" in words
     launch(run, 1, lambda row: None, resume=True)
     assert find_differences(whole, run) == []
+
+
+def test_signal_before_the_first_step_is_not_lost(tmp_path):
+    """The mesh is still being made, or the solvers are starting: the job is told when it can listen."""
+    run = prepare(tmp_path, ["checkpoint.moment_steps=1"])
+    parent = start(run)
+    limit = time.monotonic() + 60
+    while not (run / "logs/mesh.log").exists():
+        assert parent.poll() is None and time.monotonic() < limit
+        time.sleep(0.002)
+    parent.send_signal(signal.SIGTERM)
+    _, words = parent.communicate(timeout=60)
+    assert parent.returncode == 75 and "stopped by SIGTERM" in words, words
+    assert list((run / "checkpoints").glob("step-*"))
+
+
+@pytest.mark.slow
+def test_wall_limit_ends_with_a_checkpoint(tmp_path):
+    """A bed that would take minutes is given seconds: its checkpoint is there before they are over."""
+    run = prepare(tmp_path, ["end_time=10.0"])
+    began = time.time()
+    parent = start(run, "--wall-limit", "12")
+    _, words = parent.communicate(timeout=60)
+    assert parent.returncode == 75 and "stopped by the wall limit at t = " in words, words
+    (newest,) = (run / "checkpoints").glob("step-*")
+    started = (run / "logs/mesh.log").stat().st_mtime
+    assert began < newest.stat().st_mtime < started + 12.0
+    rows: list[dict] = []
+    launch(run, 1, rows.append, resume=True, until=1e-4)
+    assert rows == [] and list((run / "checkpoints").glob("step-*"))
 
 
 def test_killed_parent_leaves_a_run_that_goes_on(tmp_path, whole):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import os
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,7 +14,7 @@ import numpy as np
 
 from fbcouple.engines.native import Signature, load_library
 from fbcouple.engines.openfoam.build import adapter_path
-from fbcouple.errors import SolverError
+from fbcouple.errors import DivergedError, SolverError
 from fbcouple.meshes.polyhedra import Polyhedra, take_apart
 from fbcouple.meshes.polymesh import PolyMesh
 from fbcouple.meshes.ragged import pile_up
@@ -105,9 +106,15 @@ class Gas:
         self._read_fields()
 
     def step(self, dt: float, voidage: np.ndarray, drag_coefficient: np.ndarray, drag_source: np.ndarray) -> None:
-        """Advance by `dt` [s] with the new voidage (n,), K (n,) [kg m-3 s-1] and S (n, 3) [N m-3] of S - K u."""
+        """Advance by `dt` [s] with the new voidage (n,), K (n,) [kg m-3 s-1] and S (n, 3) [N m-3] of S - K u.
+
+        Raises DivergedError if the solution is not finite, SolverError if OpenFOAM fails otherwise.
+        """
         pointers = _pointer(voidage), _pointer(drag_coefficient), _pointer(drag_source)
-        self._check(self._library.gas_step(dt, *pointers))
+        status = self._library.gas_step(dt, *pointers)
+        if status and re.search(r"'-?(nan|inf)'", words := self._library.gas_error().decode(errors="replace")):
+            raise DivergedError(f"the gas step of {dt:.6g} s gave numbers that are none; OpenFOAM: {words}")
+        self._check(status)
         self._read_fields()
 
     def measure(self) -> GasState:

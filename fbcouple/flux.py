@@ -1,0 +1,61 @@
+"""Whether the gas that came in passes every height, less what the particles made room for."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from fbcouple.case.derived import fastest_inlet, inlet_range
+from fbcouple.cells import BoxCells
+from fbcouple.scene import Scene
+
+
+class HeightFlux:
+    """In a box, the gas flux of each layer against inflow and change of the voidage below it, for chosen steps.
+
+    A cell's eps u_z is the mean of what its lower and upper face carry, so a layer's flux is known to the accuracy of
+    the pressure solve: q_0 A - sum of d(eps)/dt V below - half of the layer's own.
+    """
+
+    def __init__(self) -> None:
+        self._before, self._step = np.empty(0), -1
+
+    def prepare(self, scene: Scene) -> None:
+        """Remember the voidage of the step just taken, if a checkpoint has not; the next is measured (collective)."""
+        if isinstance(scene.cells, BoxCells) and self._step != scene.clock.steps + 1:
+            self._before, self._step = self._add_layers(scene, self._voidage(scene)), scene.clock.steps + 1
+
+    def save(self) -> dict[str, Any]:
+        """What `load` needs to go on from here."""
+        return {"before": self._before.tolist(), "step": self._step}
+
+    def load(self, state: dict[str, Any]) -> None:
+        """Go on from `state`."""
+        self._before, self._step = np.array(state["before"]), state["step"]
+
+    def measure(self, scene: Scene) -> dict[str, Any]:
+        """Largest error over the fastest inflow, and its height [m]; nothing where there is no inflow or the step was
+        not prepared for (collective)."""
+        gas, grid = scene.case.gas, scene.grid
+        if scene.gas is None or gas is None or self._step != scene.clock.steps or fastest_inlet(gas) == 0.0:
+            return {}
+        voidage = self._voidage(scene)
+        change = self._add_layers(scene, voidage) - self._before
+        flux = self._add_layers(scene, voidage * scene.gas.velocity[:, 2])
+        floor = grid.size[0] * grid.size[1]
+        change *= grid.cell_volume / scene.dt / floor
+        flux *= grid.cell_volume / grid.spacing[2] / floor
+        bounds = inlet_range(gas, scene.clock.time - scene.dt, scene.clock.time)
+        inflow = float(np.clip(flux[0] + change[0] / 2, *bounds))
+        errors = np.abs(flux - (inflow - np.cumsum(change) + change / 2)) / fastest_inlet(gas)
+        worst = int(errors.argmax())
+        return {"gas_flux_error": float(errors[worst]), "gas_flux_height": float(grid.centres(2)[worst])}
+
+    def _voidage(self, scene: Scene) -> np.ndarray:
+        assert scene.gas is not None
+        return scene.coupling.voidage if scene.coupling else scene.gas.clean_input[0]
+
+    def _add_layers(self, scene: Scene, values: np.ndarray) -> np.ndarray:
+        """Sum of a value per cell over each layer and all ranks."""
+        return scene.comm.allreduce(np.bincount(scene.owned[:, 2], values, minlength=scene.grid.cells[2]))
