@@ -70,8 +70,7 @@ def measure_parts(case: str, sets: Sequence[str], warm: float, steps: int, repea
         for name, variant in variants.items():
             with _place() as place:
                 set_up(variant, place / "run")
-                found = _measure("variant", place / "run", variant, 1, warm, steps)
-            turns[name].append({"cpu_seconds_per_second": found["seconds"] / found["step"]} | found)
+                turns[name].append(_measure("variant", place / "run", variant, 1, warm, steps))
     best = {name: min(rows, key=lambda row: row["cpu_seconds_per_second"]) for name, rows in turns.items()}
     whole = best["nothing"]["cpu_seconds_per_second"]
     return [

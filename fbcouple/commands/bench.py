@@ -59,7 +59,13 @@ def overhead(case: str, ranks: int, seconds: float, warm: float, sets: tuple[str
 @bench.command()
 @click.argument("case")
 @click.option("--warm", type=click.FloatRange(min=0.0), default=0.0, help="Simulated time before it [s].")
-@click.option("--steps", type=click.IntRange(min=1), default=50, show_default=True, help="Steps a turn.")
+@click.option(
+    "--steps",
+    type=click.IntRange(min=1),
+    default=200,
+    show_default=True,
+    help="Steps a turn; the cheapest tenth counts.",
+)
 @click.option("--repeats", type=click.IntRange(min=1), default=3, show_default=True, help="Turns; the cheapest counts.")
 @click.option("--set", "sets", multiple=True, metavar="KEY=VALUE", help="Put a value on top of the case file.")
 @take_file
