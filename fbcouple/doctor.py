@@ -225,9 +225,13 @@ def _adapter(mpi: _Loaded) -> Row:
 
 
 def _pictures() -> Row:
-    """Without EGL or OSMesa the 3-D library ends its process, so it is tried in another one."""
+    """Without EGL or OSMesa the 3-D library ends its process, so it is tried in another one.
+
+    EGL finds nothing to draw with where Mesa's drivers are not there, which libegl1 does not bring along.
+    """
     tried = _try_out(_PICTURE)
-    return Row("3-D pictures", tried.words, "drawn without a screen", not tried.failed, f"{_INSTALL} libegl1")
+    mend = f"{_INSTALL} libegl1 libgl1-mesa-dri"
+    return Row("3-D pictures", tried.words, "drawn without a screen", not tried.failed, mend)
 
 
 def _cores() -> Row:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -99,7 +100,8 @@ def render(
         command, env={**os.environ, "PYTHONPATH": place}, capture_output=True, text=True, errors="replace", check=False
     )
     if done.returncode:
-        last = next((line.strip() for line in reversed(done.stderr.splitlines()) if line.strip()), "no words")
+        words = re.sub(r"\x1b\[[0-9;]*m", "", done.stderr).splitlines()
+        last = next((line.strip() for line in reversed(words) if line.strip()), "no words")
         text = f"the 3-D pictures cannot be drawn (exit code {done.returncode}: {last})"
         raise NotDrawableError([f"{text}; `fbcouple doctor` says what is missing."])
     return files
