@@ -10,7 +10,7 @@ from fbcouple.checkpoint import fingerprint
 
 
 def test_a_checkpoint_from_before_an_option_stands_where_it_is_not_used():
-    case = load_case("patil/c1")
+    case = load_case("van-wachem/0.9")
     told = case.model_dump(mode="json", exclude={"checkpoint": True, "output": {"save_every"}})
     for key in ("particles_every", "tracked"):
         del told["output"][key]
@@ -31,9 +31,9 @@ def test_a_checkpoint_from_before_an_option_stands_where_it_is_not_used():
     ],
 )
 def test_another_case_is_another_fingerprint(setting):
-    assert fingerprint(load_case("patil/c1", [setting])) != fingerprint(load_case("patil/c1"))
+    assert fingerprint(load_case("van-wachem/0.9", [setting])) != fingerprint(load_case("van-wachem/0.9"))
 
 
 @pytest.mark.parametrize("setting", ["output.save_every=5.0", "checkpoint.wall_every=60.0"])
 def test_how_often_files_are_saved_does_not_matter(setting):
-    assert fingerprint(load_case("patil/c1", [setting])) == fingerprint(load_case("patil/c1"))
+    assert fingerprint(load_case("van-wachem/0.9", [setting])) == fingerprint(load_case("van-wachem/0.9"))

@@ -89,6 +89,7 @@ def drop_all(content: Content) -> None:
 def drop_gas(content: Content) -> None:
     """Particles alone: OpenFOAM never starts."""
     content["gas"] = content["exchange"] = None
+    content["output"] |= {"snapshots_every": None}
 
 
 @leaves_out("particles")
@@ -96,6 +97,7 @@ def drop_particles(content: Content) -> None:
     """Gas alone: LIGGGHTS never starts."""
     for section in ("particles", "contact", "start", "exchange"):
         content[section] = None
+    content["output"] |= {"snapshots_every": None, "particles_every": None, "tracked": ()}
 
 
 def make_variants(case: Case) -> dict[str, Case]:

@@ -70,7 +70,7 @@ def test_frames_and_tracked_particles_that_cannot_be_had(setting, told):
 def test_they_need_particles(spoil, setting):
     path = spoil()
     text = path.read_text()
-    path.write_text(text[: text.index("[particles]")] + text[text.index("[averages]") :])
+    path.write_text(text[: text.index("[particles]")] + text[text.index("[averages]") : text.index("[output]")])
     (problem,) = problems_of(path, setting)
     assert "the scene has no [particles]" in problem
 
