@@ -64,7 +64,10 @@ class CellPlan:
             np.flatnonzero(_touches(bottom, top, a - rings * widest, b + rings * widest))
             for a, b in comm.allgather((low, high))
         ]
-        given = comm.alltoall([(own.select(rows), rows) if len(rows) else None for rows in near])
+        # A rank without a cell near its box gets an empty part from itself.
+        given = comm.alltoall(
+            [(own.select(rows), rows) if len(rows) or rank == comm.rank else None for rank, rows in enumerate(near)]
+        )
         parts = [(rank, *part) for rank, part in enumerate(given) if part is not None]
         cells = join([part for _, part, _ in parts])
         source = np.concatenate([np.full(len(rows), rank) for rank, _, rows in parts])

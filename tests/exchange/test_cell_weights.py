@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
+from fbcouple.errors import DivergedError
 from fbcouple.exchange.cell_plan import CellPlan
 from fbcouple.exchange.cell_weights import CELL_METHODS, CellFilter, CellGeometry
 from fbcouple.exchange.filter import filtered
@@ -98,3 +99,25 @@ def test_filter_on_bricks_is_that_of_the_box():
     box[:-1, :-1, :-1] = field[:-1].reshape(5, 3, 4, 2)
     wanted = filtered(box, 3, np.zeros_like(box))[:-1, :-1, :-1].reshape(60, 2)
     assert np.abs(CellFilter(geometry, 3).spread(field)[:-1] - wanted).max() < 1e-14
+
+
+def test_a_rank_whose_box_touches_no_cell_has_an_empty_patch():
+    mesh = make_cylinder(0.04, 0.05, 6, 5, "tetrahedra")
+    cells = take_apart(mesh, find_centres(mesh), np.arange(mesh.count), np.arange(len(mesh.points)))
+    plan = CellPlan(COMM, cells, np.array([1.0, 1.0, 1.0]), np.array([1.1, 1.1, 1.1]), 2)
+    geometry = CellGeometry(plan.patch)
+    assert len(plan.patch.cells) == 0
+    for method in CELL_METHODS.values():
+        mapping, smooth = method(geometry), CellFilter(geometry, 1)
+        mapping.locate(np.empty((0, 3)), np.empty(0))
+        field = plan.patch.make_field(4)
+        rows = mapping.open(field)
+        mapping.write(rows, field)
+        smooth.spread(field)
+        assert mapping.read(smooth.average(field), 4).shape == (0, 4)
+        given = np.ones((mesh.count, 4))
+        plan.deposit(field[:-1], given)
+        assert not given.any()
+        plan.fetch(given, field)
+        with pytest.raises(DivergedError, match="no cell of the mesh"):
+            mapping.locate(np.ones((1, 3)), np.ones(1))

@@ -63,6 +63,10 @@ MUTATIONS = {
     "no reflection of the filter at walls": Mutation(
         (("fbcouple/exchange/filter.py", "0.75 * wall[q]", "0.5 * wall[q]"),), ("filter",)
     ),
+    "filter of cells that forgets their volumes": Mutation(
+        (("fbcouple/exchange/cell_weights.py", "field[:-1] /= self._volumes", "field[:-1] /= self._volumes.mean()"),),
+        ("cylinder-conservation-short",),
+    ),
     "walls hold the gas that should slip": Mutation(
         (("templates/openfoam/0/U", '{{ "slip" if case', '{{ "noSlip" if case'),), ("slip-walls",)
     ),
