@@ -1,4 +1,5 @@
-"""A cylinder of tetrahedra passes the checks of the box: a held bed, lone particles that fall, nothing is lost."""
+"""A cylinder of tetrahedra passes the checks of the box: a held bed, lone particles that fall, walls, nothing is lost;
+of prisms that of gas in a pipe."""
 
 from __future__ import annotations
 
@@ -12,12 +13,13 @@ import numpy as np
 from mpi4py import MPI
 
 from fbcouple.collision import normal_damping
-from fbcouple.meshes.cylinder import make_cylinder
+from fbcouple.meshes.cylinder import find_section, make_cylinder
 from fbcouple.meshes.polyhedra import find_centres, take_apart
 from fbcouple.meshes.tetrahedra import cut
 from fbcouple.verify.bench import FRICTIONLESS, GAS, GLASS, Edit, open_bench
 from fbcouple.verify.conservation import conserve
 from fbcouple.verify.fall import SCHILLER_NAUMANN, coarsen_bins, name_sizes
+from fbcouple.verify.gas import run_until_steady
 from fbcouple.verify.lattice import VOIDAGES
 from fbcouple.verify.published import PUBLISHED, Bed
 from fbcouple.verify.registry import Number, scene
@@ -241,3 +243,25 @@ def _find_overlap(stiffness: float) -> float:
     natural, damping = math.sqrt(stiffness / mass), normal_damping(stiffness, mass, _RESTITUTION)
     swing = math.sqrt(natural**2 - damping**2)
     return math.exp(-damping / swing * math.atan2(swing, damping)) / natural / GLASS["diameter"]
+
+
+@scene("cylinder-poiseuille", fast=False)
+def poiseuille_in_cylinder(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+    """Pipe of prisms, 12 across, at Re 5: far from the inlet the parabola, dp/dz = -8 mu U/R^2, within 1 %.
+
+    R is that of a circle as large as the floor, a polygon of 36 sides.
+    """
+    diameter, length, across, speed, viscosity = 0.01, 0.03, 12, 0.05, 1e-4
+    domain = {"shape": "cylinder", "size": [diameter, diameter, length], "cells": [across, across, 18]}
+    gas = {"density": 1.0, "viscosity": viscosity, "inlet_velocity": speed, "pressure_tolerance": 1e-10}
+    bench = open_bench(place, comm, {"domain": domain | {"elements": "prisms"}, "gas": gas})
+    run_until_steady(bench, dt=1.8e-3, most=600, change=1e-5)
+    assert bench.gas is not None
+    centres, velocity = bench.gas.centres, bench.gas.velocity[:, 2]
+    far = np.flatnonzero(np.abs(centres[:, 2] / length - 0.75) < 0.15)
+    square = find_section(diameter, across) / np.pi
+    exact = 2.0 * speed * (1.0 - np.sum((centres[far, :2] - diameter / 2) ** 2, axis=1) / square)
+    deviation = float(np.abs(velocity[far] - exact).max()) / (2.0 * speed)
+    yield Number("largest deviation of the profile over its peak", deviation, 0.0, 0.01)
+    slope = float(np.polyfit(centres[far, 2], bench.gas.pressure[far], 1)[0])
+    yield Number("pressure gradient", slope, -8.0 * viscosity * speed / square, 0.01, "Pa m-1", relative=True)
