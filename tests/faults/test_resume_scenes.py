@@ -1,0 +1,59 @@
+"""What each option adds to the state of a run is in its checkpoints: resumed runs are the uninterrupted ones."""
+
+from __future__ import annotations
+
+import pytest
+from scene import BED, find_differences, prepare
+
+from fbcouple.errors import StoppedError
+from fbcouple.launch import launch
+
+SHORT = ["end_time=3e-3", "averages.start=0.0", "output.record_every=5e-4"]
+HERTZ = [
+    "contact.model=hertz",
+    "contact.youngs_modulus=5e6",
+    "contact.poisson_ratio=0.3",
+    "contact.impact_speed=1.0",
+    "contact.tangential=history",
+]
+MIXTURE = ["particles.mixture=[[0.7e-3, 4000.0, 0.3]]", "contact.pairs=[[1, 2, 0.9, 0.3]]"]
+SPREAD = ["particles.spread=normal", "particles.deviation=1e-4", "particles.smallest=8e-4", "particles.largest=1.2e-3"]
+KERNEL = ["exchange.voidage=gaussian", "exchange.kernel_width=2.0"]
+RAMP = ["gas.inlet_ramp=[[0.0, 0.0], [1e-3, 1.2], [2e-3, 1.2], [2e-3, -0.3]]"]
+# Settings and ranks.
+SCENES: dict[str, tuple[list[str], int]] = {
+    "together": ([*HERTZ, *MIXTURE, *KERNEL, *RAMP, "domain.periodic=['x']", "gas.turbulence=keqn"], 3),
+    "hertz": (HERTZ, 1),
+    "mixture": (MIXTURE, 1),
+    "spread": (SPREAD, 1),
+    "periodic": (["domain.periodic=['x', 'y']"], 1),
+    "gaussian": (KERNEL, 1),
+    "divided": (["exchange.voidage=divided"], 1),
+    "centre": (["exchange.voidage=centre"], 1),
+    "diffusion": (["exchange.diffusion_width=3.0"], 1),
+    "ramp": (RAMP, 1),
+    "keqn": (["gas.turbulence=keqn"], 1),
+    "dynamic-lagrangian": (["gas.turbulence=dynamic-lagrangian"], 1),
+    "localized-dynamic": (["gas.turbulence=localized-dynamic"], 1),
+    "explicit": (["exchange.scheme=explicit"], 1),
+    "three ranks": ([], 3),
+    "four ranks": (["gas.turbulence=dynamic-lagrangian", "contact.tangential=history"], 4),
+}
+
+
+@pytest.mark.parametrize(
+    "scene", [name if name == "together" else pytest.param(name, marks=pytest.mark.slow) for name in SCENES]
+)
+def test_resumed_run_is_the_uninterrupted_one(tmp_path, scene):
+    sets, ranks = SCENES[scene]
+    text = BED.replace("inlet_velocity = 1.2\n", "") if RAMP[0] in sets else BED
+    one, other = (prepare(tmp_path / name, SHORT + sets, text) for name in ("one", "other"))
+    rows: list[dict] = []
+    resumed: list[dict] = []
+    launch(one, ranks, rows.append)
+    with pytest.raises(StoppedError):
+        launch(other, ranks, resumed.append, wall_limit=0.01)
+    launch(other, ranks, resumed.append, resume=True)
+    assert find_differences(one, other) == []
+    assert [{**row, "wall": 0} for row in rows] == [{**row, "wall": 0} for row in resumed]
+    assert len(list((other / "checkpoints").iterdir())) == 1
