@@ -210,8 +210,8 @@ MONITORS: dict[str, Monitor] = {
         "gas and particles disagree on the momentum exchanged: {momentum_error:.3g} of the impulse, allowed {limit:g}",
     ),
     "courant": Monitor(
-        "courant",
-        "the Courant number is {courant:.4g}, allowed {limit:g}; the fastest gas has {place}",
+        "courant_ratio",
+        "the Courant number is {courant_ratio:.4g} times gas.max_courant, allowed {limit:g}; fastest gas: {place}",
         find_place=_find_fastest_gas,
     ),
     "substeps": Monitor("substeps", "a fluid step has {substeps} DEM steps, allowed {limit}"),

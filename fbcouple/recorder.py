@@ -129,7 +129,9 @@ class Recorder:
             self._support_time += balance.support * scene.dt
         self._momentum_error = max(self._momentum_error, balance.momentum_error)
         self._roll.require_all(scene)
-        numbers = {"courant": state.courant} if state else {}
+        numbers: dict[str, Any] = {}
+        if state and scene.case.gas:
+            numbers["courant_ratio"] = state.courant / scene.case.gas.max_courant
         if scene.coupling:
             numbers |= {"momentum_error": balance.momentum_error, "substeps": scene.substeps}
         if find_breaches(scene, numbers):

@@ -1,4 +1,4 @@
-"""Whether what [output] asks for can be had from this scene, and [monitors] lets it go on."""
+"""Whether what [output] asks for can be had from this scene."""
 
 from __future__ import annotations
 
@@ -73,14 +73,6 @@ def check_tracked(case: Case, folder: Path) -> Iterator[Problem]:
         yield Problem(key, f"{show(numbers)} is given; name each particle once.")
     if has_bed(case) and max(numbers) > (count := particle_count(case.particles)):
         yield Problem(key, f"particle {max(numbers)} is given and there are {count}; number them from 1.")
-
-
-@check("monitors.courant", "gas.max_courant")
-def check_courant_limit(case: Case, folder: Path) -> Iterator[Problem]:
-    """A run is not ended for a Courant number that its case asks for."""
-    if case.gas is not None and case.monitors.courant <= case.gas.max_courant:
-        text = f"{case.monitors.courant:g} is given, above gas.max_courant = {case.gas.max_courant:g} is allowed"
-        yield Problem("monitors.courant", f"{text}; raise it, or lower gas.max_courant.")
 
 
 @check("output.references", "domain.size")

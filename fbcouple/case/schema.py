@@ -313,7 +313,7 @@ class Monitors(Section):
     gas_flux: float = option(
         "Error of the gas flux at a height against continuity, over the fastest inflow.", default=1e-2, **Positive
     )
-    courant: float = option("Courant number of a fluid step.", default=10.0, **Positive)
+    courant: float = option("Courant number of a fluid step over gas.max_courant.", default=50.0, gt=1.0, le=1e9)
     substeps: int = option("DEM steps in a fluid step.", default=10_000, ge=1)
     voidage: float = option(
         "Voidage that each cell must be above: at 0.1 others clamp it, and drag no longer means a thing.",
