@@ -32,6 +32,7 @@ _UNFINISHED = ".unfinished-"
 _YOUNGER = (
     "accuracy",
     "gas.top",
+    "exchange.accelerated",
     "output.particles_every",
     "output.tracked",
     *(f"domain.{key}" for key in ("shape", "elements", "mesh", "inlet", "outlet")),
