@@ -52,6 +52,8 @@ class Locator:
         box = self._low, self._scale, self._starts
         _walk(points, *box, self._frames, self._neighbours, found, weights)
         for p in np.flatnonzero(found < 0):
+            if not np.isfinite(points[p]).all():
+                return int(p)
             near = self._tree.query(points[p], min(_TRIED, len(self.corners)))[1]
             if not _try(points[p], np.atleast_1d(near), self._frames, found, weights, p) and not _try(
                 points[p], np.arange(len(self.corners)), self._frames, found, weights, p

@@ -85,6 +85,7 @@ def test_points_are_found_with_weights_that_give_them_back(mesh):
     outside = mesh.high + 0.01
     assert locator.locate(np.array([points[0], outside]), found[:2], weights[:2]) == 1
     assert locator.find_cells(np.array([outside]))[0] == -1
+    assert locator.locate(np.array([points[0], [0.01, np.nan, 0.01]]), found[:2], weights[:2]) == 1
 
 
 def test_a_walk_around_a_corner_ends_at_the_point():
