@@ -173,9 +173,9 @@ def bubbles(results: Results) -> Figure:
         raise NotDrawableError([f"no bubble in the {len(bubbling.times)} snapshots after the start-up."])
     times = bubbling.times
     note = f"{len(times)} snapshots, t = {times[0]:.3g}–{times[-1]:.3g} s; edge: voidage {EDGE:g}"
-    picture = new_figure(results.title, COLUMN, 3.95, note)
+    picture = new_figure(results.title, COLUMN, 4.05, note)
     height = results.size[2]
-    upper = inset_axes(picture, 0.56, 2.3, COLUMN - 0.7, 1.5)
+    upper = inset_axes(picture, 0.56, 2.42, COLUMN - 0.7, 1.5)
     lower = inset_axes(picture, 0.56, 0.42, COLUMN - 0.7, 1.5)
     upper.plot([b.z / height for b in seen], [1e3 * b.diameter for b in seen], ".", color=BLUE, markersize=3, alpha=0.5)
     upper.set(ylabel="Equivalent diameter [mm]", ylim=(0.0, None), xlabel="$z/H$ [–]")
