@@ -6,8 +6,8 @@ from fbcouple.case.drag_file import OWN
 from fbcouple.case.preflight import coupling_step, gas_step, response_times
 from fbcouple.case.schema import Case
 
-SLOW = 0.01
-"""Fluid step over tau_p up to which the drag of a step may leave the other forces out: half a percent of it."""
+SLOW = 0.002
+"""Fluid step over tau_p up to which the drag of a step may leave the other forces out: a thousandth of it."""
 
 
 def choose_acceleration(case: Case) -> tuple[bool, str]:

@@ -233,7 +233,7 @@ class Exchange(Section):
     )
     accelerated: bool | None = option(
         "The drag of a step knows what velocity the other forces gave the particle in the last one, and is exact for "
-        "constant ones (exponential only); absent: where the fluid step is over 1 % of the particles' response time.",
+        "constant ones (exponential only); absent: where the fluid step is over 0.2 % of the particles' response time.",
         default=None,
     )
     voidage: Literal["trilinear", "centre", "divided", "gaussian"] = option(
