@@ -103,6 +103,8 @@ class Job:
         give_room_back(self._run)
         note = (self._run / "logs/failure.json").exists()
         if job.returncode or note or not (self._run / "results.nc").exists():
+            if self._requests.count > 1 and not note:
+                raise SolverError(f"ended at once by a second signal ({self._requests.first} was the first)")
             text, code = read_failure(self._run, self._words.read_text(errors="replace"))
             if self._requests.first:
                 text = text.replace(f"stopped by {PASSED_ON.name}", f"stopped by {self._requests.first}", 1)

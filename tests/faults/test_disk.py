@@ -70,7 +70,7 @@ def whole(tmp_path_factory):
 
 
 @pytest.mark.parametrize("means", MEANS)
-@pytest.mark.parametrize("write", WRITES)
+@pytest.mark.parametrize("write", ["results", "checkpoint", "log", pytest.param("frames", marks=pytest.mark.slow)])
 def test_full_disk_while_writing(disk, monkeypatch, whole, write, means):
     more, full, limited, words = WRITES[write]
     run = prepare(disk, SETS + more)

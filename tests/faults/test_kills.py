@@ -30,23 +30,22 @@ SEEDS = [seed if seed in FAST else pytest.param(seed, marks=pytest.mark.slow) fo
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
-    """The uninterrupted run, and the wall time [s] from its first row to its end."""
+    """The uninterrupted run, and how many rows its history has."""
     run = prepare(tmp_path_factory.mktemp("whole"), SETS)
-    moments: list[float] = []
-    launch(run, 2, lambda row: moments.append(time.monotonic()))
-    return run, time.monotonic() - moments[0]
+    rows: list[dict] = []
+    launch(run, 2, rows.append)
+    return run, len(rows)
 
 
-def await_moment(run: Path, job: subprocess.Popen, dice: random.Random, seconds: float, in_checkpoint: bool) -> None:
-    """Wait for a random moment of the run; for one within a checkpoint, if asked for."""
-    log, limit = run / "logs/run.jsonl", time.monotonic() + 60
-    while not log.exists() or not log.stat().st_size:
+def await_moment(run: Path, job: subprocess.Popen, dice: random.Random, rows: int, in_checkpoint: bool) -> None:
+    """Wait for a random moment of the run: behind some row, in the next checkpoint if asked for, and a bit later."""
+    log, limit, row = run / "logs/run.jsonl", time.monotonic() + 120, dice.randrange(1, 3 * rows // 4)
+    while not log.exists() or log.read_bytes().count(b"\n") < row:
         assert job.poll() is None and time.monotonic() < limit
         time.sleep(0.005)
-    time.sleep(dice.uniform(0.0, 0.6 * seconds))
     while in_checkpoint and not list((run / "checkpoints").glob(".unfinished-*")):
         assert job.poll() is None
-    time.sleep(dice.uniform(0.0, 0.01) if in_checkpoint else 0.0)
+    time.sleep(dice.uniform(0.0, 0.01 if in_checkpoint else 0.1))
 
 
 def kill(run: Path, job: subprocess.Popen, victim: str, dice: random.Random) -> None:

@@ -20,7 +20,7 @@ STEPS = {"nan_velocity": ROW, "overlap": ROW, "solids_volume": ROW, "gas_flux": 
 """Steps of poisons that do not last, or that LIGGGHTS mends."""
 MORE = {"courant": ["monitors.courant=1.025"], "substeps": ["monitors.substeps=5"]}
 """Limits that a poison breaks before the run is over."""
-FAST = ("nan_drag", "outside", "gas_flux")
+FAST = ("nan_drag", "outside")
 POINT = r"\([-\d.e]+, [-\d.e]+, [-\d.e]+\) m"
 CELL = rf"cell \(\d+, \d+, \d+\) at {POINT}"
 WORDS = {

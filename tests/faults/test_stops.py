@@ -78,6 +78,23 @@ def test_wall_limit_ends_with_a_checkpoint(tmp_path):
     assert rows == [] and list((run / "checkpoints").glob("step-*"))
 
 
+@pytest.mark.slow
+def test_second_signal_ends_at_once(tmp_path):
+    """No moment for a checkpoint comes before it; what was written stands."""
+    run = prepare(tmp_path, ["checkpoint.moment_steps=100000", "end_time=10.0"])
+    parent = start(run)
+    limit = time.monotonic() + 60
+    while not (run / "logs/pulse").exists():
+        assert parent.poll() is None and time.monotonic() < limit
+        time.sleep(0.01)
+    for _ in range(2):
+        parent.send_signal(signal.SIGTERM)
+        time.sleep(0.6)
+    _, words = parent.communicate(timeout=30)
+    assert parent.returncode == 3 and "ended at once by a second signal (SIGTERM was the first)" in words, words
+    assert find_ranks(run) == []
+
+
 def test_killed_parent_leaves_a_run_that_goes_on(tmp_path, whole):
     run = prepare(tmp_path, LONG)
     parent = start(run)
