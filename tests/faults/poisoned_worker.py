@@ -128,7 +128,8 @@ DISKS: dict[str, Callable[[Scene], None]] = {
     "full": lambda scene: fill(0),
     "nearly_full": lambda scene: fill(LITTLE),
     "no_longer_log": lambda scene: forbid_long_files(Path("logs/run.jsonl").stat().st_size + 1),
-    "no_long_files": lambda scene: forbid_long_files(LITTLE),
+    # The history in the log grows on; what is to meet the limit is longer than it.
+    "no_long_files": lambda scene: forbid_long_files(Path("logs/run.jsonl").stat().st_size + LITTLE // 2),
 }
 
 POISONS: dict[str, Callable[[Scene], None]] = {
