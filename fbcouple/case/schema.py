@@ -338,9 +338,9 @@ class Case(Section):
     gravity: float = option("Gravity, along -z.", "m s-2", 9.81, **NonNegative)
     accuracy: Literal["none", "draft", "standard", "reference"] = option(
         "Preset of fluid step, pressure solver and contact steps where the case leaves them out; none: the default of "
-        "each. Measured on mueller/0.9, against a long run at the defaults: draft 36 core-seconds a simulated second, "
-        "mean solids fraction 0.020 and flux 0.029 of their range off; standard 43, 0.026 and 0.017; chance alone "
-        "makes up to 0.06. Reference has not been run there.",
+        "each. Measured on mueller/0.9 against a long run, core-seconds a simulated second and distance of the mean "
+        "solids fraction and flux over their range: draft 36, 0.020, 0.029; standard 43, 0.026, 0.017; reference 92, "
+        "0.024, 0.017; chance alone makes up to 0.06.",
         default="none",
     )
     domain: Domain
