@@ -86,11 +86,14 @@ def test_kill(tmp_path, whole, seed):
 
 
 def resume(run: Path) -> None:
-    """Go on; a job whose parent was killed ends by itself, and holds the folder until then."""
+    """Go on; a job whose parent was killed ends by itself, and holds the folder and its checkpoints until then."""
     limit = time.monotonic() + 30
+    while find_ranks(run):
+        assert time.monotonic() < limit
+        time.sleep(0.05)
+    require_whole_files(run)
     while True:
         try:
-            require_whole_files(run)
             launch(run, 2, lambda row: None, resume=True)
             return
         except CaseError as error:
