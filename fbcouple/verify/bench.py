@@ -15,6 +15,7 @@ from fbcouple.case.schema import Case
 from fbcouple.decks.render import set_up
 from fbcouple.mesh import prepare_mesh
 from fbcouple.scene import Scene, open_scene
+from fbcouple.worker import choose_step, exert_drag, map_solids, move, react, step_gas
 
 GLASS: dict[str, Any] = {"diameter": 1e-3, "density": 2500.0}
 GAS: dict[str, Any] = {"density": 1.165, "viscosity": 2e-5, "inlet_velocity": 0.0}
@@ -64,3 +65,34 @@ def _make_case(sections: dict[str, Any], positions: np.ndarray | None) -> Case:
         data.setdefault("contact", FRICTIONLESS)
         data.setdefault("start", {})
     return Case.model_validate(data)
+
+
+def take_step(bench: Scene) -> None:
+    """One coupling step; the next is as long as the Courant and Fourier numbers allow (collective)."""
+    move(bench)
+    couple(bench)
+
+
+def take_same_step(bench: Scene) -> None:
+    """One coupling step; the next is as long (collective)."""
+    move(bench)
+    map_solids(bench)
+    exert_drag(bench)
+    step_gas(bench)
+    bench.clock.tick()
+    react(bench)
+
+
+def blow(bench: Scene) -> None:
+    """One coupling step in which no particle moves (collective)."""
+    bench.dt = bench.clock.dt
+    couple(bench)
+
+
+def couple(bench: Scene) -> None:
+    """What of a coupling step comes after the move (collective)."""
+    map_solids(bench)
+    exert_drag(bench)
+    step_gas(bench)
+    choose_step(bench)
+    react(bench)

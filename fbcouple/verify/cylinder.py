@@ -16,14 +16,14 @@ from fbcouple.collision import normal_damping
 from fbcouple.meshes.cylinder import find_section, make_cylinder
 from fbcouple.meshes.polyhedra import find_centres, take_apart
 from fbcouple.meshes.tetrahedra import cut
-from fbcouple.verify.bench import FRICTIONLESS, GAS, GLASS, Edit, open_bench
+from fbcouple.verify.bench import FRICTIONLESS, GAS, GLASS, Edit, blow, open_bench, take_same_step
 from fbcouple.verify.conservation import conserve
 from fbcouple.verify.fall import SCHILLER_NAUMANN, coarsen_bins, name_sizes
 from fbcouple.verify.gas import run_until_steady
 from fbcouple.verify.lattice import VOIDAGES
 from fbcouple.verify.published import PUBLISHED, Bed
 from fbcouple.verify.registry import Number, scene
-from fbcouple.worker import choose_step, exert_drag, map_solids, move, react, start, step_gas
+from fbcouple.worker import start
 
 _ACROSS, _LAYERS = 8, 8
 """Cells across the held bed, and up in each of its slabs: in the middle of a slab nothing is known of the others."""
@@ -73,12 +73,7 @@ class HeldCylinder:
         slip = (_INLET - superficial) / np.array(VOIDAGES)
         self.scene.grains.velocities[:, 2] = slip[self._slab]
         for _ in range(_STEPS):
-            self.scene.dt = self.scene.clock.dt
-            map_solids(self.scene)
-            exert_drag(self.scene)
-            step_gas(self.scene)
-            choose_step(self.scene)
-            react(self.scene)
+            blow(self.scene)
 
     def _find_middle(self, slab: int) -> np.ndarray:
         """This rank's cells in the middle of a slab."""
@@ -150,12 +145,7 @@ def fall_in_cylinder(place: Path, comm: MPI.Comm, diameters: tuple[float, ...]) 
     bench = open_bench(place, comm, sections, positions, edits, np.arange(len(sizes)))
     start(bench)
     for _ in range(round(time / _DEM_STEP)):
-        move(bench)
-        map_solids(bench)
-        exert_drag(bench)
-        step_gas(bench)
-        bench.clock.tick()
-        react(bench)
+        take_same_step(bench)
     assert bench.grains is not None
     speeds = -bench.grains.velocities[np.argsort(bench.grains.numbers), 2]
     for diameter, found in zip(diameters, speeds.tolist(), strict=True):

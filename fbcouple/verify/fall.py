@@ -13,9 +13,9 @@ import numpy as np
 from mpi4py import MPI
 
 from fbcouple.exchange.voidage import VOIDAGE_METHODS
-from fbcouple.verify.bench import FRICTIONLESS, GAS, GLASS, Edit, open_bench
+from fbcouple.verify.bench import FRICTIONLESS, GAS, GLASS, Edit, open_bench, take_same_step
 from fbcouple.verify.registry import Number, scene
-from fbcouple.worker import exert_drag, map_solids, move, react, start, step_gas
+from fbcouple.worker import start
 
 # Fall speed [m/s] of glass spheres by diameter [m]: drag of a lone sphere (Schiller and Naumann 1933) balanced with
 # the weight less that of the gas.
@@ -61,12 +61,7 @@ def fall(place: Path, comm: MPI.Comm, exchange: dict[str, Any], expected: dict[f
     assert grains is not None
     start(bench)
     for _ in range(round(_TIME / _STEP)):
-        move(bench)
-        map_solids(bench)
-        exert_drag(bench)
-        step_gas(bench)
-        bench.clock.tick()
-        react(bench)
+        take_same_step(bench)
     speeds = -grains.velocities[np.argsort(grains.positions[:, 0]), 2]
     for (diameter, speed), found in zip(expected.items(), speeds.tolist(), strict=True):
         yield Number(f"fall speed of {diameter * 1e6:g} um", found, speed, 0.01, "m s-1", relative=True)

@@ -11,10 +11,10 @@ import numpy as np
 from mpi4py import MPI
 
 from fbcouple.scene import Scene
-from fbcouple.verify.bench import FRICTIONLESS, GAS, GLASS, Edit, open_bench
+from fbcouple.verify.bench import FRICTIONLESS, GAS, GLASS, Edit, open_bench, take_step
 from fbcouple.verify.published import PUBLISHED, Bed
 from fbcouple.verify.registry import Number, scene
-from fbcouple.worker import choose_step, exert_drag, map_solids, move, react, start, step_gas
+from fbcouple.worker import start
 
 _GRAVITY = 9.81
 _SIDE, _CELL, _CELLS_UP = 0.008, 0.002, 34
@@ -54,12 +54,7 @@ def _run_ramp(bench: Scene) -> np.ndarray:
     order = np.argsort(bench.gas.centres[:, 2])
     rows = []
     while bench.clock.time < _SETTLE + _RAMP:
-        move(bench)
-        map_solids(bench)
-        exert_drag(bench)
-        step_gas(bench)
-        choose_step(bench)
-        react(bench)
+        take_step(bench)
         voidage = bench.coupling.voidage[order]
         velocity = (voidage * bench.gas.velocity[order, 2])[0]
         pressure = bench.gas.pressure[order]

@@ -13,12 +13,12 @@ from mpi4py import MPI
 
 from fbcouple.exchange.particles import Particles
 from fbcouple.scene import Scene
-from fbcouple.verify.bench import FRICTIONLESS, GAS, GLASS, Edit, open_bench
+from fbcouple.verify.bench import FRICTIONLESS, GAS, GLASS, Edit, open_bench, take_same_step
 from fbcouple.verify.fall import coarsen_bins
 from fbcouple.verify.gas import run_until_steady, set_patches, split_sides
 from fbcouple.verify.registry import Number, scene
 from fbcouple.verify.turbulence import name_sides, start_from
-from fbcouple.worker import exert_drag, map_solids, move, react, start, step_gas
+from fbcouple.worker import start
 
 _MOMENTUM = 1e-10
 
@@ -164,7 +164,7 @@ def virtual_mass(place: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
     moments, speeds, momentum = [], [], 0.0
     # The first move knows nothing of the water yet; later ones have what it did one step before.
     for _ in range(12):
-        _advance(bench)
+        take_same_step(bench)
         moments.append(bench.clock.time)
         speeds.append(float(bench.grains.velocities[0, 2]))
         momentum = max(momentum, bench.balance.momentum_error)
@@ -172,12 +172,3 @@ def virtual_mass(place: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
     name = f"acceleration in water that accelerates with {_ACCELERATION:g} m/s2" if carried else "start of the fall"
     yield Number(f"{name}, density ratio {ratio:g}", found, expected, 0.01, "m s-2", relative=True)
     yield Number(f"momentum, of the force, {variant}", momentum, 0.0, _MOMENTUM)
-
-
-def _advance(bench: Scene) -> None:
-    move(bench)
-    map_solids(bench)
-    exert_drag(bench)
-    step_gas(bench)
-    bench.clock.tick()
-    react(bench)

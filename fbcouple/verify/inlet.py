@@ -10,10 +10,10 @@ import numpy as np
 from mpi4py import MPI
 
 from fbcouple.scene import Scene
-from fbcouple.verify.bench import FRICTIONLESS, GAS, GLASS, open_bench
+from fbcouple.verify.bench import FRICTIONLESS, GAS, GLASS, open_bench, take_step
 from fbcouple.verify.published import PUBLISHED, Bed
 from fbcouple.verify.registry import Number, scene
-from fbcouple.worker import choose_step, exert_drag, map_solids, move, react, start, step_gas
+from fbcouple.worker import start
 
 _RAMP = [[0.0, 0.0], [0.05, 0.0], [0.07, 0.2], [0.08, 0.4], [0.08, 0.3], [0.13, 0.3], [0.13, 0.0], [0.15, 0.0]]
 _RAMP += [[0.15, -0.3], [0.19, -0.3]]
@@ -57,12 +57,7 @@ def inlet_ramp(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     losses: dict[str, list[float]] = {name: [] for name in _STEADY}
     expected: dict[str, list[float]] = {name: [] for name in _STEADY}
     while bench.clock.time < _RAMP[-1][0]:
-        move(bench)
-        map_solids(bench)
-        exert_drag(bench)
-        step_gas(bench)
-        choose_step(bench)
-        react(bench)
+        take_step(bench)
         velocity = _find_velocity(bench.clock.time)
         layers = _average_layers(bench, bench.gas.velocity[:, 2])
         off = max(off, abs(float(layers[-2]) - velocity))

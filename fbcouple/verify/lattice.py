@@ -15,8 +15,8 @@ import numpy as np
 from mpi4py import MPI
 
 from fbcouple.scene import Scene
-from fbcouple.verify.bench import GAS, GLASS, open_bench
-from fbcouple.worker import choose_step, exert_drag, map_solids, react, start, step_gas
+from fbcouple.verify.bench import GAS, GLASS, blow, open_bench
+from fbcouple.worker import start
 
 VOIDAGES = (0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 LAYER = 8
@@ -102,12 +102,7 @@ class HeldBed:
         assert self.scene.grains is not None
         self.scene.grains.velocities[:, 2] = ((self.inlet - superficial) / self.voidages)[self._layer]
         for _ in range(steps):
-            self.scene.dt = self.scene.clock.dt
-            map_solids(self.scene)
-            exert_drag(self.scene)
-            step_gas(self.scene)
-            choose_step(self.scene)
-            react(self.scene)
+            blow(self.scene)
 
     @property
     def pressure_losses(self) -> np.ndarray:

@@ -14,10 +14,10 @@ from typing import Any
 from mpi4py import MPI
 
 from fbcouple.case.mixture import solids_volume
-from fbcouple.verify.bench import FRICTIONLESS, GAS, open_bench
+from fbcouple.verify.bench import FRICTIONLESS, GAS, open_bench, take_step
 from fbcouple.verify.published import PUBLISHED, Bed
 from fbcouple.verify.registry import Number, scene
-from fbcouple.worker import choose_step, exert_drag, map_solids, move, react, start, step_gas
+from fbcouple.worker import start
 
 _DIAMETER, _DENSITY, _GRAVITY = 1e-4, 1000.0, 9.81
 _VELOCITY = 0.00488
@@ -70,12 +70,7 @@ def bed_weight(place: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
     start(bench)
     elapsed = pressure = support = height = 0.0
     while bench.clock.time < _END:
-        move(bench)
-        map_solids(bench)
-        exert_drag(bench)
-        step_gas(bench)
-        choose_step(bench)
-        react(bench)
+        take_step(bench)
         if bench.clock.time > _SETTLE and bench.gas_state:
             elapsed += bench.dt
             pressure += bench.dt * bench.gas_state.inlet_pressure
