@@ -19,7 +19,8 @@ from pathlib import Path
 from typing import Any
 
 from fbcouple.case.options import list_options
-from fbcouple.case.schema import Case, as_tuple
+from fbcouple.case.schema import Case
+from fbcouple.case.section import as_tuple
 from fbcouple.errors import CaseError
 
 FOLDER = "checkpoints"
@@ -32,6 +33,7 @@ _UNFINISHED = ".unfinished-"
 _YOUNGER = (
     "accuracy",
     "gas.top",
+    "contact.skin",
     "exchange.accelerated",
     "output.particles_every",
     "output.tracked",

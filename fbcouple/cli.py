@@ -210,6 +210,7 @@ def run(run: Path, ranks: int, resume: bool, fresh: bool, trusted: bool, **limit
     if not is_complete(run):
         place = f"at or after {end:g} s of {case.end_time:g} s"
         click.echo(f"{run}: stopped at a moment for a checkpoint {place}; go on with {go_on}")
+        return
     click.echo(f"{run}: done; draw its figures with `fbcouple post {run}`")
 
 

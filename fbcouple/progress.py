@@ -20,7 +20,8 @@ class RunProgress:
     def __init__(self, console: Console, end: float) -> None:
         self._console = console
         self._end = end
-        self._begin = self._said = time.monotonic()
+        self._said = time.monotonic()
+        self._first: tuple[float, float] | None = None
         self._walls: dict[str, float] = {}
         self._bar = Progress(
             TextColumn("t = {task.completed:.3f} s of {task.total:g}"),
@@ -47,17 +48,22 @@ class RunProgress:
         """Show a history row."""
         for stage, seconds in row["wall"].items():
             self._walls[stage] = self._walls.get(stage, 0.0) + seconds
-        state = self._describe(row)
-        self._bar.update(self._task, completed=row["time"], state=state)
         now = time.monotonic()
+        if self._first is None:  # a resumed run does not start at 0
+            self._first = row["time"], now
+            self._bar.reset(self._task, completed=row["time"])
+        state = self._describe(row, now)
+        self._bar.update(self._task, completed=row["time"], state=state)
         if not self._console.is_terminal and now - self._said > _LINE_EVERY:
             self._said = now
             self._console.print(f"t = {row['time']:.3f} s of {self._end:g}, {state}", highlight=False)
 
-    def _describe(self, row: dict[str, Any]) -> str:
+    def _describe(self, row: dict[str, Any], now: float) -> str:
+        assert self._first is not None
         parts = []
-        if row["time"] > 0:
-            parts.append(f"{(time.monotonic() - self._begin) / row['time']:.0f} s wall per s")
+        simulated = row["time"] - self._first[0]
+        if simulated > 0:
+            parts.append(f"{(now - self._first[1]) / simulated:.0f} s wall per s")
         if "bed_height" in row:
             parts.append(f"bed {1e3 * row['bed_height']:.1f} mm")
         if math.isfinite(row.get("pressure_drop", math.nan)):

@@ -16,21 +16,17 @@ from fbcouple.averages.means import Means
 from fbcouple.averages.snapshots import Snapshots
 from fbcouple.case.mixture import mean_density, solids_volume
 from fbcouple.case.region import find_region, is_box
-from fbcouple.cells import MeshCells
 from fbcouple.checkpoint import word_newest
 from fbcouple.clock import Cadence
-from fbcouple.contacts import find_max_overlap
 from fbcouple.errors import SolverError
 from fbcouple.flux import HeightFlux
-from fbcouple.frames import Frames, look_at, track
+from fbcouple.frames import Frames, look_at
+from fbcouple.measures import find_weight, measure_grains, measure_height, measure_voidage
 from fbcouple.monitors import JUDGED_ONLY, RollCall, find_breaches, judge, require_finite, require_inside
 from fbcouple.places import FRAMES
 from fbcouple.results import append_line, read_log, write_results
 from fbcouple.scene import Scene
 
-# Dense bed of the paper: solids fraction above 0.2 (section 4.2).
-_DENSE = 0.2
-_CLOSEST_PACKING = 0.74048
 # What is kept from row to row.
 _NUMBERS = (
     "_momentum_error",
@@ -89,9 +85,9 @@ class Recorder:
         require_finite(scene)
         if scene.grains:
             require_inside(scene)
-            numbers |= self._measure_grains(scene) | self._find_height(scene)
+            numbers |= measure_grains(scene) | measure_height(scene)
         if scene.coupling:
-            numbers |= self._measure_voidage(scene)
+            numbers |= measure_voidage(scene)
         if scene.gas:
             numbers |= self._flux.measure(scene)
         judge(scene, numbers)
@@ -148,59 +144,10 @@ class Recorder:
             row |= {"pressure_drop": mean, "gas_mass_error": self._mass_error, "max_courant": self._courant}
         if scene.coupling:
             row["momentum_error"] = self._momentum_error
-            row["gas_support"] = self._support_time / self._elapsed / self._weight(scene) if self._elapsed else 0.0
+            row["gas_support"] = self._support_time / self._elapsed / find_weight(scene) if self._elapsed else 0.0
         self._momentum_error = self._mass_error = self._courant = 0.0
         self._elapsed = self._pressure_time = self._support_time = 0.0
         return row
-
-    def _weight(self, scene: Scene) -> float:
-        """Weight of all particles [N]; 1 without gravity."""
-        assert scene.grains is not None
-        return scene.comm.allreduce(float(scene.grains.masses.sum())) * scene.case.gravity or 1.0
-
-    def _measure_grains(self, scene: Scene) -> dict[str, Any]:
-        grains, comm = scene.grains, scene.comm
-        assert grains is not None
-        masses, z = grains.masses, grains.positions[:, 2]
-        squares = np.einsum("ij,ij->i", grains.velocities, grains.velocities)
-        totals = masses.sum(), masses @ z, 0.5 * masses @ squares
-        sums = comm.allreduce(np.array(totals))
-        tracked = {"tracked": track(scene)} if scene.case.output.tracked else {}
-        overlap = find_max_overlap(grains.ghost_positions(), grains.ghost_radii(), grains.count)
-        return {
-            "particles": scene.balance.particles,
-            "solids_centre_z": float(sums[1] / sums[0]),
-            "kinetic_energy": float(sums[2]),
-            "max_overlap": comm.allreduce(overlap, max),
-        } | tracked
-
-    def _find_height(self, scene: Scene) -> dict[str, Any]:
-        """Bed height from the particles in each layer of a box, from the solids of a mesh's cells."""
-        grains, grid = scene.grains, scene.grid
-        assert grains is not None
-        if isinstance(scene.cells, MeshCells):
-            assert scene.coupling is not None
-            solids = 1.0 - scene.coupling.voidage
-            return {"bed_height": find_bed_height(*scene.cells.find_profile(scene.comm, solids))}
-        layers, height = grid.cells[2], grid.size[2]
-        volumes = 4.0 / 3.0 * np.pi * grains.radii**3
-        layer = np.clip((grains.positions[:, 2] / height * layers).astype(int), 0, layers - 1)
-        sums = scene.comm.allreduce(np.bincount(layer, volumes, minlength=layers))
-        profile = sums / (grid.cell_volume * grid.cells[0] * grid.cells[1])
-        return {"bed_height": find_bed_height(profile, grid.centres(2))}
-
-    def _measure_voidage(self, scene: Scene) -> dict[str, Any]:
-        assert scene.coupling is not None and scene.grains is not None
-        comm, voidage = scene.comm, scene.coupling.voidage
-        solids = comm.allreduce(scene.cells.add_up(1.0 - voidage))
-        volume = comm.allreduce(float((4.0 / 3.0 * np.pi * scene.grains.radii**3).sum()))
-        return {
-            "solids_volume": solids,
-            "solids_error": abs(solids / volume - 1.0),
-            "voidage_excess": comm.allreduce(float(voidage.max(initial=0.0)), max) - 1.0,
-            "min_voidage": comm.allreduce(float(voidage.min(initial=1.0)), min),
-            "cells_over_packed": comm.allreduce(int((voidage < 1.0 - _CLOSEST_PACKING).sum())),
-        }
 
     def _share_walls(self, scene: Scene) -> dict[str, float]:
         mine = scene.watch.restart()
@@ -288,21 +235,6 @@ class Recorder:
             **({} if is_box(scene.case) else {"floor": find_region(scene.case, self._run).floor}),
             "complete": int(now >= scene.case.end_time * (1 - 1e-9)),
         }
-
-
-def find_bed_height(profile: np.ndarray, centres: np.ndarray) -> float:
-    """Height [m] up to which the layer-mean solids fraction `profile` exceeds 0.2, interpolated between layers.
-
-    0 if no layer is that dense; the top of the uppermost dense layer's centre if it is the last.
-    """
-    dense = np.flatnonzero(profile > _DENSE)
-    if len(dense) == 0:
-        return 0.0
-    top = int(dense[-1])
-    if top == len(profile) - 1:
-        return float(centres[top])
-    part = (profile[top] - _DENSE) / (profile[top] - profile[top + 1])
-    return float(centres[top] + part * (centres[top + 1] - centres[top]))
 
 
 def _gather(scene: Scene, means: Means) -> dict[str, np.ndarray]:

@@ -61,6 +61,22 @@ def measure_scaling(cells: int, counts: Sequence[int], steps: int, repeats: int)
     return rows
 
 
+def measure_strong(
+    case: str, sets: Sequence[str], counts: Sequence[int], warm: float, steps: int, repeats: int
+) -> list[Row]:
+    """Strong scaling of a case: the same coupled steps after `warm` [s] on each number of ranks, eq. 46. Raises
+    CaseError, SolverError."""
+    rows: list[Row] = []
+    for ranks in counts:
+        with _place() as place:
+            run = place / "run"
+            lay_out(case, run, sets, trusted=False, forced=True)
+            found = _measure("steps", run, load_case(str(run)), ranks, steps, repeats, warm)
+            row = {"scaling": "strong"} | found
+            rows.append(row | compare(row, rows[0] if rows else row))
+    return rows
+
+
 def measure_parts(case: str, sets: Sequence[str], warm: float, steps: int, repeats: int) -> list[Row]:
     """Processor seconds a simulated second of a case without each of its parts, and over those of the whole case; the
     variants take turns, the cheapest turn of each counts."""
@@ -76,6 +92,21 @@ def measure_parts(case: str, sets: Sequence[str], warm: float, steps: int, repea
     return [
         {"left out": name, "of the whole": row["cpu_seconds_per_second"] / whole} | row for name, row in best.items()
     ]
+
+
+def measure_skins(
+    case: str, sets: Sequence[str], skins: Sequence[float], ranks: int, warm: float, steps: int
+) -> list[Row]:
+    """Wall seconds a simulated second of LIGGGHTS in a case with neighbour lists of each skin (diameters), and over the
+    fastest. Raises CaseError, SolverError."""
+    rows = []
+    for skin in skins:
+        with _place() as place:
+            run = place / "run"
+            lay_out(case, run, [*sets, f"contact.skin={skin!r}"], trusted=False, forced=True)
+            rows.append({"skin": skin} | _measure("grains", run, load_case(str(run)), ranks, warm, steps))
+    best = min(row["cheapest"] for row in rows)
+    return [row | {"of the fastest": row["cheapest"] / best} for row in rows]
 
 
 def compare(row: Row, first: Row) -> Row:

@@ -19,7 +19,8 @@ from fbcouple.case.checks import list_problems
 from fbcouple.case.options import list_sections
 from fbcouple.case.presets import apply_preset
 from fbcouple.case.problems import Problem, show, word_errors
-from fbcouple.case.schema import Case, as_tuple
+from fbcouple.case.schema import Case
+from fbcouple.case.section import as_tuple
 from fbcouple.case.source import FILE_NAME, apply_settings, find_case, read_case
 from fbcouple.errors import CaseError
 

@@ -11,7 +11,8 @@ from typing import Any, get_args
 
 from pydantic_core import PydanticUndefined
 
-from fbcouple.case.schema import Case, Section
+from fbcouple.case.schema import Case
+from fbcouple.case.section import Section
 
 _KINDS = {
     "number": "a number",

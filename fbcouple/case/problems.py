@@ -11,7 +11,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from fbcouple.case.options import list_options, list_sections
-from fbcouple.case.schema import Case, Section
+from fbcouple.case.schema import Case
+from fbcouple.case.section import Section
 
 _LONGEST = 60
 _DEEPEST = 3

@@ -6,49 +6,25 @@ A section that a scene does not need is left out of the file: no `[gas]`, and Op
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import Field
 
-Positive: dict[str, Any] = {"gt": 0.0, "allow_inf_nan": False}
-NonNegative: dict[str, Any] = {"ge": 0.0, "allow_inf_nan": False}
-
-
-def as_tuple(value: Any) -> Any:
-    """Take a TOML array, or one of arrays, where the schema holds tuples; the rest is for the schema to judge."""
-    return tuple(as_tuple(entry) for entry in value) if isinstance(value, list) else value
-
-
-Length = Annotated[float, Field(gt=0.0, le=1e4, allow_inf_nan=False)]
-CellCount = Annotated[int, Field(ge=1, le=1_000_000)]
-Sizes = Annotated[tuple[Length, Length, Length], BeforeValidator(as_tuple)]
-Cells = Annotated[tuple[CellCount, CellCount, CellCount], BeforeValidator(as_tuple)]
-Moment = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
-Velocity = Annotated[float, Field(ge=-1e4, le=1e4, allow_inf_nan=False)]
-Ramp = Annotated[tuple[tuple[Moment, Velocity], ...], BeforeValidator(as_tuple), Field(min_length=1)]
-Sides = Annotated[tuple[Literal["x", "y"], ...], BeforeValidator(as_tuple)]
-Amount = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
-Part = Annotated[float, Field(gt=0.0, lt=1.0)]
-Species = Annotated[int, Field(ge=1, le=1000)]
-Restitution = Annotated[float, Field(gt=0.0, le=1.0)]
-Friction = Annotated[float, Field(ge=0.0, le=10.0)]
-Mixture = Annotated[tuple[tuple[Amount, Amount, Part], ...], BeforeValidator(as_tuple)]
-Pairs = Annotated[tuple[tuple[Species, Species, Restitution, Friction], ...], BeforeValidator(as_tuple)]
-Walls = Annotated[tuple[tuple[Species, Restitution, Friction], ...], BeforeValidator(as_tuple)]
-Faces = Annotated[tuple[CellCount, CellCount], BeforeValidator(as_tuple)]
-Numbers = Annotated[tuple[Annotated[int, Field(ge=1)], ...], BeforeValidator(as_tuple)]
-Texts = Annotated[tuple[str, ...], BeforeValidator(as_tuple)]
-
-
-def option(text: str, unit: str = "1", default: Any = ..., **limits: Any) -> Any:
-    """Declare one option: its sentence, SI unit, default (none: the case must give it) and limits."""
-    return Field(default, description=text, json_schema_extra={"unit": unit}, **limits)
-
-
-class Section(BaseModel):
-    """A table of the case file; unknown keys and wrong types are mistakes, nothing is converted in silence."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+from fbcouple.case.records import Averages, Checkpoint, Monitors, Output
+from fbcouple.case.section import (
+    Cells,
+    Faces,
+    Mixture,
+    NonNegative,
+    Pairs,
+    Positive,
+    Ramp,
+    Section,
+    Sides,
+    Sizes,
+    Walls,
+    option,
+)
 
 
 class Domain(Section):
@@ -172,6 +148,13 @@ class Contact(Section):
         "Rows of a species, its restitution and its friction against walls, in place of the common ones.", default=()
     )
     steps_per_contact: int = option("DEM steps in one contact time T_C (paper: 6).", default=6, ge=3, le=1000)
+    skin: float | None = option(
+        "Skin of the neighbour lists in diameters of the smallest particle, for speed alone (`fbcouple bench skin`); "
+        "absent: 0.5, with a tangential spring 0.4.",
+        default=None,
+        ge=0.05,
+        le=10.0,
+    )
     tangential: Literal["no-history", "history"] = option(
         "Friction: Coulomb sliding with a viscous limit (paper), or a tangential spring that remembers the contact.",
         default="no-history",
@@ -260,73 +243,6 @@ class Exchange(Section):
     lift_force: bool = option("Lift of particles in shear (Saffman, Mei).", default=False)
     virtual_mass: bool = option(
         "Virtual mass of the particles, half the gas that they displace; contacts have it too.", default=False
-    )
-
-
-class Averages(Section):
-    start: float = option("Time at which averaging starts.", "s", **NonNegative)
-    every: float = option("Time between samples.", "s", 2e-3, **Positive)
-    blocks: int = option("Blocks of the window, for the standard errors.", default=10, ge=2, le=1000)
-
-
-class Output(Section):
-    record_every: float = option("Time between rows of the history.", "s", 1e-2, **Positive)
-    save_every: float = option("Wall time between rewrites of results.nc.", "s", 60.0, **Positive)
-    snapshots_every: float | None = option(
-        "Time between snapshots of the depth-mean voidage, for bubbles; absent: none are taken.", "s", None, **Positive
-    )
-    particles_every: float | None = option(
-        "Time between frames of all particles and of the gas in every cell, for 3-D views, in the folder frames of the "
-        "run; absent: none are taken.",
-        "s",
-        None,
-        **Positive,
-    )
-    tracked: Numbers = option(
-        "Particles, numbered from 1 as they start, whose position and velocity the history has.", default=()
-    )
-    references: Texts = option(
-        "Measured lines for the report: quantity@height=file, height in m, CSV beside the case (x in m, value, error).",
-        default=(),
-    )
-
-
-class Checkpoint(Section):
-    wall_every: float = option("Wall time between checkpoints.", "s", 600.0, **Positive)
-    every: float | None = option(
-        "Simulated time between checkpoints; absent: by wall time only.", "s", None, **Positive
-    )
-    moment_steps: int = option(
-        "Coupling steps between the moments at which a checkpoint can be written; at each the particles' solver is set "
-        "up anew, so that a resumed run equals the uninterrupted one.",
-        default=100,
-        ge=1,
-        le=1_000_000,
-    )
-
-
-class Monitors(Section):
-    """What ends a run with exit code 4; cells over the closest packing (0.74) are counted and end nothing."""
-
-    momentum: float = option("Imbalance of a step's momentum exchange over its impulse.", default=1e-9, **Positive)
-    solids_volume: float = option("Relative error of the solids volume that the gas sees.", default=1e-9, **Positive)
-    gas_flux: float = option(
-        "Error of the gas flux at a height against continuity, over the fastest inflow.", default=1e-2, **Positive
-    )
-    courant: float = option("Courant number of a fluid step over gas.max_courant.", default=50.0, gt=1.0, le=1e9)
-    substeps: int = option("DEM steps in a fluid step.", default=10_000, ge=1)
-    voidage: float = option(
-        "Voidage that each cell must be above: at 0.1 others clamp it, and drag no longer means a thing.",
-        default=0.1,
-        ge=0.0,
-        lt=1.0,
-    )
-    voidage_excess: float = option("Voidage above 1, by rounding.", default=1e-9, **Positive)
-    overlap: float = option(
-        "Overlap of two particles over their mean diameter; 0.05 is usual in a violent bed.",
-        default=0.3,
-        gt=0.0,
-        le=1.0,
     )
 
 

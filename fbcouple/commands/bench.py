@@ -111,6 +111,58 @@ def peers(case: str, ranks: int, warm: float, steps: int, sets: tuple[str, ...],
 
 
 @bench.command()
+@click.argument("case")
+@click.option(
+    "--skin",
+    "skins",
+    type=click.FloatRange(min=0.05, max=10.0),
+    multiple=True,
+    help="Skin in diameters; several times.  [default: 0.2, 0.3, 0.4, 0.5, 0.7]",
+)
+@click.option("-n", "--ranks", type=click.IntRange(min=1), default=1, show_default=True, help="MPI ranks.")
+@click.option("--warm", type=click.FloatRange(min=0.0), default=0.01, show_default=True, help="Time before it [s].")
+@click.option("--steps", type=click.IntRange(min=1), default=100, show_default=True, help="Fluid steps measured.")
+@click.option("--set", "sets", multiple=True, metavar="KEY=VALUE", help="Put a value on top of the case file.")
+@take_file
+def skin(
+    case: str,
+    skins: tuple[float, ...],
+    ranks: int,
+    warm: float,
+    steps: int,
+    sets: tuple[str, ...],
+    file: Path | None,
+) -> None:
+    """LIGGGHTS in CASE with neighbour lists of several skins: which is the fastest for `contact.skin`."""
+    from fbcouple.bench.suite import measure_skins
+
+    rows = measure_skins(case, sets, skins or (0.2, 0.3, 0.4, 0.5, 0.7), ranks, warm, steps)
+    show(rows)
+    best = min(rows, key=lambda row: row["cheapest"])["skin"]
+    click.echo(f"fastest: --set contact.skin={best:g}, or skin = {best:g} in [contact] of the case")
+    write(file, {"skins": rows})
+
+
+@bench.command()
+@click.argument("case")
+@click.option("-n", "--ranks", "counts", type=click.IntRange(min=1), multiple=True, help="Ranks to run; several times.")
+@click.option("--warm", type=click.FloatRange(min=0.0), default=0.01, show_default=True, help="Time before it [s].")
+@click.option("--steps", type=click.IntRange(min=1), default=50, show_default=True, help="Fluid steps a repeat.")
+@click.option("--repeats", type=click.IntRange(min=1), default=3, show_default=True, help="The fastest counts.")
+@click.option("--set", "sets", multiple=True, metavar="KEY=VALUE", help="Put a value on top of the case file.")
+@take_file
+def strong(
+    case: str, counts: tuple[int, ...], warm: float, steps: int, repeats: int, sets: tuple[str, ...], file: Path | None
+) -> None:
+    """Strong scaling of CASE: the same steps on each number of ranks."""
+    from fbcouple.bench.suite import measure_strong
+
+    rows = measure_strong(case, sets, counts or (1, 2), warm, steps, repeats)
+    show(rows)
+    write(file, {"strong": rows})
+
+
+@bench.command()
 @click.option("--cells", type=click.IntRange(min=10), default=12, show_default=True, help="Cells along an edge.")
 @click.option("-n", "--ranks", "counts", type=click.IntRange(min=1), multiple=True, help="Ranks to run; several times.")
 @click.option("--steps", type=click.IntRange(min=1), default=20, show_default=True, help="Fluid steps a repeat.")

@@ -24,6 +24,8 @@ _ROLLING_FACTOR = 3.5
 # Skin of the neighbour lists over diameter (measured fastest; history is copied at each new list).
 _SKIN = 0.5
 _SKIN_WITH_HISTORY = 0.4
+# DEM steps after which particles are put in the order of the neighbour bins, so that neighbours lie together in memory.
+_SORT_EVERY = 200
 # Names in OpenFOAM's table of LES models; the adapter brings the last two into it (turbulence.cpp).
 _LES_MODELS = {
     "smagorinsky": "Smagorinsky",
@@ -111,7 +113,8 @@ def _grains_context(particles: Particles, contact: Contact) -> dict[str, Any]:
     step = derived.dem_step(contact, particles)
     remembers = contact.tangential == "history"
     kinds = list_kinds(particles)
-    skin = (_SKIN_WITH_HISTORY if remembers else _SKIN) * min(kind.diameter for kind in kinds)
+    skin = contact.skin or (_SKIN_WITH_HISTORY if remembers else _SKIN)
+    skin *= min(kind.diameter for kind in kinds)
     context: dict[str, Any] = {
         "dem_step": step,
         "normal_model": "hertz" if contact.model == "hertz" else "hooke/stiffness",
@@ -119,6 +122,7 @@ def _grains_context(particles: Particles, contact: Contact) -> dict[str, Any]:
         "newton": "off" if remembers else "on",
         "skin": skin,
         "bin_size": max(kind.diameter for kind in kinds) + skin,
+        "sort_every": _SORT_EVERY,
         "processors": "* 1 1",
         "types": len(kinds) + 1,
         "rolling_frictions": [contact.rolling_friction] * (len(kinds) + 1) ** 2,

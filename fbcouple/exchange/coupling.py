@@ -72,10 +72,9 @@ class Coupling:
         self.beta = self._beta[: len(particles.positions)]
         field = self._fields[4][: self._layers]
         rows, gas_rows = self.mapping.open(field), self.mapping.read(self._gas_rows, 4)
-        self._aim, drift = particles.velocities, self._nobody
+        driven, self._aim = self._nobody, particles.velocities
         if particles.driven_velocities is not None:
-            self._aim = np.empty_like(self._aim)
-            drift = self._drift = momentum.NEW * (particles.velocities - particles.driven_velocities)
+            driven, self._aim = particles.driven_velocities, self._aims[: len(particles.positions)]
         self._dt = dt
         momentum.exert(
             self._law.kernel,
@@ -90,7 +89,7 @@ class Coupling:
             self._gas.viscosity,
             dt,
             self.beta,
-            drift,
+            driven,
             self._aim,
             rows,
         )
@@ -115,8 +114,7 @@ class Coupling:
         if before is not None:
             rows = rows.copy()
             rows[..., :3] = before
-        driven = particles.driven_velocities
-        forces = self._nobody if driven is None else np.empty_like(driven)
+        driven = self._nobody if particles.driven_velocities is None else particles.driven_velocities
         drag = momentum.react(
             *self.mapping.stencil,
             self.mapping.read(rows, 8),
@@ -128,11 +126,11 @@ class Coupling:
             factor,
             held,
             current,
-            forces,
+            particles.velocities,
+            particles.masses,
+            self._dt,
+            driven,
         )
-        if driven is not None:
-            old = (1.0 - momentum.NEW) / momentum.NEW * self._drift
-            driven[:] = particles.velocities + self._dt * forces / particles.masses[:, None] - old
         if self.forces:
             drag += self.forces.hand_over(self.mapping, self.mapping.read(self._gas_rows, 4), factor, held, current)
         return drag
@@ -179,4 +177,4 @@ class Coupling:
     def _make_room(self, count: int) -> None:
         if count > self._room:
             self._room = count + count // 4
-            self._beta = np.empty(self._room)
+            self._beta, self._aims = np.empty(self._room), np.empty((self._room, 3))

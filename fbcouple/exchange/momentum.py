@@ -65,9 +65,9 @@ def keep_beta(beta, masses, dt):
 
 
 @inlined
-def foresee(velocities, drift, stiffness, aim):
+def foresee(velocities, driven, stiffness, aim):
     """Set `aim` (n, 3) to v + c d, so that beta~ (u - aim) is the mean drag over a step on a particle that other forces
-    give the velocity d = `drift` (n, 3) in it.
+    give the velocity d in it: NEW times what v is beyond `driven` (n, 3), which drag alone would have made of it.
 
     m dv/dt = beta (u - v) + m d/dt with x = dt beta/m, `stiffness` (n,), has the mean drag beta~ (u - v) - (m/dt) d
     (1 - y/x), where y = 1 - exp(-x) = dt beta~/m: c = 1/y - 1/x, 1/2 for slow drag and 1 for fast.
@@ -78,7 +78,7 @@ def foresee(velocities, drift, stiffness, aim):
         if x > 0.1:
             c = 1.0 / decay(x) - 1.0 / x
         for axis in range(3):
-            aim[p, axis] = velocities[p, axis] + c * drift[p, axis]
+            aim[p, axis] = velocities[p, axis] + c * NEW * (velocities[p, axis] - driven[p, axis])
     return aim
 
 
@@ -106,14 +106,15 @@ def exert(
     viscosity,
     dt,
     beta,
-    drift,
+    driven,
     aim,
     field,
 ):
     """Add beta~ [kg/s] and beta~ w [N] of every particle to patch `field` (places, 4); beta~ stays in `beta` (n,).
 
-    w is the velocity that the drag acts on: v, or where `drift` (n, 3) is given, what other forces gave the particle in
-    the last step [m/s], the one that makes beta~ exact for them too (see `foresee`), which goes into `aim` (n, 3).
+    w is the velocity that the drag acts on: v, or where `driven` (n, 3) [m/s] is given, the velocity that drag alone
+    would have made in the last step, the one that makes beta~ exact for other forces too (see `foresee`), which goes
+    into `aim` (n, 3).
     `gas` (places, >= 4) starts with the filtered gas velocity and the voidage as the cells have it. The explicit
     scheme has no implicit part: it adds 0 and beta (v - u). Particles go through in blocks that fit the cache.
     """
@@ -132,10 +133,10 @@ def exert(
             size[q] = 2.0 * radii[first + q]
         b = beta[first : first + n]
         law(eps[:n], slip[:n], size[:n], density, viscosity, b)
-        if len(drift):
+        if len(driven):
             for q in range(n):
                 size[q] = dt * b[q] / masses[first + q]
-            v = foresee(v, drift[first : first + n], size[:n], aim[first : first + n])
+            v = foresee(v, driven[first : first + n], size[:n], aim[first : first + n])
         scheme(b, masses[first : first + n], dt)
         for q in range(n):
             weights = corner_weights(up[q, 0], up[q, 1], up[q, 2])
@@ -149,15 +150,18 @@ def exert(
 
 
 @compiled
-def react(base, upper, offsets, gas, beta, aim, radii, push, lift, factor, held, current, drag):
+def react(
+    base, upper, offsets, gas, beta, aim, radii, push, lift, factor, held, current, velocities, masses, dt, driven
+):
     """Put each particle under `factor` times the force of the gas [N]: beta~ (u - w) - V (push grad P) + V lift.
 
     `aim` (n, 3) is w [m/s], the particle's velocity or what `foresee` made of it.
     `gas` (places, 8) holds filtered gas velocity, voidage, pressure gradient and nothing; `push` is 1 with the
     pressure-gradient force and 0 without; `lift` [N/m3] is the weight of the displaced gas. The force goes into `held`
     (n, 3), what the sub-steps hold, and its change into `current` (n, 3), the force of the last sub-step, which the
-    next half kick starts from. Returns the summed drag magnitude [N] without the factor; `drag` (n, 3) [N], or (0, 3)
-    where nobody asks, is the drag of each particle without it.
+    next half kick starts from. Returns the summed drag magnitude [N] without the factor. `driven` (n, 3), or (0, 3)
+    where nobody asks, becomes what drag alone makes of `velocities` (n, 3) in the step of `dt` [s] that comes, less the
+    part of the last one's other forces that `foresee` is to keep.
     """
     total = 0.0
     for p in range(len(base)):
@@ -178,10 +182,11 @@ def react(base, upper, offsets, gas, beta, aim, radii, push, lift, factor, held,
         held[p, 1] = fy
         held[p, 2] = fz
         total += np.sqrt(dx * dx + dy * dy + dz * dz)
-        if len(drag):
-            drag[p, 0] = dx
-            drag[p, 1] = dy
-            drag[p, 2] = dz
+        if len(driven):
+            share = dt / masses[p]
+            driven[p, 0] = velocities[p, 0] + share * dx - (1.0 - NEW) * (velocities[p, 0] - driven[p, 0])
+            driven[p, 1] = velocities[p, 1] + share * dy - (1.0 - NEW) * (velocities[p, 1] - driven[p, 1])
+            driven[p, 2] = velocities[p, 2] + share * dz - (1.0 - NEW) * (velocities[p, 2] - driven[p, 2])
     return total
 
 

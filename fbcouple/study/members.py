@@ -9,7 +9,8 @@ from typing import Any
 
 from fbcouple.case.load import load_case
 from fbcouple.case.problems import Problem, show
-from fbcouple.case.schema import Case, as_tuple
+from fbcouple.case.schema import Case
+from fbcouple.case.section import as_tuple
 from fbcouple.errors import CaseError
 from fbcouple.study.schema import Study
 from fbcouple.study.source import Settings, Source, check_keys, find_mistakes, flatten, word_settings

@@ -13,7 +13,7 @@ from fbcouple import places
 from fbcouple.case.load import load_case, write_value
 from fbcouple.case.options import list_options
 from fbcouple.case.problems import Problem, show, suggest, word_errors
-from fbcouple.case.schema import Section
+from fbcouple.case.section import Section
 from fbcouple.case.source import STUDIES, list_shipped, read_toml
 from fbcouple.errors import CaseError
 

@@ -193,3 +193,26 @@ def test_peer_refuses_what_it_cannot_say(tmp_path):
     (tmp_path / "case.toml").write_text(head + "[particles]" + rest.split("[particles]")[1].replace("[exchange]\n", ""))
     with pytest.raises(CaseError, match="bench peers: the case needs gas"):
         measure_peers(str(tmp_path / "case.toml"), [], 1, 0.0, 8)
+
+
+def test_the_fastest_skin_is_told_as_a_case_has_it(tmp_path):
+    (tmp_path / "case.toml").write_text(BED)
+    words = ["bench", "skin", str(tmp_path), "--skin", "0.3", "--skin", "0.6", "--steps", "10", "--warm", "0.0"]
+    done = CliRunner().invoke(cli, [*words, "--json", str(tmp_path / "skins.json")])
+    assert done.exit_code == 0, done.output
+    rows = json.loads((tmp_path / "skins.json").read_text())["skins"]
+    best = min(rows, key=lambda row: row["cheapest"])
+    assert [row["skin"] for row in rows] == [0.3, 0.6] and best["of the fastest"] == 1.0
+    assert all(0.0 < row["cheapest"] <= row["seconds_per_second"] for row in rows)
+    assert f"--set contact.skin={best['skin']:g}" in done.output
+
+
+def test_strong_scaling_of_a_case_takes_the_same_steps_on_all_ranks(tmp_path):
+    (tmp_path / "case.toml").write_text(BED)
+    words = ["bench", "strong", str(tmp_path), "-n", "1", "-n", "2", "--steps", "4", "--repeats", "2", "--warm", "1e-3"]
+    done = CliRunner().invoke(cli, [*words, "--json", str(tmp_path / "strong.json")])
+    assert done.exit_code == 0, done.output
+    one, two = json.loads((tmp_path / "strong.json").read_text())["strong"]
+    assert (one["ranks"], two["ranks"]) == (1, 2) and one["value"] == 1.0
+    assert two["value"] == pytest.approx(one["seconds"] / two["seconds"]) and two["of_ideal"] == two["value"] / 2
+    assert two["step"] == pytest.approx(one["step"], rel=1e-9) and two["particles"] == one["particles"] == 50

@@ -9,7 +9,8 @@ from fbcouple.case import bed_checks
 from fbcouple.case.checks import find_problems
 from fbcouple.case.load import load_case
 from fbcouple.case.positions import start_positions
-from fbcouple.case.schema import Case, Output
+from fbcouple.case.records import Output
+from fbcouple.case.schema import Case
 from fbcouple.errors import CaseError
 
 

@@ -18,7 +18,7 @@ STIFFNESS = [1e-6, 1e-3, 0.0999, 0.1001, 1.0, 10.0, 1e3]
 def aim_for(x, velocity, drift):
     """Foresee one particle of unit mass over a unit step with dt beta/m = x: aim and beta~."""
     aim = np.empty((1, 3))
-    foresee(np.full((1, 3), velocity), np.full((1, 3), drift), np.array([x]), aim)
+    foresee(np.full((1, 3), velocity), np.full((1, 3), velocity - drift / NEW), np.array([x]), aim)
     return aim[0, 0], -np.expm1(-x)
 
 

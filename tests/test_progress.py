@@ -1,0 +1,21 @@
+"""What a person sees of a run: its rate from where this job took it up."""
+
+import io
+import time
+
+from rich.console import Console
+
+from fbcouple.progress import RunProgress
+
+WALL = {"grains": 1.0, "gas": 1.0}
+
+
+def test_rate_of_a_resumed_run_counts_from_where_it_goes_on(monkeypatch):
+    """100 s of wall time from t = 4.0 to 4.5 s are 200 s a second, whatever earlier jobs took."""
+    moments = iter([0.0, 10.0, 110.0])
+    monkeypatch.setattr(time, "monotonic", lambda: next(moments))
+    screen = io.StringIO()
+    progress = RunProgress(Console(file=screen), 20.0)
+    for t in (4.0, 4.5):
+        progress.show({"time": t, "wall": WALL})
+    assert "200 s wall per s" in screen.getvalue()
