@@ -7,7 +7,7 @@ import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 
-from fbcouple.case.region import is_box, read_mesh
+from fbcouple.case.region import read_mesh
 from fbcouple.case.schema import Case
 from fbcouple.checkpoint import Checkpoint
 from fbcouple.decks.needs import find_needs
@@ -28,7 +28,7 @@ def prepare_mesh(case: Case, run: Path, ranks: int) -> None:
     for old in (*fluid.glob("processor*"), *_time_folders(fluid), fluid / "constant/polyMesh"):
         _remove(old)
     (run / "logs/mesh.log").write_text("")
-    if is_box(case):
+    if case.domain.is_plain_box:
         _run_tool(run, "blockMesh")
     else:
         write_polymesh(read_mesh(case, run), fluid / "constant/polyMesh")

@@ -15,7 +15,7 @@ import numpy as np
 from fbcouple.averages.means import Means
 from fbcouple.averages.snapshots import Snapshots
 from fbcouple.case.mixture import mean_density, solids_volume
-from fbcouple.case.region import find_region, is_box
+from fbcouple.case.region import find_region
 from fbcouple.checkpoint import word_newest
 from fbcouple.clock import Cadence
 from fbcouple.errors import SolverError
@@ -232,7 +232,7 @@ class Recorder:
                 if bed
                 else {}
             ),
-            **({} if is_box(scene.case) else {"floor": find_region(scene.case, self._run).floor}),
+            **({} if scene.case.domain.is_plain_box else {"floor": find_region(scene.case, self._run).floor}),
             "complete": int(now >= scene.case.end_time * (1 - 1e-9)),
         }
 

@@ -14,7 +14,6 @@ from fbcouple.balance import Balance
 from fbcouple.case import derived
 from fbcouple.case.acceleration import choose_acceleration
 from fbcouple.case.mixture import largest_diameter
-from fbcouple.case.region import is_box
 from fbcouple.case.schema import Case
 from fbcouple.cells import BoxCells, Cells, MeshCells
 from fbcouple.clock import Cadence, Clock
@@ -111,7 +110,7 @@ def open_scene(case: Case, run: Path, comm: MPI.Comm, end: float, restart: Path 
         grains = Grains(Path("grains/in.grains"), logs / "grains.log", comm, restart, remembers=virtual_mass)
         if virtual_mass and case.gas:
             grains.add_inertia(ADDED_MASS * case.gas.density)
-    polyhedra = gas.read_polyhedra() if gas and not is_box(case) else None
+    polyhedra = gas.read_polyhedra() if gas and not case.domain.is_plain_box else None
     cells = _open_cells(case, comm, gas, grains, polyhedra)
     if gas and grains and case.particles:
         reach = largest_diameter(case.particles)

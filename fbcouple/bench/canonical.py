@@ -12,19 +12,22 @@ from fbcouple.case.schema import Case, Contact, Particles
 from fbcouple.errors import CaseError
 
 POROSITY, PER_CELL, SUBSTEPS = 0.54, 11, 10
+TETRAHEDRA_PER_CELL = 6
 _DIAMETER = 1e-3
 _WIDEST = 1.06
 
 
-def make_box(cells: tuple[int, int, int]) -> Case:
-    """A box of hexahedra (the paper's are tetrahedra) with 11 particles a cell on a shaken lattice, porosity 0.54.
+def make_box(cells: tuple[int, int, int], tetrahedra: bool = False) -> Case:
+    """A box of hexahedra, or of them each cut into six `tetrahedra` as the paper's are, with 11 particles a cell on a
+    shaken lattice, porosity 0.54.
 
     The fluid step is held at ten DEM steps, so that one fluid step is repeated however the gas moves.
     """
     volume = math.pi / 6.0 * _DIAMETER**3
-    edge = (PER_CELL * volume / (1.0 - POROSITY)) ** (1.0 / 3.0)
+    each = PER_CELL * (TETRAHEDRA_PER_CELL if tetrahedra else 1)
+    edge = (each * volume / (1.0 - POROSITY)) ** (1.0 / 3.0)
     size = [edge * n for n in cells]
-    count = PER_CELL * math.prod(cells)
+    count = each * math.prod(cells)
     spacing = _fit_lattice(size, count)
     contact: dict[str, Any] = {"restitution": 0.97, "wall_restitution": 0.97, "friction": 0.1, "wall_friction": 0.1}
     particles: dict[str, Any] = {"diameter": _DIAMETER, "density": 2500.0, "count": count}
@@ -41,7 +44,7 @@ def make_box(cells: tuple[int, int, int]) -> Case:
             "title": "canonical box",
             "end_time": 1.0,
             "gravity": 0.0,
-            "domain": {"size": size, "cells": list(cells)},
+            "domain": {"size": size, "cells": list(cells)} | ({"elements": "tetrahedra"} if tetrahedra else {}),
             "gas": gas | {"max_step": step * (1.0 + 1e-6), "max_courant": 1e3, "max_fourier": 1e3},
             "particles": particles,
             "contact": contact,

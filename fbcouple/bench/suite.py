@@ -46,13 +46,14 @@ def measure_memory(case: str, sets: Sequence[str], ranks: int) -> list[Row]:
         return _measure("memory", run, load_case(str(run)), ranks)["ranks"]
 
 
-def measure_scaling(cells: int, counts: Sequence[int], steps: int, repeats: int) -> list[Row]:
-    """Strong and weak scaling of the canonical box of `cells`^3 cells (a rank, for the weak one), eqs 46-47."""
+def measure_scaling(cells: int, counts: Sequence[int], steps: int, repeats: int, tetrahedra: bool = False) -> list[Row]:
+    """Strong and weak scaling of the canonical box of `cells`^3 cells (a rank, for the weak one), each of them cut into
+    `tetrahedra` where asked; eqs 46-47."""
     rows = []
     for kind in ("strong", "weak"):
         first: Row | None = None
         for ranks in counts:
-            case = make_box((cells * ranks if kind == "weak" else cells, cells, cells))
+            case = make_box((cells * ranks if kind == "weak" else cells, cells, cells), tetrahedra)
             with _place() as place:
                 set_up(case, place / "run")
                 row = {"scaling": kind} | _measure("steps", place / "run", case, ranks, steps, repeats)

@@ -1,4 +1,5 @@
-"""What the particles and the gas of a case are in: a box, a cylinder that is meshed here, or a mesh from a file."""
+"""What the particles and the gas of a case are in: a box, a cylinder or a box of tetrahedra that is meshed here, or a
+mesh from a file."""
 
 from __future__ import annotations
 
@@ -13,7 +14,9 @@ import numpy as np
 from fbcouple.case.companions import find_mesh
 from fbcouple.case.schema import Case, Domain
 from fbcouple.errors import CaseError
+from fbcouple.meshes.block import PER_SQUARE, make_block
 from fbcouple.meshes.cylinder import count_cells, find_section, make_cylinder
+from fbcouple.meshes.extrusion import PER_PRISM
 from fbcouple.meshes.foam_files import read_polymesh
 from fbcouple.meshes.imported import arrange_patches, read_mesh_file
 from fbcouple.meshes.polymesh import PolyMesh
@@ -24,7 +27,7 @@ SHAPES: dict[str, Make] = {}
 
 
 def shape(name: str) -> Callable[[Make], Make]:
-    """Register how the mesh of the word `name` of domain.shape is had; a box has none."""
+    """Register how the mesh of the word `name` of domain.shape is had; a box of hexahedra asks for none."""
 
     def register(make: Make) -> Make:
         SHAPES[name] = make
@@ -43,11 +46,6 @@ class Region:
     spacing: np.ndarray
 
 
-def is_box(case: Case) -> bool:
-    """Is the region a box of equal hexahedra?"""
-    return case.domain.shape == "box"
-
-
 def read_mesh(case: Case, folder: Path = Path()) -> PolyMesh:
     """The mesh of a case that is no box, with the patches inlet, outlet and walls; its own files lie in `folder`.
 
@@ -59,13 +57,16 @@ def read_mesh(case: Case, folder: Path = Path()) -> PolyMesh:
 def find_region(case: Case, folder: Path = Path()) -> Region:
     """Size and cells of the region of a case whose own files lie in `folder`. Raises: CaseError as `read_mesh`."""
     domain = case.domain
-    if domain.shape == "box":
+    if domain.is_plain_box:
         spacing = np.array(domain.size) / np.array(domain.cells)
         return Region(math.prod(domain.cells), math.prod(domain.size), domain.size[0] * domain.size[1], spacing)
     if domain.shape == "cylinder":
         cells = count_cells(domain.cells[0], domain.cells[2], domain.elements or TETRAHEDRA)
         floor = find_section(domain.size[0], domain.cells[0])
         volume = floor * domain.size[2]
+    elif domain.shape == "box":
+        cells = math.prod(domain.cells) * PER_SQUARE * PER_PRISM[domain.elements or TETRAHEDRA]
+        volume, floor = math.prod(domain.size), domain.size[0] * domain.size[1]
     else:
         mesh = read_mesh(case, folder)
         cells, volume, floor = mesh.count, mesh.volume, mesh.find_area(INLET)
@@ -77,6 +78,12 @@ def mesh_cylinder(domain: Domain, folder: Path) -> PolyMesh:
     """An upright cylinder of the diameter and height `size`, `cells` across and up."""
     diameter, _, height = domain.size
     return make_cylinder(diameter, height, domain.cells[0], domain.cells[2], domain.elements or TETRAHEDRA)
+
+
+@shape("box")
+def mesh_block(domain: Domain, folder: Path) -> PolyMesh:
+    """A box whose hexahedra are cut into the `elements` that the case asks for."""
+    return make_block(domain.size, domain.cells, domain.elements or TETRAHEDRA)
 
 
 @shape("file")

@@ -22,11 +22,12 @@ MOST_ACROSS = 2000
 def check_shape_words(case: Case, folder: Path) -> Iterator[Problem]:
     """Options of one shape are not given with another."""
     domain = case.domain
-    owner = {"elements": "cylinder", "mesh": "file", "inlet": "file", "outlet": "file"}
-    for key, shape in owner.items():
-        if (value := getattr(domain, key)) is not None and domain.shape != shape:
+    owners = {"elements": ("box", "cylinder"), "mesh": ("file",), "inlet": ("file",), "outlet": ("file",)}
+    for key, shapes in owners.items():
+        if (value := getattr(domain, key)) is not None and domain.shape not in shapes:
             text = f"{show(value)} is given and domain.shape is {show(domain.shape)}"
-            yield Problem(f"domain.{key}", f"{text}; remove it or give domain.shape = {show(shape)}.")
+            others = " or ".join(map(show, shapes))
+            yield Problem(f"domain.{key}", f"{text}; remove it or give domain.shape = {others}.")
     if domain.shape == "file" and domain.mesh is None:
         yield Problem("domain.mesh", 'nothing is given and domain.shape is "file"; give the mesh beside the case.')
 
@@ -48,10 +49,14 @@ def check_cylinder(case: Case, folder: Path) -> Iterator[Problem]:
 def check_box_only(case: Case, folder: Path) -> Iterator[Problem]:
     """What only a box has is not asked for."""
     domain, exchange = case.domain, case.exchange
-    if domain.shape == "box":
+    if domain.is_plain_box:
         return
+    region = f"domain.shape is {show(domain.shape)}"
+    if domain.elements:
+        region = f"{region} of {domain.elements}"
     if case.gas is None:
-        yield Problem("gas", "the scene has none and domain.shape is no box; add [gas] (its solver holds the mesh).")
+        text = f"the scene has none and {region}, no box of hexahedra"
+        yield Problem("gas", f"{text}; add [gas] (its solver holds the mesh).")
     asked = {
         "domain.periodic": bool(domain.periodic),
         "gas.closed_nozzle": case.gas is not None and case.gas.closed_nozzle is not None,
@@ -62,9 +67,9 @@ def check_box_only(case: Case, folder: Path) -> Iterator[Problem]:
         "gas.top": case.gas is not None and case.gas.top != "open",
     }
     for key in (key for key, is_asked in asked.items() if is_asked):
-        yield Problem(key, f"is given and domain.shape is {show(domain.shape)}; only a box has it: remove it.")
+        yield Problem(key, f"is given and {region}; only a box of hexahedra has it: remove it.")
     if exchange is not None and exchange.voidage not in ("trilinear", "centre"):
-        text = f'{show(exchange.voidage)} is given, on a mesh that is no box "trilinear" and "centre" are allowed'
+        text = f'{show(exchange.voidage)} is given, on such a mesh "trilinear" and "centre" are allowed'
         yield Problem("exchange.voidage", f"{text}; give one of them.")
 
 

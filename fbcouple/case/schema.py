@@ -41,7 +41,9 @@ class Domain(Section):
         "A box of equal cells, an upright cylinder meshed here, or the mesh of `mesh`.", default="box"
     )
     elements: Literal["tetrahedra", "prisms"] | None = option(
-        "Cells of a cylinder; absent: tetrahedra (the paper's kind).", default=None
+        "Cells of a cylinder, absent: tetrahedra (the paper's kind); of a box six tetrahedra or two prisms from each "
+        "of its `cells`, absent: hexahedra.",
+        default=None,
     )
     mesh: str | None = option(
         'Mesh beside the case, for shape = "file": a gmsh file (.msh), or a folder (polyMesh) as OpenFOAM\'s tools '
@@ -55,6 +57,11 @@ class Domain(Section):
     periodic: Sides = option(
         "Axes along which the bed repeats itself in place of two walls, for both phases.", default=()
     )
+
+    @property
+    def is_plain_box(self) -> bool:
+        """Is the region a box of equal hexahedra?"""
+        return self.shape == "box" and self.elements is None
 
 
 class Gas(Section):

@@ -54,13 +54,20 @@ def _coupling(case: Case) -> tuple[bool, str]:
 
 @_part
 def _block_mesh(case: Case) -> tuple[bool, str]:
-    needed = case.gas is not None and case.domain.shape == "box"
+    needed = case.gas is not None and case.domain.is_plain_box
     return needed, f"domain.shape = {case.domain.shape}" if case.gas else "no [gas]: no mesh"
 
 
 @_part
 def _mesh_of_polyhedra(case: Case) -> tuple[bool, str]:
-    return case.domain.shape != "box", f"domain.shape = {case.domain.shape}"
+    words = f"domain.shape = {case.domain.shape}" + (f" of {case.domain.elements}" if case.domain.elements else "")
+    return not case.domain.is_plain_box, words
+
+
+@_part
+def _surface_walls(case: Case) -> tuple[bool, str]:
+    needed = case.particles is not None and case.domain.shape != "box"
+    return needed, f"domain.shape = {case.domain.shape}" if case.particles else "no [particles]: nothing meets walls"
 
 
 @_part

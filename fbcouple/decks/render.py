@@ -18,7 +18,7 @@ from fbcouple import __version__
 from fbcouple.case.lattice import lattice_kinds, lattice_positions
 from fbcouple.case.load import write_case
 from fbcouple.case.mixture import largest_diameter, list_kinds, particle_count
-from fbcouple.case.region import is_box, read_mesh
+from fbcouple.case.region import read_mesh
 from fbcouple.case.schema import Case
 from fbcouple.decks.context import build_context
 from fbcouple.decks.needs import explain, find_needs
@@ -125,7 +125,7 @@ def set_up(
     run = run.resolve()
     refuse_foreign(run)
     decks = render_decks(case, folder)
-    mesh = None if is_box(case) else read_mesh(case, folder)
+    mesh = None if case.domain.is_plain_box else read_mesh(case, folder)
     lines: list[str] = []
     if case.particles:
         start = read_positions(case), read_kinds(case), find_box(case, mesh), read_velocities(case)
@@ -136,7 +136,7 @@ def set_up(
             _write(fresh / name, text)
         if case.particles:
             _write(fresh / "grains/particles.data", "".join(lines))
-        if case.particles and mesh:
+        if mesh and find_needs(case)["surface_walls"]:
             _write(fresh / WALLS, "".join(write_surface(mesh)))
         write_case(case, fresh / "case.toml")
         _write(fresh / "manifest.json", json.dumps(_describe(case, decks), indent=2) + "\n")
@@ -150,7 +150,7 @@ def set_up(
 
 def find_box(case: Case, mesh: PolyMesh | None) -> np.ndarray:
     """The box of the particles [m], (2, 3): the region's own, or one that holds all of the surface of `mesh`."""
-    if mesh is None:
+    if mesh is None or case.domain.shape == "box":
         return np.array([[0.0, 0.0, 0.0], case.domain.size])
     margin = largest_diameter(case.particles) if case.particles else 0.0
     return np.array([mesh.low - margin, mesh.high + margin])

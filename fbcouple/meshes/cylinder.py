@@ -1,15 +1,13 @@
-"""An upright cylinder of tetrahedra or prisms, without a mesher: rings of nearly equal triangles, layer on layer."""
+"""An upright cylinder of tetrahedra or prisms, without a mesher: rings of nearly equal triangles."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from fbcouple.meshes.numbering import build_mesh
+from fbcouple.meshes.extrusion import PER_PRISM, extrude
 from fbcouple.meshes.polymesh import PolyMesh
 
-PATCHES = ("inlet", "outlet", "walls")
 _SECTORS = 6
-_SEED = 1
 
 
 def make_cylinder(diameter: float, height: float, across: int, layers: int, elements: str) -> PolyMesh:
@@ -21,27 +19,12 @@ def make_cylinder(diameter: float, height: float, across: int, layers: int, elem
     rings = across // 2
     flat, triangles = _triangulate(rings)
     flat = 0.5 * diameter * (flat / rings + 1.0)
-    heights = np.linspace(0.0, height, layers + 1)
-    points = np.column_stack([np.tile(flat, (layers + 1, 1)), np.repeat(heights, len(flat))])
-    step = len(flat)
-    lifted = np.arange(layers)[:, None, None] * step
-    if elements == "prisms":
-        corners = np.concatenate([triangles, triangles + step], axis=1)
-        shapes = [("wedge", (lifted + corners).reshape(-1, 6))]
-    else:
-        shapes = [("tetra", (lifted + _split(triangles, step).reshape(-1, 4)).reshape(-1, 4))]
-
-    def name(rows: np.ndarray) -> np.ndarray:
-        layer = np.where(rows < 0, rows[:, :1], rows) // step
-        flat_side = np.all(layer == layer[:, :1], axis=1)
-        return np.where(flat_side & (layer[:, 0] == 0), 0, np.where(flat_side & (layer[:, 0] == layers), 1, 2))
-
-    return build_mesh(points, shapes, PATCHES, name)
+    return extrude(flat, triangles, height, layers, elements)
 
 
 def count_cells(across: int, layers: int, elements: str) -> int:
     """Cells of `make_cylinder`."""
-    return _SECTORS * (across // 2) ** 2 * layers * (1 if elements == "prisms" else 3)
+    return _SECTORS * (across // 2) ** 2 * layers * PER_PRISM[elements]
 
 
 def find_section(diameter: float, across: int) -> float:
@@ -67,15 +50,3 @@ def _triangulate(rings: int) -> tuple[np.ndarray, np.ndarray]:
         triangles.append(np.column_stack([inner, after, beside])[gap])
         start, inside = start + _SECTORS * k, start
     return np.concatenate(points), np.concatenate(triangles)
-
-
-def _split(triangles: np.ndarray, step: int) -> np.ndarray:
-    """Three tetrahedra of each prism (m, 3, 4) whose cuts across the sides are those of the prisms beside it.
-
-    A side is cut from the lower of its points in a fixed random order, at the bottom, to the other one at the top; an
-    order from the centre outwards would lean all cuts to one side.
-    """
-    rank = np.random.default_rng(_SEED).permutation(int(triangles.max()) + 1)
-    a, b, c = np.take_along_axis(triangles, np.argsort(rank[triangles], axis=1), axis=1).T
-    cut = np.stack([[a, b, c, c + step], [a, b, b + step, c + step], [a, a + step, b + step, c + step]])
-    return cut.transpose(2, 0, 1)

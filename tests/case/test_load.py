@@ -162,7 +162,7 @@ def test_written_case_says_every_default(tmp_path):
     unset |= {"checkpoint.every", "exchange.kernel_width", "exchange.diffusion_width", "exchange.accelerated"}
     unset |= {f"domain.{key}" for key in ("elements", "mesh", "inlet", "outlet")}
     unset |= {f"particles.{key}" for key in ("spread", "deviation", "smallest", "largest")}
-    unset |= {f"contact.{key}" for key in (*HERTZ_KEYS, *SPRING_KEYS)}
+    unset |= {f"contact.{key}" for key in (*HERTZ_KEYS, *SPRING_KEYS, "skin")}
     assert set(list_options()) - given == unset
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from fbcouple.case.load import load_case
 from fbcouple.case.preflight import estimate
-from fbcouple.case.region import find_region
+from fbcouple.case.region import find_region, read_mesh
 from fbcouple.errors import CaseError
 from fbcouple.layout import lay_out
 from fbcouple.meshes.cylinder import find_section, make_cylinder
@@ -102,6 +102,13 @@ def test_a_polymesh_folder(tmp_path):
     assert read_polymesh(tmp_path / "run/polyMesh").count == 6 * 9 * 12
 
 
+def test_a_box_of_tetrahedra_is_counted_in_tetrahedra(tmp_path):
+    case = load_case(write(tmp_path, ('shape = "cylinder"', 'elements = "tetrahedra"')))
+    region = find_region(case)
+    assert region.cells == read_mesh(case).count == 6 * 6 * 6 * 12
+    assert region.volume == pytest.approx(0.03 * 0.03 * 0.06) and region.floor == pytest.approx(0.03 * 0.03)
+
+
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
@@ -113,7 +120,7 @@ def test_a_polymesh_folder(tmp_path):
         ([("[exchange]", '[exchange]\nvoidage = "divided"')], ["exchange.voidage", "trilinear"]),
         ([("[exchange]", "[exchange]\ndiffusion_width = 3.0")], ["diffusion_width", "only a box"]),
         ([("[exchange]", "[exchange]\n[output]\nsnapshots_every = 0.01")], ["snapshots_every", "only a box"]),
-        ([('shape = "cylinder"', 'elements = "prisms"')], ["domain.elements", "cylinder"]),
+        ([('shape = "cylinder"', 'shape = "file"\nelements = "prisms"')], ["domain.elements", "cylinder"]),
         ([('shape = "cylinder"', 'mesh = "a.msh"')], ["domain.mesh", "file"]),
         ([('shape = "cylinder"', 'shape = "file"')], ["domain.mesh", "beside"]),
         ([('shape = "cylinder"', 'shape = "file"\nmesh = "../a.msh"')], ["domain.mesh", "bare name"]),

@@ -36,6 +36,16 @@ def test_no_trace_of_it_in_a_box():
         assert word not in join(render_decks(build()))
 
 
+def test_a_box_of_tetrahedra_has_plane_walls(tmp_path):
+    case = build(domain__elements="tetrahedra", gas__closed_nozzle=None, domain__cells=[4, 3, 5])
+    decks = render_decks(case)
+    grains = decks["grains/in.grains"]
+    assert "walls.stl" not in grains and grains.count("wall/gran") == 6
+    assert "fluid/system/blockMeshDict" not in decks and "leastSquares" in decks["fluid/system/fvSchemes"]
+    set_up(case, tmp_path / "run")
+    assert not (tmp_path / "run/grains/walls.stl").exists()
+
+
 def test_what_setup_writes(case, tmp_path):
     set_up(case, tmp_path / "run")
     corners = [

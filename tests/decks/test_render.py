@@ -116,6 +116,7 @@ OTHER_OPTIONS = {
     "inlet_ramp": "test_inlet_decks.py",
     "periodic": "test_periodic_decks.py",
     "mesh_of_polyhedra": "test_mesh_decks.py",
+    "surface_walls": "test_mesh_decks.py",
     "mixture": "test_mixture_decks.py",
     "satellite_points": "test_voidage_parts.py",
     "gaussian_kernel": "test_voidage_parts.py",

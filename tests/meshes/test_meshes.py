@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from fbcouple.errors import CaseError
+from fbcouple.meshes.block import make_block
 from fbcouple.meshes.cylinder import count_cells, find_section, make_cylinder
 from fbcouple.meshes.foam_files import FILES, read_polymesh, write_polymesh
 from fbcouple.meshes.imported import arrange_patches, read_mesh_file
@@ -46,6 +47,17 @@ def mesh(request):
     if request.param == "bricks":
         return make_bricks((4, 3, 5), (0.04, 0.03, 0.05))
     return make_cylinder(0.04, 0.08, 8, 10, request.param)
+
+
+@pytest.mark.parametrize(("kind", "each"), [("tetrahedra", 6), ("prisms", 2)])
+def test_block(kind, each):
+    size = (0.04, 0.03, 0.05)
+    mesh = make_block(size, (4, 3, 5), kind)
+    assert mesh.count == 60 * each and mesh.volume == pytest.approx(np.prod(size), rel=1e-12)
+    assert [mesh.find_area(name) for name in ("inlet", "outlet")] == pytest.approx([0.04 * 0.03] * 2, rel=1e-12)
+    assert np.allclose([mesh.low, mesh.high], [[0, 0, 0], size], atol=1e-15)
+    parts = cut(break_up(mesh))
+    assert np.bincount(parts.owners, parts.volumes) == pytest.approx(mesh.volume / mesh.count, rel=1e-9)
 
 
 @pytest.mark.parametrize("kind", KINDS)
