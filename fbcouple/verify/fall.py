@@ -77,6 +77,7 @@ def name_sizes(diameters: np.ndarray) -> dict[str, Any]:
 def coarsen_bins(deck: str, cell: float = _CELL) -> str:
     """LIGGGHTS bins the box by skin and bin size: 24 000 diameters up, bins as small as a particle are too many."""
     deck = re.sub(r"neighbor( +)\S+ bin", f"neighbor {cell / 4} bin", deck)
+    deck = re.sub(r"sort (\d+) \S+", rf"sort \1 {cell / 2}", deck)
     return re.sub(r"binsize \S+", f"binsize {cell / 2}", deck)
 
 
