@@ -235,16 +235,22 @@ def _find_overlap(stiffness: float) -> float:
     return math.exp(-damping / swing * math.atan2(swing, damping)) / natural / GLASS["diameter"]
 
 
-@scene("cylinder-poiseuille", fast=False)
-def poiseuille_in_cylinder(place: Path, comm: MPI.Comm) -> Iterator[Number]:
-    """Pipe of prisms, 12 across, at Re 5: far from the inlet the parabola, dp/dz = -8 mu U/R^2, within 1 %.
+def flow_through_pipe(place: Path, comm: MPI.Comm, elements: str, within: float) -> Iterator[Number]:
+    """Pipe, 12 cells across, at Re 5: far from the inlet the parabola, dp/dz = -8 mu U/R^2, within 1 % if it is of
+    prisms and 5 % if of tetrahedra.
 
     R is that of a circle as large as the floor, a polygon of 36 sides.
     """
     diameter, length, across, speed, viscosity = 0.01, 0.03, 12, 0.05, 1e-4
     domain = {"shape": "cylinder", "size": [diameter, diameter, length], "cells": [across, across, 18]}
-    gas = {"density": 1.0, "viscosity": viscosity, "inlet_velocity": speed, "pressure_tolerance": 1e-10}
-    bench = open_bench(place, comm, {"domain": domain | {"elements": "prisms"}, "gas": gas})
+    gas = {
+        "density": 1.0,
+        "viscosity": viscosity,
+        "inlet_velocity": speed,
+        "pressure_tolerance": 1e-10,
+        "correctors": 3,
+    }
+    bench = open_bench(place, comm, {"domain": domain | {"elements": elements}, "gas": gas})
     run_until_steady(bench, dt=1.8e-3, most=600, change=1e-5)
     assert bench.gas is not None
     centres, velocity = bench.gas.centres, bench.gas.velocity[:, 2]
@@ -252,6 +258,12 @@ def poiseuille_in_cylinder(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     square = find_section(diameter, across) / np.pi
     exact = 2.0 * speed * (1.0 - np.sum((centres[far, :2] - diameter / 2) ** 2, axis=1) / square)
     deviation = float(np.abs(velocity[far] - exact).max()) / (2.0 * speed)
-    yield Number("largest deviation of the profile over its peak", deviation, 0.0, 0.01)
+    yield Number("largest deviation of the profile over its peak", deviation, 0.0, within)
     slope = float(np.polyfit(centres[far, 2], bench.gas.pressure[far], 1)[0])
-    yield Number("pressure gradient", slope, -8.0 * viscosity * speed / square, 0.01, "Pa m-1", relative=True)
+    yield Number("pressure gradient", slope, -8.0 * viscosity * speed / square, within, "Pa m-1", relative=True)
+
+
+for _elements, _within in {"prisms": 0.01, "tetrahedra": 0.05}.items():
+    scene(f"cylinder-poiseuille-{_elements}", fast=False)(
+        partial(flow_through_pipe, elements=_elements, within=_within)
+    )

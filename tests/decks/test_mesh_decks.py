@@ -32,7 +32,7 @@ def test_walls_are_the_surface_of_the_mesh(case):
 
 def test_no_trace_of_it_in_a_box():
     assert not find_needs(build())["mesh_of_polyhedra"]
-    for word in ("stl", "leastSquares", "corrected", "n_meshes"):
+    for word in ("stl", "leastSquares", "corrected", "n_meshes", "velocityFromMomentum"):
         assert word not in join(render_decks(build()))
 
 

@@ -52,6 +52,7 @@ Gas::Gas(int argc, char** argv, double rho, int correctors)
     rho_("rho", dimDensity, rho),
     correctors_(correctors),
     sharesStress_(mesh_.solutionDict().subOrEmptyDict("PISO").lookupOrDefault<bool>("viscousForceOnParticles", false)),
+    mendsVelocity_(mesh_.solutionDict().subOrEmptyDict("PISO").lookupOrDefault<bool>("velocityFromMomentum", false)),
     pRefCell_(0),
     pRefValue_(0),
     iterations_(0)
@@ -96,11 +97,21 @@ void Gas::start(const double* voidage)
     epsPhi_.oldTime() == epsPhi_;
 }
 
-// Cell velocity from the face fluxes: the mean of opposite faces on a hexahedron.
-void Gas::setVelocity()
+// Cell velocity from the face fluxes: the mean of opposite faces on a hexahedron. Of other cells only a uniform flow
+// comes back from its fluxes; there they mend the velocity that the momentum equation gives.
+void Gas::setVelocity(const volScalarField& A, const volVectorField& H)
 {
-    const tmp<volVectorField> sums(fvc::surfaceSum(normals_*epsPhi_));
-    U_.primitiveFieldRef() = (inverse_ & sums().primitiveField())/eps_.primitiveField();
+    tmp<surfaceScalarField> fluxes(epsPhi_);
+    if (mendsVelocity_)
+    {
+        U_.primitiveFieldRef() =
+            (H.primitiveField() - eps_.primitiveField()*fvc::grad(p_)().primitiveField())/A.primitiveField();
+        U_.correctBoundaryConditions();
+        fluxes = epsPhi_ - fvc::flux(eps_*U_);
+    }
+    else U_.primitiveFieldRef() = Zero;
+    const tmp<volVectorField> sums(fvc::surfaceSum(normals_*fluxes));
+    U_.primitiveFieldRef() += (inverse_ & sums().primitiveField())/eps_.primitiveField();
     U_.correctBoundaryConditions();
 }
 
@@ -114,7 +125,7 @@ tmp<volScalarField> Gas::stressViscosity() const
 // The momentum equation of a cell, A U = H - eps grad(p), read on both halves of the way between two cells, with one
 // flux q = eps U.S and one pressure at the face, gives q (A/eps^2)_f = (H/eps)_f.S - dp/dn. Drag and voidage may jump
 // between the cells: a packed bed with a sharp surface stays exact, where the usual interpolation of H/A and a Gauss
-// gradient lets the cells on both sides of the surface accelerate. The velocity of a cell is then that of its faces,
+// gradient lets the cells on both sides of the surface accelerate. The velocity of a cell then follows its faces,
 // and grad(p) of a cell is what its momentum equation leaves, so that gas and particles share one gradient.
 void Gas::correctPressure(const fvVectorMatrix& UEqn)
 {
@@ -148,7 +159,7 @@ void Gas::correctPressure(const fvVectorMatrix& UEqn)
         const bool last = corr == correctors_ - 1;
         iterations_ += pEqn.solve(mesh_.solver(p_.select(last))).nIterations();
         epsPhi_ = predicted - pEqn.flux();
-        setVelocity();
+        setVelocity(A, H);
         if (!last) continue;
         const scalarField& near = local.primitiveField();
         gradP_.primitiveFieldRef() =

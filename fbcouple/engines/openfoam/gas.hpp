@@ -35,6 +35,7 @@ class Gas
     const dimensionedScalar rho_;
     const int correctors_;
     const bool sharesStress_;
+    const bool mendsVelocity_;
     label pRefCell_;
     scalar pRefValue_;
     int iterations_;
@@ -42,7 +43,7 @@ class Gas
     void fill(volScalarField& field, const double* values);
     void fill(volVectorField& field, const double* values);
     tmp<volScalarField> stressViscosity() const;
-    void setVelocity();
+    void setVelocity(const volScalarField& A, const volVectorField& H);
     void correctPressure(const fvVectorMatrix& UEqn);
 
 public:
