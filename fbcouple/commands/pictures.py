@@ -14,7 +14,8 @@ from fbcouple.commands.table import print_table
 @click.command()
 @click.argument("run", type=click.Path(path_type=Path))
 @click.option("--animate", "moving", is_flag=True, help="Also figures/bed.gif, of the frames (output.particles_every).")
-def post(run: Path, moving: bool) -> None:
+@click.option("--vtk", "exported", is_flag=True, help="Also RUN/vtk, means and frames for ParaView.")
+def post(run: Path, moving: bool, exported: bool) -> None:
     """Draw the figures of RUN from its results.nc and its frames."""
     from postproc import draw
     from postproc.views import animate
@@ -23,6 +24,11 @@ def post(run: Path, moving: bool) -> None:
         click.echo(str(picture))
     if moving:
         click.echo(str(animate(run)))
+    if exported:
+        from postproc.vtk_files import export
+
+        for file in export(run):
+            click.echo(str(file))
 
 
 @click.command()

@@ -1,0 +1,53 @@
+"""Files for ParaView: every mean and every frame stands where it is in results.nc and the frames."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import pyvista
+from click.testing import CliRunner
+
+from fbcouple.cli import cli
+from postproc.dataset import open_results
+from postproc.frames import list_frames, read_frame
+from postproc.vtk_files import export
+from tests.postproc.conftest import SIZE
+from tests.postproc.frames_of_bed import write_frames
+from tests.postproc.whole_run import write_whole
+
+
+@pytest.fixture
+def run(tmp_path):
+    run = write_whole(tmp_path / "run")
+    write_frames(run, SIZE, count=2)
+    return run
+
+
+def test_means_stand_in_their_cells(run):
+    export(run)
+    data, grid = open_results(run).data, pyvista.read(run / "vtk/means.vti")
+    assert grid.bounds == pytest.approx((0.0, SIZE[0], 0.0, SIZE[1], 0.0, SIZE[2]), abs=1e-9)
+    x, y, z = (data[axis].values[place] for axis, place in zip("xyz", (5, 1, 7), strict=True))
+    cell = grid.find_containing_cell((x, y, z))
+    for name in ("solids_fraction", "solids_flux", "gas_velocity"):
+        found, expected = grid.cell_data[name][cell], data[name].sel(x=x, y=y, z=z).values
+        assert found == pytest.approx(expected, rel=1e-12), name
+
+
+def test_frames_are_a_collection_over_time(run):
+    files = export(run)
+    assert [file.name for file in files] == ["means.vti", "particles.pvd", "gas.pvd"]
+    reader = pyvista.get_reader(run / "vtk/particles.pvd")
+    frames = [read_frame(path) for path in list_frames(open_results(run))]
+    assert reader.time_values == [frame.time for frame in frames]
+    reader.set_active_time_value(reader.time_values[-1])
+    cloud = reader.read()[0]
+    assert np.allclose(cloud.points, frames[-1].positions) and np.allclose(cloud["velocity"], frames[-1].velocities)
+    gas = pyvista.read(run / "vtk/gas-000001.vti")
+    assert gas["gas_velocity"].shape == (gas.n_cells, 3) and np.all(gas["gas_velocity"][:, 2] == 2.0)
+    assert np.allclose(gas["voidage"].reshape(frames[-1].voidage.shape), frames[-1].voidage)
+
+
+def test_post_names_the_files(run):
+    done = CliRunner().invoke(cli, ["post", str(run), "--vtk"])
+    assert done.exit_code == 0 and f"{run}/vtk/particles.pvd" in done.output.replace("\n", "")
