@@ -15,6 +15,7 @@ from fbcouple.decks.render import make_environment
 from fbcouple.environment import mpi_environment
 from fbcouple.errors import SolverError
 from fbcouple.meshes.foam_files import write_polymesh
+from fbcouple.partition import find_rank_grid
 
 _TAIL = 12
 
@@ -35,7 +36,7 @@ def prepare_mesh(case: Case, run: Path, ranks: int) -> None:
     if find_needs(case)["closed_nozzle"]:
         _run_tool(run, "topoSet")
         _run_tool(run, "createPatch", "-overwrite")
-    _cut(run, ranks)
+    _cut(case, run, ranks)
 
 
 def resume_mesh(case: Case, run: Path, ranks: int, checkpoint: Checkpoint) -> None:
@@ -49,12 +50,13 @@ def resume_mesh(case: Case, run: Path, ranks: int, checkpoint: Checkpoint) -> No
         _run_tool(run, "reconstructPar", "-latestTime")
     for old in fluid.glob("processor*"):
         _remove(old)
-    _cut(run, ranks)
+    _cut(case, run, ranks)
 
 
-def _cut(run: Path, ranks: int) -> None:
+def _cut(case: Case, run: Path, ranks: int) -> None:
     if ranks > 1:
-        text = make_environment().get_template("openfoam/system/decomposeParDict").render(ranks=ranks)
+        template = make_environment().get_template("openfoam/system/decomposeParDict")
+        text = template.render(ranks=ranks, grid=find_rank_grid(case.domain.size, ranks))
         (run / "fluid/system/decomposeParDict").write_text(text)
         _run_tool(run, "decomposePar")
 

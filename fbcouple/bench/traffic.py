@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from fbcouple.case.derived import wraps
 from fbcouple.case.schema import Case
 from fbcouple.exchange.plan import Plan, find_patch
 from fbcouple.grid import Grid
+from fbcouple.partition import find_rank_grid, locate_rank
 
 _COMPONENTS = 12
 """Numbers a cell in a coupling step: solids, voidage, K and S (4), velocity and pressure gradient (6)."""
@@ -53,16 +53,24 @@ class StandIn:
 
 
 def cut_cells(grid: Grid, ranks: int) -> list[np.ndarray]:
-    """Index triples of each rank's cells, as the decks cut them: along x, equal counts."""
+    """Index triples of each rank's cells, as the decks cut them: equal counts along y, and of each of these along x."""
     cells = np.stack(np.meshgrid(*map(np.arange, grid.cells), indexing="ij"), axis=-1).reshape(-1, 3)
-    return np.array_split(cells, ranks)
+    nx, ny = find_rank_grid(grid.size, ranks)
+    rows = [_split(row, nx, 0) for row in _split(cells, ny, 1)]
+    return [row[place] for place in range(nx) for row in rows]
+
+
+def _split(cells: np.ndarray, parts: int, axis: int) -> list[np.ndarray]:
+    return np.array_split(cells[np.argsort(cells[:, axis], kind="stable")], parts)
 
 
 def cut_box(grid: Grid, ranks: int) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Corners [m] of each rank's particle box, as the decks cut it: slabs of equal width along x."""
-    edges = np.linspace(0.0, grid.size[0], ranks + 1)
-    _, depth, height = grid.size
-    return [(np.array([a, 0.0, 0.0]), np.array([b, depth, height])) for a, b in pairwise(edges)]
+    """Corners [m] of each rank's particle box, as the decks cut it: columns of equal width and depth."""
+    shape = find_rank_grid(grid.size, ranks)
+    width, depth, height = grid.size
+    step = np.array([width / shape[0], depth / shape[1], height])
+    lows = [np.array([*locate_rank(rank, shape), 0]) * step for rank in range(ranks)]
+    return [(low, low + step) for low in lows]
 
 
 def count_traffic(case: Case, ranks: int) -> dict[str, Any]:

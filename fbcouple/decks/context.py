@@ -14,6 +14,7 @@ from fbcouple.case.pairs import find_pair, find_wall
 from fbcouple.case.region import find_region
 from fbcouple.case.schema import Case, Contact, Gas, Particles
 from fbcouple.collision import normal_damping
+from fbcouple.partition import GRID
 
 # DIC-preconditioned CG is fastest below this many cells, multigrid above (measured on the three Patil meshes).
 _MULTIGRID_FROM = 10_000
@@ -50,8 +51,6 @@ def build_context(case: Case, needs: dict[str, bool], folder: Path = Path()) -> 
         context |= _gas_context(case, case.gas, find_region(case, folder).cells)
     if case.particles and case.contact:
         context |= _grains_context(case.particles, case.contact)
-        if needs["mesh_of_polyhedra"]:
-            context["processors"] = "* * 1"
         context["boundary"] = " ".join("p" if wrapped else "f" for wrapped in derived.wraps(case.domain))
     return context
 
@@ -123,7 +122,7 @@ def _grains_context(particles: Particles, contact: Contact) -> dict[str, Any]:
         "skin": skin,
         "bin_size": max(kind.diameter for kind in kinds) + skin,
         "sort_every": _SORT_EVERY,
-        "processors": "* 1 1",
+        "processors": GRID,
         "types": len(kinds) + 1,
         "rolling_frictions": [contact.rolling_friction] * (len(kinds) + 1) ** 2,
         "restitutions": _tabulate(

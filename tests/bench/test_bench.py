@@ -61,13 +61,19 @@ def test_every_cell_has_one_owner():
 
 def test_one_rank_sends_nothing_and_neighbours_are_all_that_many_ranks_have():
     case = make_box((64, 10, 10))
-    alone, few, many = (count_traffic(case, ranks) for ranks in (1, 2, 16))
+    alone, few, many = (count_traffic(case, ranks) for ranks in (1, 2, 8))
     assert alone["messages_most"] == 0 and alone["bytes_most"] == 0
     assert few["messages_most"] == 1 and many["messages_most"] == 2
     layer = 10 * 10 * 8
     # One diameter of stray, half a cell of the stencil and one of the filter: three layers a side at most.
     assert 0 < many["bytes_most"] <= 2 * 3 * 12 * layer
     assert many["bytes_most"] == pytest.approx(2 * few["bytes_most"], rel=0.4)
+
+
+def test_columns_talk_to_the_eight_around_them_and_send_less_than_slabs():
+    found = count_traffic(make_box((24, 24, 10)), 16)
+    slab = 2 * 3 * 12 * 24 * 10 * 8
+    assert found["messages_most"] == 8 and found["bytes_most"] < slab
 
 
 BED = (
