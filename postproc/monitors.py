@@ -119,5 +119,19 @@ def _net_flux(results: Results) -> Watched:
     )
 
 
+@monitor("solids_flux_stderr")
+def _settled(results: Results) -> Watched:
+    """Bed height and pressure drop may be steady for seconds while the pattern of the flow still turns round."""
+    upward, error = (
+        depth_average(field.sel(component="z"))
+        for field in (results.mean("solids_flux"), results.error("solids_flux_stderr"))
+    )
+    size = float(np.sqrt((upward**2).sum()))
+    if not size or not bool(np.isfinite(error).any()):
+        raise NotDrawableError(["no blocks of the vertical flux to compare."])
+    words = "standard error of the map of vertical solids flux over the map, root mean square"
+    return Watched(words, float(np.sqrt((error**2).sum())) / size, "below 0.3, or the pattern is not settled")
+
+
 def _largest(results: Results, name: str) -> float:
     return float(np.nanmax(results.history(name).values))
