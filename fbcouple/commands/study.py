@@ -23,6 +23,16 @@ take_output = click.option(
 )
 
 
+take_jobs = click.option(
+    "-j",
+    "--jobs",
+    type=click.IntRange(min=1),
+    default=1,
+    show_default=True,
+    help='Runs side by side; they share the machine, so take costs from `cost = "cpu"` of a study.',
+)
+
+
 @click.group()
 def study() -> None:
     """What accuracy costs, and what blows up."""
@@ -43,7 +53,8 @@ def list_shipped() -> None:
 @click.option("--dry", is_flag=True, help="Only list the members.")
 @click.option("--done", "only_done", is_flag=True, help="Run nothing: tables and plot of the members that are done.")
 @click.option("--only", multiple=True, metavar="MEMBER", help="Run only this member; may be given several times.")
-def error_vs_time(name: str, output: Path | None, dry: bool, only_done: bool, only: tuple[str, ...]) -> None:
+@take_jobs
+def error_vs_time(name: str, output: Path | None, dry: bool, only_done: bool, only: tuple[str, ...], jobs: int) -> None:
     """Run the members of STUDY that are not done, and tell what accuracy costs."""
     from fbcouple.study.error_vs_time import plan_members, run_members, tabulate
     from fbcouple.study.picture import draw
@@ -57,7 +68,7 @@ def error_vs_time(name: str, output: Path | None, dry: bool, only_done: bool, on
         print_table(["member", "knobs"], [(m.name, str(m.knobs)) for m in members])
         return
     folder = choose_folder(name, output)
-    done = run_members(loaded, source, folder, click.echo, () if only_done else only or None)
+    done = run_members(loaded, source, folder, click.echo, () if only_done else only or None, jobs)
     rows, knobs = tabulate(loaded, done)
     tables = {"members": rows, "knobs": knobs}
     files = write_tables(folder, "study", tables, {"title": loaded.title, "machine": describe_machine()})
@@ -75,7 +86,8 @@ def error_vs_time(name: str, output: Path | None, dry: bool, only_done: bool, on
 @click.argument("name", metavar="STUDY")
 @take_output
 @click.option("--dry", is_flag=True, help="Only list the scenes.")
-def stability(name: str, output: Path | None, dry: bool) -> None:
+@take_jobs
+def stability(name: str, output: Path | None, dry: bool, jobs: int) -> None:
     """Run the stiff and extreme scenes of STUDY that are not done, and tell which exchange form stands which."""
     from fbcouple.study.map import draw_map
     from fbcouple.study.scenes import list_scenes
@@ -91,7 +103,7 @@ def stability(name: str, output: Path | None, dry: bool) -> None:
         print_table(["scene", "end [s]"], [(scene.name, f"{scene.settings['end_time']:.4g}") for scene in scenes])
         return
     folder = choose_folder(name, output)
-    rows = run_scenes(loaded, source, folder, click.echo)
+    rows = run_scenes(loaded, source, folder, click.echo, jobs)
     tables = {"scenes": rows, "confusion": confuse(rows), "limits": find_limits(rows), "signs": list(list_limits())}
     files = write_tables(folder, "stability", tables, {"title": loaded.title, "machine": describe_machine()})
     picture = draw_map(rows, loaded.title, folder / "stability.png")

@@ -17,7 +17,7 @@ from fbcouple.errors import CaseError
 from fbcouple.study.fronts import find_excess, mark_pareto, tabulate_knobs
 from fbcouple.study.measures import MEASURES, Error, Finished, check_measures, find_error
 from fbcouple.study.members import REFERENCE, Member, list_members
-from fbcouple.study.runs import Ending, look_up_case, run_case
+from fbcouple.study.runs import Ending, look_up_case, run_case, run_side_by_side
 from fbcouple.study.schema import Study
 from fbcouple.study.source import Source, word_settings
 from postproc.dataset import open_results
@@ -54,9 +54,10 @@ def plan_members(study: Study, source: Source) -> list[Member]:
 
 
 def run_members(
-    study: Study, source: Source, folder: Path, say: Say, only: Collection[str] | None = None
+    study: Study, source: Source, folder: Path, say: Say, only: Collection[str] | None = None, jobs: int = 1
 ) -> list[Done]:
-    """Run every member that has not been run to its end in `folder` before, the cheapest first; `say` is told of each.
+    """Run every member that has not been run to its end in `folder` before, `jobs` at a time and the cheapest first;
+    `say` is told of each.
 
     only: names of the members to run, of the others what has been run is taken; None: all.
 
@@ -69,15 +70,18 @@ def run_members(
             hint = f"did you mean `{close}`" if close else "`--dry` lists them"
             raise CaseError([f"{source.place}: {show(name)}: the study has no such member; {hint}."])
     done = {}
-    for n, member in enumerate(sorted(members, key=lambda member: _estimate_work(member, base)), 1):
-        run = folder / RUNS / member.name
-        if only is not None and member.name not in only:
-            ending = look_up_case(base, member.settings, run, member.ranks)
-        else:
-            ending = run_case(base, member.settings, run, member.ranks, study.wall_limit)
-        done[member.name] = _open(member, ending, run, study.cost)
+    ordered = sorted(members, key=lambda member: _estimate_work(member, base))
+    calls = [(base, m, folder / RUNS / m.name, study.wall_limit, only is None or m.name in only) for m in ordered]
+    for n, (member, ending) in enumerate(zip(ordered, run_side_by_side(_run, calls, jobs), strict=True), 1):
+        done[member.name] = _open(member, ending, folder / RUNS / member.name, study.cost)
         say(f"{n}/{len(members)} {member.name}: {ending.how} ({ending.seconds:.1f} s) {ending.text}".rstrip())
     return [done[member.name] for member in members]
+
+
+def _run(base: str, member: Member, run: Path, wall_limit: float, wanted: bool) -> Ending:
+    if not wanted:
+        return look_up_case(base, member.settings, run, member.ranks)
+    return run_case(base, member.settings, run, member.ranks, wall_limit)
 
 
 def _estimate_work(member: Member, base: str) -> float:

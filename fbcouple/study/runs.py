@@ -6,12 +6,14 @@ import json
 import shutil
 import signal
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
+from multiprocessing import get_context
 from pathlib import Path
 from types import FrameType
-from typing import Literal
+from typing import Any, Literal, TypeVar
 
 import xarray as xr
 
@@ -26,6 +28,7 @@ from fbcouple.study.source import Settings, word_settings
 ENDING = "ending.json"
 _GRACE = 30.0
 """Wall time [s] beyond its limit after which a run that has not stopped by itself is ended."""
+T = TypeVar("T")
 How = Literal["complete", "diverged", "failed", "out of time", "not run"]
 
 
@@ -46,6 +49,16 @@ class Ending:
 
 class OutOfTimeError(Exception):
     """The wall limit of a run is over."""
+
+
+def run_side_by_side(work: Callable[..., T], calls: Sequence[tuple[Any, ...]], jobs: int) -> Iterator[T]:
+    """What `work`, a function of a module, gives for each of `calls`, its arguments, in their order; up to `jobs` of
+    them run at a time, in processes of their own where that is more than one."""
+    if jobs == 1:
+        yield from (work(*call) for call in calls)
+        return
+    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+        yield from pool.map(work, *zip(*calls, strict=True))
 
 
 def run_case(base: str, settings: Settings, run: Path, ranks: int, wall_limit: float) -> Ending:

@@ -13,7 +13,7 @@ from fbcouple.case.mixture import mean_volume
 from fbcouple.case.preflight import coupling_step, estimate, response_times
 from fbcouple.case.schema import Case
 from fbcouple.results import read_line
-from fbcouple.study.runs import Ending, run_case, run_from_middle
+from fbcouple.study.runs import Ending, run_case, run_from_middle, run_side_by_side
 from fbcouple.study.scenes import Scene, list_scenes
 from fbcouple.study.schema import Stability
 from fbcouple.study.signs import judge, read_signs
@@ -27,23 +27,30 @@ Row = dict[str, Any]
 Say = Callable[[str], None]
 
 
-def run_scenes(study: Stability, source: Source, folder: Path, say: Say) -> list[Row]:
-    """Run every scene that has not been run to its end in `folder` before; a row for each.
+def run_scenes(study: Stability, source: Source, folder: Path, say: Say, jobs: int = 1) -> list[Row]:
+    """Run every scene that has not been run to its end in `folder` before, `jobs` at a time; a row for each.
 
     Raises: CaseError if the study is wrong.
     """
     scenes = list_scenes(study, source)
     rows = []
-    for n, scene in enumerate(scenes, 1):
-        run = folder / RUNS / scene.name
-        ending = run_case(scene.base, scene.settings, run, scene.ranks, study.wall_limit)
+    calls = [(scene, folder, study) for scene in scenes]
+    for n, (scene, endings) in enumerate(zip(scenes, run_side_by_side(_run, calls, jobs), strict=True), 1):
+        run, again = folder / RUNS / scene.name, folder / RESTARTS / scene.name
+        ending = endings[0]
         rows.append(_describe(scene, ending, run))
         if study.restart:
-            again = folder / RESTARTS / scene.name
-            rows[-1] |= _compare(run, again, run_from_middle(run, again, scene.ranks, study.wall_limit))
+            rows[-1] |= _compare(run, again, endings[1])
         text = ", ".join(filter(None, (rows[-1].get(key) for key in ("predicted", "verdict", "signs", "restart"))))
         say(f"{n}/{len(scenes)} {scene.name}: {text} ({ending.seconds:.1f} s)")
     return rows
+
+
+def _run(scene: Scene, folder: Path, study: Stability) -> tuple[Ending, Ending | None]:
+    """How a scene ended, and where the study asks for it how its second half did once more."""
+    run, again = folder / RUNS / scene.name, folder / RESTARTS / scene.name
+    ending = run_case(scene.base, scene.settings, run, scene.ranks, study.wall_limit)
+    return ending, run_from_middle(run, again, scene.ranks, study.wall_limit) if study.restart else None
 
 
 def _describe(scene: Scene, ending: Ending, run: Path) -> Row:

@@ -27,7 +27,7 @@ def test_study_runs_once_and_says_what_it_found(write, tmp_path):
     part = call("study", "error-vs-time", path, "-o", out, "--only", "max_step-0.001_scheme-explicit")
     assert part.exit_code == 0, part.output
     assert len(list(out.glob("members/*"))) == 1 and part.output.count("not run") == 3
-    first = call("study", "error-vs-time", path, "-o", out)
+    first = call("study", "error-vs-time", path, "-o", out, "-j", 2)
     assert first.exit_code == 0, first.output
     order = [line.split()[1].rstrip(":") for line in first.output.splitlines() if line[:2] in ("1/", "2/", "3/", "4/")]
     assert [name.partition("_scheme")[0] for name in order] == ["max_step-0.002"] * 2 + ["max_step-0.001"] * 2

@@ -191,7 +191,7 @@ forms = ["explicit"]
 
 def test_a_scene_that_goes_on_from_its_middle_has_the_same_verdict_and_rows(write, tmp_path):
     study, source = read_study(str(write(text=RESTARTED)), Stability)
-    whole, broken = run_scenes(study, source, tmp_path / "out", lambda text: None)
+    whole, broken = run_scenes(study, source, tmp_path / "out", lambda text: None, jobs=2)
     assert (whole["verdict"], whole["restart"], whole["same rows"]) == ("stable", "stable", True)
     assert (broken["verdict"], broken["restart"]) == ("unstable", ""), "it is over before its middle"
     places = tmp_path / "out/scenes/goes-on-exponential", tmp_path / "out/restarts/goes-on-exponential"
