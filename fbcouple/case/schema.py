@@ -157,7 +157,7 @@ class Contact(Section):
     steps_per_contact: int = option("DEM steps in one contact time T_C (paper: 6).", default=6, ge=3, le=1000)
     skin: float | None = option(
         "Skin of the neighbour lists in diameters of the smallest particle, for speed alone (`fbcouple bench skin`); "
-        "absent: 0.5, with a tangential spring 0.4.",
+        "absent: 0.3, with a tangential spring 0.4.",
         default=None,
         ge=0.05,
         le=10.0,

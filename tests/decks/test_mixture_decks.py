@@ -66,8 +66,8 @@ def test_the_step_is_of_the_shortest_contact(deck):
 
 def test_walls_are_the_last_type_and_lists_reach_the_largest(deck):
     assert deck.count("primitive type 4 ") == 6 and "primitive type 2 " not in deck
-    assert numbers_after(deck, "neighbor +") == pytest.approx([0.4e-3])
-    assert numbers_after(deck, "neigh_modify .* binsize ") == pytest.approx([1.8e-3])
+    assert numbers_after(deck, "neighbor +") == pytest.approx([0.24e-3])
+    assert numbers_after(deck, "neigh_modify .* binsize ") == pytest.approx([1.64e-3])
 
 
 def test_hertz_has_a_row_for_each_type():

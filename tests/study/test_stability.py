@@ -91,6 +91,7 @@ GOOD |= {"pressure_drop": 1.0, "gas_mass_error": 1e-9}
     [
         ({}, "stable", ""),
         ({"pressure_drop": math.nan}, "unstable", "not finite"),
+        ({"gas_flux_error": math.nan}, "stable", ""),
         ({"momentum_error": 5e-10}, "inaccurate", "momentum error"),
         ({"min_voidage": -0.1}, "unstable", "solids fraction"),
         ({"cells_over_packed": 2}, "inaccurate", "over-packed"),
