@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import signal
 import time
@@ -57,8 +58,15 @@ def run_side_by_side(work: Callable[..., T], calls: Sequence[tuple[Any, ...]], j
     if jobs == 1:
         yield from (work(*call) for call in calls)
         return
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+    context, environment = get_context("spawn"), dict(os.environ)
+    with ProcessPoolExecutor(jobs, context, initializer=_take_environment, initargs=(environment,)) as pool:
         yield from pool.map(work, *zip(*calls, strict=True))
+
+
+def _take_environment(environment: dict[str, str]) -> None:
+    """A process inherits also what an MPI in the one that started it has told its C library, and no run could start."""
+    os.environ.clear()
+    os.environ.update(environment)
 
 
 def run_case(base: str, settings: Settings, run: Path, ranks: int, wall_limit: float) -> Ending:
