@@ -50,7 +50,7 @@ def test_signal_ends_with_a_checkpoint(tmp_path, whole, number, whom):
 
 def test_signal_before_the_first_step_is_not_lost(tmp_path):
     """The mesh is still being made, or the solvers are starting: the job is told when it can listen."""
-    run = prepare(tmp_path, ["checkpoint.moment_steps=1"])
+    run = prepare(tmp_path, ["checkpoint.moment_steps=1", "end_time=10.0"])
     parent = start(run)
     limit = time.monotonic() + 60
     while not (run / "logs/mesh.log").exists():
