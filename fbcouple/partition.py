@@ -7,9 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-GRID = "* * 1"
-"""What LIGGGHTS is told of the ranks along x, y and z."""
-
 
 def find_rank_grid(size: Sequence[float], ranks: int) -> tuple[int, int]:
     """Ranks along x and y of a region of `size` (3,) [m]: the columns of least surface, as LIGGGHTS chooses them.

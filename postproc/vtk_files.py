@@ -22,13 +22,17 @@ def export(run: Path) -> list[Path]:
     Raises: CaseError if there are no results; NotDrawableError if they hold neither means nor frames.
     """
     results = open_results(run)
+    means = _list_means(results.data)
+    try:
+        frames = list_frames(results)
+    except NotDrawableError:
+        frames = []
+    if not (means or frames):
+        raise NotDrawableError([f"{results.path} holds no time means, and no frames lie beside it."])
     folder = Path(run) / FOLDER
     folder.mkdir(exist_ok=True)
-    found = [_write_grid(folder / "means.vti", results, means)] if (means := _list_means(results.data)) else []
-    found += _write_frames(folder, results)
-    if not found:
-        raise NotDrawableError([f"{results.path} holds no time means, and no frames lie beside it."])
-    return found
+    found = [_write_grid(folder / "means.vti", results, means)] if means else []
+    return found + _write_frames(folder, results, frames)
 
 
 def _list_means(data: xr.Dataset) -> dict[str, np.ndarray]:
@@ -53,13 +57,9 @@ def _write_grid(path: Path, results: Results, fields: Mapping[str, np.ndarray]) 
     return path
 
 
-def _write_frames(folder: Path, results: Results) -> list[Path]:
+def _write_frames(folder: Path, results: Results, frames: list[Path]) -> list[Path]:
     from pyvista import PolyData  # noqa: PLC0415  (VTK takes a second to load)
 
-    try:
-        frames = list_frames(results)
-    except NotDrawableError:
-        return []
     rows: dict[str, list[tuple[float, str]]] = {"particles": [], "gas": []}
     for path in frames:
         frame, number = read_frame(path), number_of(path)

@@ -10,9 +10,11 @@ import numpy as np
 from fbcouple.case.derived import dem_step
 from fbcouple.case.schema import Case, Contact, Particles
 from fbcouple.errors import CaseError
+from fbcouple.meshes.block import PER_SQUARE
+from fbcouple.meshes.extrusion import PER_PRISM
 
 POROSITY, PER_CELL, SUBSTEPS = 0.54, 11, 10
-TETRAHEDRA_PER_CELL = 6
+TETRAHEDRA_PER_CELL = PER_SQUARE * PER_PRISM["tetrahedra"]
 _DIAMETER = 1e-3
 _WIDEST = 1.06
 

@@ -50,13 +50,15 @@ class Taken:
     steps: list[tuple[float, int]]
 
 
-def open_run(case: Case, comm: MPI.Comm) -> tuple[Scene, Recorder]:
-    """Open the run in the current folder, and take it through its first steps (collective)."""
+def open_run(case: Case, comm: MPI.Comm, warm: float = 0.0) -> tuple[Scene, Recorder]:
+    """Open the run in the current folder, and take it through its first steps and through `warm` [s] (collective)."""
     scene = open_scene(case, Path("."), comm, 1e9)
     recorder = Recorder(scene, Path("."), Path("case.toml").read_text())
     start(scene)
     recorder.observe(scene)
     for _ in range(_FIRST):
+        step(scene, recorder)
+    while scene.clock.time < warm:
         step(scene, recorder)
     return scene, recorder
 
@@ -124,9 +126,7 @@ def _clock_own(comm: MPI.Comm, run: Callable[[], None]) -> tuple[float, float]:
 def measure_overhead(case: Case, comm: MPI.Comm, warm: float, seconds: float) -> dict[str, Any]:
     """Coupled steps for about `seconds` of wall time after `warm` [s] of simulated time, and the floors of the same
     steps; rows a rank and their totals, on every rank (collective)."""
-    scene, recorder = open_run(case, comm)
-    while scene.clock.time < warm:
-        step(scene, recorder)
+    scene, recorder = open_run(case, comm, warm)
     trial = time_coupled(scene, recorder, _FIRST)
     count = comm.bcast(max(_FIRST, round(seconds / (trial.wall / _FIRST))))
     kept: list[list[np.ndarray]] = []
@@ -157,9 +157,7 @@ def measure_overhead(case: Case, comm: MPI.Comm, warm: float, seconds: float) ->
 def measure_peer(case: Case, comm: MPI.Comm, warm: float, steps: int) -> dict[str, Any]:
     """Wall seconds of a coupled step after `warm` [s] of simulated time, the mean of `steps`; the particles' places at
     their start are left in positions.npy (collective)."""
-    scene, recorder = open_run(case, comm)
-    while scene.clock.time < warm:
-        step(scene, recorder)
+    scene, recorder = open_run(case, comm, warm)
     places = comm.gather(scene.particles.positions)
     if places is not None:
         np.save("positions.npy", np.concatenate(places))
@@ -177,9 +175,7 @@ def measure_peer(case: Case, comm: MPI.Comm, warm: float, steps: int) -> dict[st
 def measure_grains(case: Case, comm: MPI.Comm, warm: float, steps: int) -> dict[str, Any]:
     """Wall seconds of the slowest rank in LIGGGHTS a simulated second, after `warm` [s] of it: the mean of `steps`
     coupled steps and the cheapest tenth of them (collective)."""
-    scene, recorder = open_run(case, comm)
-    while scene.clock.time < warm:
-        step(scene, recorder)
+    scene, recorder = open_run(case, comm, warm)
     blocks = []
     for _ in range(_BLOCKS):
         taken = time_coupled(scene, recorder, max(1, steps // _BLOCKS))
@@ -191,9 +187,7 @@ def measure_grains(case: Case, comm: MPI.Comm, warm: float, steps: int) -> dict[
 def measure_steps(case: Case, comm: MPI.Comm, steps: int, repeats: int, warm: float = 0.0) -> dict[str, Any]:
     """Wall seconds of a coupled step after `warm` [s] of simulated time, the fastest of `repeats` times `steps` steps
     (collective)."""
-    scene, recorder = open_run(case, comm)
-    while scene.clock.time < warm:
-        step(scene, recorder)
+    scene, recorder = open_run(case, comm, warm)
     taken = [time_coupled(scene, recorder, steps) for _ in range(repeats)]
     walls = [one.wall / steps for one in taken]
     return {

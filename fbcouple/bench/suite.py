@@ -32,18 +32,12 @@ Row = dict[str, Any]
 
 def measure_overhead(case: str, sets: Sequence[str], ranks: int, warm: float, seconds: float) -> dict[str, Any]:
     """Stages of each rank beside LIGGGHTS and the gas solver alone, and totals. Raises CaseError, SolverError."""
-    with _place() as place:
-        run = place / "run"
-        lay_out(case, run, sets, trusted=False, forced=True)
-        return _measure("overhead", run, load_case(str(run)), ranks, warm, seconds)
+    return _measure_case("overhead", case, sets, ranks, warm, seconds)
 
 
 def measure_memory(case: str, sets: Sequence[str], ranks: int) -> list[Row]:
     """Bytes of a rank's own arrays a particle and a cell, a row a rank. Raises CaseError, SolverError."""
-    with _place() as place:
-        run = place / "run"
-        lay_out(case, run, sets, trusted=False, forced=True)
-        return _measure("memory", run, load_case(str(run)), ranks)["ranks"]
+    return _measure_case("memory", case, sets, ranks)["ranks"]
 
 
 def measure_scaling(cells: int, counts: Sequence[int], steps: int, repeats: int, tetrahedra: bool = False) -> list[Row]:
@@ -69,12 +63,8 @@ def measure_strong(
     CaseError, SolverError."""
     rows: list[Row] = []
     for ranks in counts:
-        with _place() as place:
-            run = place / "run"
-            lay_out(case, run, sets, trusted=False, forced=True)
-            found = _measure("steps", run, load_case(str(run)), ranks, steps, repeats, warm)
-            row = {"scaling": "strong"} | found
-            rows.append(row | compare(row, rows[0] if rows else row))
+        row = {"scaling": "strong"} | _measure_case("steps", case, sets, ranks, steps, repeats, warm)
+        rows.append(row | compare(row, rows[0] if rows else row))
     return rows
 
 
@@ -100,12 +90,10 @@ def measure_skins(
 ) -> list[Row]:
     """Wall seconds a simulated second of LIGGGHTS in a case with neighbour lists of each skin (diameters), and over the
     fastest. Raises CaseError, SolverError."""
-    rows = []
-    for skin in skins:
-        with _place() as place:
-            run = place / "run"
-            lay_out(case, run, [*sets, f"contact.skin={skin!r}"], trusted=False, forced=True)
-            rows.append({"skin": skin} | _measure("grains", run, load_case(str(run)), ranks, warm, steps))
+    rows = [
+        {"skin": skin} | _measure_case("grains", case, [*sets, f"contact.skin={skin!r}"], ranks, warm, steps)
+        for skin in skins
+    ]
     best = min(row["cheapest"] for row in rows)
     return [row | {"of the fastest": row["cheapest"] / best} for row in rows]
 
@@ -153,6 +141,14 @@ def count_traffic(cells: int, counts: Sequence[int]) -> list[Row]:
 def _place() -> Iterator[Path]:
     with tempfile.TemporaryDirectory(prefix="fbcouple-bench-") as place:
         yield Path(place)
+
+
+def _measure_case(kind: str, case: str, sets: Sequence[str], ranks: int, *numbers: float) -> dict[str, Any]:
+    """Lay a case out as a user's command would, and measure it."""
+    with _place() as place:
+        run = place / "run"
+        lay_out(case, run, sets, trusted=False, forced=True)
+        return _measure(kind, run, load_case(str(run)), ranks, *numbers)
 
 
 def _measure(kind: str, run: Path, case: Case, ranks: int, *numbers: float) -> dict[str, Any]:

@@ -12,7 +12,6 @@ from fbcouple.bench.measure import open_run, time_coupled
 from fbcouple.bench.memory import find_arrays
 from fbcouple.case.schema import Case
 from fbcouple.results import STAGES
-from fbcouple.worker import step
 
 _BLOCKS = 10
 _PARTS = ("grains", "gas", "coupling", "averaging")
@@ -22,9 +21,7 @@ _LIBRARIES = ("libliggghts", "libOpenFOAM")
 def measure_variant(case: Case, comm: MPI.Comm, warm: float, steps: int) -> dict[str, Any]:
     """Processor seconds of a coupled step after `warm` [s] of simulated time, in the cheapest tenth of `steps`, and
     what the run holds: parts of the scene, solver libraries in memory, arrays, stages that took time (one rank)."""
-    scene, recorder = open_run(case, comm)
-    while scene.clock.time < warm:
-        step(scene, recorder)
+    scene, recorder = open_run(case, comm, warm)
     blocks: list[tuple[float, float]] = []
     stages = set()
     for _ in range(_BLOCKS):

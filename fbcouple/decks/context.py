@@ -14,7 +14,6 @@ from fbcouple.case.pairs import find_pair, find_wall
 from fbcouple.case.region import find_region
 from fbcouple.case.schema import Case, Contact, Gas, Particles
 from fbcouple.collision import normal_damping
-from fbcouple.partition import GRID
 
 # DIC-preconditioned CG is fastest below this many cells, multigrid above (measured on the three Patil meshes).
 _MULTIGRID_FROM = 10_000
@@ -123,7 +122,6 @@ def _grains_context(particles: Particles, contact: Contact) -> dict[str, Any]:
         "skin": skin,
         "bin_size": max(kind.diameter for kind in kinds) + skin,
         "sort_every": _SORT_EVERY,
-        "processors": GRID,
         "types": len(kinds) + 1,
         "rolling_frictions": [contact.rolling_friction] * (len(kinds) + 1) ** 2,
         "restitutions": _tabulate(
