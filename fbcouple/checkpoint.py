@@ -55,10 +55,12 @@ class Checkpoint:
     ranks: int
 
 
-def fingerprint(case: Case) -> str:
+def fingerprint(case: Case, with_end: bool = False) -> str:
     """What must not change between a checkpoint and the run that goes on from it: all but how often files are saved
-    and what ends a run."""
+    and what ends a run. Checkpoints once told its end too (`with_end`)."""
     told = case.model_dump(mode="json", exclude={"checkpoint": True, "monitors": True, "output": {"save_every"}})
+    if not with_end:
+        del told["end_time"]
     for dotted in _YOUNGER:
         *section, key = dotted.split(".")
         table = told[section[0]] if section else told
@@ -151,7 +153,7 @@ def read(folder: Path, case: Case) -> Checkpoint:
     index = _read_index(folder)
     if index["format"] != _FORMAT:
         raise CaseError([f"{folder}: refused: format {index['format']}, this fbcouple reads {_FORMAT}"])
-    if index["case"] != fingerprint(case):
+    if index["case"] not in (fingerprint(case), fingerprint(case, with_end=True)):
         raise CaseError([f"{folder}: refused: it is of another case than the case.toml of the run"])
     for name, (size, checksum) in index["files"].items():
         path = folder / name

@@ -87,6 +87,11 @@ class Keeper:
                 scene.grains.advance(0, first=True)
                 scene.look_at_particles()
 
+    def close(self, scene: Scene, recorder: Recorder) -> None:
+        """At the end of the case: a checkpoint, for a run that is to be made longer (collective)."""
+        if not scene.stop:
+            self._write(scene, recorder)
+
     def _beat(self, comm: MPI.Comm) -> None:
         now = time.monotonic()
         if comm.rank == 0 and now - self._beaten > _PULSE_EVERY:

@@ -73,7 +73,7 @@ def _prepare(
 ) -> list[str] | None:
     """Make the folder ready and return the command of the job; None if there is nothing left to do."""
     case = _read_run(run, fresh, resume)
-    if resume and is_complete(run):
+    if resume and is_complete(run, case):
         say(f"{run}: is complete: nothing is left to do")
         return None
     checkpoint = _find_checkpoint(run, case, say) if resume else None
@@ -106,12 +106,12 @@ def _read_run(run: Path, fresh: bool, resume: bool) -> Case:
     return load_case(str(run / "case.toml"))
 
 
-def is_complete(run: Path) -> bool:
-    """Did an earlier run reach the end of the case, by its results?"""
+def is_complete(run: Path, case: Case) -> bool:
+    """Did an earlier run reach the end of the case as it is now, by its results?"""
     if not (run / "results.nc").exists():
         return False
     with xr.open_dataset(run / "results.nc") as results:
-        return bool(results.attrs["complete"])
+        return bool(results.attrs["complete"]) and float(results["time"][-1]) >= case.end_time * _ALMOST
 
 
 def _find_checkpoint(run: Path, case: Case, say: Say) -> Checkpoint | None:

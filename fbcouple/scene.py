@@ -194,5 +194,5 @@ def _open_sampler(
         low, high = grains.bounds
         return SolidsSampler(Plan(comm, find_patch(cells.grid, low, high, reach, 0), cells.owned))
     if isinstance(coupling.space, MeshSpace):
-        return CellSampler(coupling.space.mapping, coupling.space.plan, coupling.space.cell_volumes)
+        return CellSampler(coupling.space.mapping, coupling.space.plan, coupling.space.volumes)
     return SolidsSampler(coupling.space.plan)

@@ -33,6 +33,7 @@ def simulate(scene: Scene, recorder: Recorder, keeper: Keeper) -> None:
         step(scene, recorder)
         keeper.keep(scene, recorder)
     recorder.save(scene)
+    keeper.close(scene, recorder)
 
 
 def step(scene: Scene, recorder: Recorder) -> None:
@@ -121,7 +122,7 @@ def react(scene: Scene) -> None:
         with scene.watch("react"):
             gas, grains, factor = scene.gas, scene.grains, scene.dt / scene.clock.dt
             drag = scene.coupling.react(scene.particles, gas.state, factor, grains.gas_force, grains.forces)
-            scene.balance.give(scene.coupling.find_gas_loss(gas.state), drag, scene.dt)
+            scene.balance.give(scene.coupling.find_gas_loss(gas.given_up), drag, scene.dt)
             derive_fields(scene)
 
 

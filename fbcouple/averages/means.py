@@ -6,6 +6,7 @@ ratios of their means. Particles count in the cell that holds their centre, as t
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -21,6 +22,9 @@ SOLIDS_COLUMNS = 7
 """sum V_p, sum m_p, sum m_p v (3), sum m_p v.v, sum m_p |v - cell mean|^2, each over the cell volume."""
 GAS_COLUMNS = 8
 """eps, u (3), eps u (3), p."""
+
+_BESIDE = 1e-9
+"""Part of a block that a sample may lie behind its end by rounding."""
 
 Derive = Callable[[np.ndarray], np.ndarray]
 
@@ -66,14 +70,14 @@ QUANTITIES: dict[str, Quantity] = {
 class Means:
     """Running sums of one phase's rows over the averaging window, and of its quantities over blocks of the window."""
 
-    _COUNTS = ("_samples", "_block_samples", "_block_number")
+    _NUMBERS = ("_samples", "_block_samples", "_block_number", "_length")
 
     def __init__(self, phase: str, cells: int, window: tuple[float, float], blocks: int) -> None:
         """The `window` [s] is cut into `blocks` equal blocks."""
         columns = SOLIDS_COLUMNS if phase == "solids" else GAS_COLUMNS
         self._quantities = {name: q for name, q in QUANTITIES.items() if q.phase == phase}
-        self._start, self._end = window
-        self._blocks = blocks
+        self._start = window[0]
+        self._length = (window[1] - window[0]) / blocks
         self._total, self._block = np.zeros((cells, columns)), np.zeros((cells, columns))
         self._samples = self._block_samples = self._block_number = 0
         self._sums = {name: np.zeros((3, cells, q.components)) for name, q in self._quantities.items()}
@@ -85,7 +89,8 @@ class Means:
 
     def add(self, rows: np.ndarray, time: float) -> None:
         """Take a sample: `rows` (cells, columns) at `time` [s]."""
-        block = int((time - self._start) / (self._end - self._start) * self._blocks)
+        # A block has its end, not its start: the last sample of the window belongs to the last block.
+        block = max(math.ceil((time - self._start) / self._length - _BESIDE) - 1, 0)
         if block != self._block_number:
             self._close_block()
             self._block_number = block
@@ -94,16 +99,18 @@ class Means:
         self._samples += 1
         self._block_samples += 1
 
-    def save(self) -> tuple[dict[str, int], dict[str, np.ndarray]]:
-        """Counts, the same on every rank, and sums, a row a cell."""
-        counts = {name: getattr(self, name) for name in self._COUNTS}
+    def save(self) -> tuple[dict[str, float], dict[str, np.ndarray]]:
+        """Counts and the length of a block, the same on every rank, and sums, a row a cell."""
+        counts = {name: getattr(self, name) for name in self._NUMBERS}
         sums = {name: np.moveaxis(values, 1, 0) for name, values in self._sums.items()}
         return counts, {"total": self._total, "block": self._block, **sums}
 
-    def load(self, counts: dict[str, int], sums: dict[str, np.ndarray]) -> None:
-        """Go on from what `save` gave, with the rows of this rank's cells."""
-        for name in self._COUNTS:
-            setattr(self, name, counts[name])
+    def load(self, counts: dict[str, float], sums: dict[str, np.ndarray]) -> None:
+        """Go on from what `save` gave, with the rows of this rank's cells and blocks as long as before, also where the
+        window is longer now."""
+        for name in self._NUMBERS:
+            if name in counts:  # checkpoints once had no length
+                setattr(self, name, counts[name])
         self._total[:], self._block[:] = sums["total"], sums["block"]
         for name, values in self._sums.items():
             values[:] = np.moveaxis(sums[name], 0, 1)

@@ -257,7 +257,11 @@ class Case(Section):
     """A whole case file."""
 
     title: str = option("One line that says what this case is.", min_length=1, max_length=200)
-    end_time: float = option("Simulated time at which the run is complete.", "s", **Positive)
+    end_time: float = option(
+        "Simulated time at which the run is complete; a run that is done goes on to a later one by --resume.",
+        "s",
+        **Positive,
+    )
     gravity: float = option("Gravity, along -z.", "m s-2", 9.81, **NonNegative)
     accuracy: Literal["none", "draft", "standard", "reference"] = option(
         "Preset of fluid step, pressure solver and contact steps where the case leaves them out; none: the default of "

@@ -8,6 +8,7 @@ import numpy as np
 
 from fbcouple.case.schema import Case
 from fbcouple.exchange import momentum
+from fbcouple.exchange.compiled import find_address
 from fbcouple.exchange.drag import choose_law
 from fbcouple.exchange.forces import Forces, choose_forces
 from fbcouple.exchange.momentum import DRAG_SCHEMES
@@ -18,8 +19,8 @@ from fbcouple.exchange.spaces import Space
 class Coupling:
     """The exchange between this rank's particles and gas cells.
 
-    `voidage` (cells,), `drag_coefficient` (cells,) [kg m-3 s-1] and `drag_source` (cells, 3) [N m-3] are what the gas
-    step takes.
+    `voidage` (cells,) and `drag_sums` (cells, 4), the sums of beta~ [kg/s] and beta~ v [N] over the particles of each
+    cell, are what the gas step takes.
     """
 
     def __init__(self, case: Case, space: Space) -> None:
@@ -28,6 +29,8 @@ class Coupling:
         self._gas, self._options = case.gas, case.exchange
         self.space, self.plan, self.mapping = space, space.plan, space.mapping
         self._law = choose_law(case.exchange, Path())
+        self._law_address = find_address(self._law.kernel)
+        self._scheme_address = find_address(DRAG_SCHEMES[case.exchange.scheme])
         self._explicit = case.exchange.scheme == "explicit"
         self._push = float(case.exchange.pressure_gradient)
         self._lift = self._push * case.gas.density * case.gravity
@@ -36,9 +39,7 @@ class Coupling:
             self.forces = Forces(case, names, space)
             self._lift += self.forces.weight
         cells = self.plan.owned_count
-        self.voidage = np.ones(cells)
-        self.drag_coefficient, self.drag_source = np.zeros(cells), np.zeros((cells, 3))
-        self._deposit = {1: np.empty((cells, 1)), 4: np.empty((cells, 4))}
+        self.voidage, self._solids, self.drag_sums = np.ones(cells), np.zeros((cells, 1)), np.zeros((cells, 4))
         self._fields = {c: space.make_field(c) for c in (1, 4, 6)}
         self._scratch = {c: space.make_field(c) for c in (1, 4, 6)} if space.needs_scratch else self._fields
         # Velocity, voidage and pressure gradient of a cell side by side, and one number more: two vectors of four.
@@ -58,11 +59,12 @@ class Coupling:
         rows = self.mapping.open(field)
         momentum.write_volume(*self.mapping.stencil, particles.radii, rows)
         self.mapping.write(rows, field)
-        self._add_up(1)
-        self.space.volumes.find_voidage(self._deposit[1], self.voidage)
+        self._add_up(self._solids)
+        np.divide(self._solids[:, 0], self.space.volumes, out=self.voidage)
+        np.subtract(1.0, self.voidage, out=self.voidage)
 
     def drag(self, particles: Particles, dt: float) -> None:
-        """K and S of the next gas step from slip and voidage at the particles, averaged over `dt` [s]."""
+        """The drag of the next gas step from slip and voidage at the particles, averaged over `dt` [s]."""
         if self._layers > self._read_layers:
             self.plan.refill(self._state, self._fields[6][: self._layers], "gas")
             self._line_up_gas()
@@ -77,8 +79,8 @@ class Coupling:
             driven, self._aim = particles.driven_velocities, self._aims[: len(particles.positions)]
         self._dt = dt
         momentum.exert(
-            self._law.kernel,
-            DRAG_SCHEMES[self._options.scheme],
+            self._law_address,
+            self._scheme_address,
             self._explicit,
             *self.mapping.stencil,
             particles.velocities,
@@ -96,8 +98,7 @@ class Coupling:
         if self.forces:
             self.forces.exert(particles, self.mapping, gas_rows, dt, rows)
         self.mapping.write(rows, field)
-        self._add_up(4)
-        self.space.volumes.spread(self._deposit[4], *self.gas_input[1:])
+        self._add_up(self.drag_sums)
 
     def react(
         self, particles: Particles, gas: np.ndarray, factor: float, held: np.ndarray, current: np.ndarray
@@ -159,20 +160,24 @@ class Coupling:
         return min(self.mapping.layers + self.space.rise + 1, len(self._gas_rows))
 
     @property
-    def gas_input(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Voidage, K and S of the next gas step."""
-        return self.voidage, self.drag_coefficient, self.drag_source
+    def gas_input(self) -> tuple[np.ndarray, np.ndarray]:
+        """Voidage and sums of the drag of the next gas step."""
+        return self.voidage, self.drag_sums
 
-    def find_gas_loss(self, gas: np.ndarray) -> np.ndarray:
-        """Force [N], shape (3,), that this rank's cells gave up by the step to `gas` (cells, 6) and the particles are
-        still to get."""
-        loss = self.space.volumes.find_loss(gas, self.gas_input, self._push, self._lift)
+    def find_gas_loss(self, given_up: np.ndarray) -> np.ndarray:
+        """Force [N], shape (3,), that this rank's cells lost and the particles are still to get.
+
+        given_up (7,): sums over the cells, after the gas step, of V (K u - S) [N], V alpha grad P [N], V alpha [m3].
+        """
+        loss = given_up[:3] - self._push * given_up[3:6]
+        loss[2] += self._lift * given_up[6]
         return loss - (self.forces.moved if self.forces else 0.0)
 
-    def _add_up(self, components: int) -> None:
-        """Smooth a patch field and add it up at the owners of the cells (collective)."""
+    def _add_up(self, sums: np.ndarray) -> None:
+        """Smooth the patch field of as many components as `sums` (cells, c) and add it up at the owners of the cells,
+        in `sums` (collective)."""
         # The last layer, the extra one, holds nothing that counts: what a higher bed left there.
-        self.plan.deposit(self.space.spread(*self._cut_fields(components))[:-1], self._deposit[components])
+        self.plan.deposit(self.space.spread(*self._cut_fields(sums.shape[1]))[:-1], sums)
 
     def _make_room(self, count: int) -> None:
         if count > self._room:

@@ -7,6 +7,8 @@ exponents up to 20 in magnitude, 3e-14 up to 700 (tested).
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from fbcouple.exchange.compiled import inlined
@@ -15,6 +17,7 @@ _LOG2E = 1.4426950408889634
 _LN2_HIGH, _LN2_LOW = 6.93147180369123816490e-01, 1.90821492927058770002e-10
 _SQRT_HALF_BITS = 0x3FE6A09E667F3BCD
 _BIAS_BITS = 1023
+_EXPONENTIAL = tuple(1.0 / math.factorial(n) for n in range(13, -1, -1))
 
 
 @inlined
@@ -36,10 +39,10 @@ def exponential(x):
     """exp(x) for |x| < 700: x = k ln 2 + r, |r| <= ln(2)/2, and the series of exp."""
     k = np.int64(x * _LOG2E + (0.5 if x >= 0.0 else -0.5))
     r = (x - k * _LN2_HIGH) - k * _LN2_LOW
-    series = 1.0 / 13.0
-    for n in (12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1):
-        series = (series * r + 1.0) / n
-    return (series * r + 1.0) * np.int64((k + _BIAS_BITS) << 52).view(np.float64)
+    series = _EXPONENTIAL[0]
+    for factor in _EXPONENTIAL[1:]:
+        series = series * r + factor
+    return series * np.int64((k + _BIAS_BITS) << 52).view(np.float64)
 
 
 @inlined

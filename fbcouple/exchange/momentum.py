@@ -9,9 +9,15 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numba import f8, types
 
-from fbcouple.exchange.compiled import LAW, PLACES, ROWS, SCHEME, VECTOR, compile_as, compiled, inlined
+from fbcouple.exchange.compiled import (
+    SCHEME,
+    call_law,
+    call_scheme,
+    compile_as,
+    compiled,
+    inlined,
+)
 from fbcouple.exchange.corners import add_four, corner_weights, read_four
 from fbcouple.exchange.elementary import decay
 
@@ -82,41 +88,18 @@ def foresee(velocities, driven, stiffness, aim):
     return aim
 
 
-_LAW, _SCHEME = types.FunctionType(LAW), types.FunctionType(SCHEME)
-_STENCIL = PLACES, ROWS, PLACES
-
-
-@compile_as(
-    types.void(
-        *(_LAW, _SCHEME, types.boolean, *_STENCIL, ROWS, VECTOR, VECTOR, ROWS, f8, f8, f8, VECTOR, ROWS, ROWS, ROWS),
-    )
-)
+@compiled
 def exert(
-    law,
-    scheme,
-    explicit,
-    base,
-    upper,
-    offsets,
-    velocities,
-    radii,
-    masses,
-    gas,
-    density,
-    viscosity,
-    dt,
-    beta,
-    driven,
-    aim,
-    field,
-):
+    law, scheme, explicit, base, upper, offsets, velocities, radii, masses, gas, density, viscosity, dt, beta, driven,
+    aim, field
+):  # fmt: skip
     """Add beta~ [kg/s] and beta~ w [N] of every particle to patch `field` (places, 4); beta~ stays in `beta` (n,).
 
-    w is the velocity that the drag acts on: v, or where `driven` (n, 3) [m/s] is given, the velocity that drag alone
-    would have made in the last step, the one that makes beta~ exact for other forces too (see `foresee`), which goes
-    into `aim` (n, 3).
-    `gas` (places, >= 4) starts with the filtered gas velocity and the voidage as the cells have it. The explicit
-    scheme has no implicit part: it adds 0 and beta (v - u). Particles go through in blocks that fit the cache.
+    `law` and `scheme` are addresses. w is the velocity that the drag acts on: v, or where `driven` (n, 3) [m/s] is
+    given, the velocity that drag alone would have made in the last step, the one that makes beta~ exact for other
+    forces too (see `foresee`), which goes into `aim` (n, 3). `gas` (places, >= 4) starts with the filtered gas velocity
+    and the voidage as the cells have it. The explicit scheme has no implicit part: it adds 0 and beta (v - u).
+    Particles go through in blocks that fit the cache.
     """
     eps, slip, size = np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK)
     ux, uy, uz = np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK)
@@ -132,12 +115,12 @@ def exert(
             slip[q] = np.sqrt(rx * rx + ry * ry + rz * rz)
             size[q] = 2.0 * radii[first + q]
         b = beta[first : first + n]
-        law(eps[:n], slip[:n], size[:n], density, viscosity, b)
+        call_law(law, eps[:n], slip[:n], size[:n], density, viscosity, b)
         if len(driven):
             for q in range(n):
                 size[q] = dt * b[q] / masses[first + q]
             v = foresee(v, driven[first : first + n], size[:n], aim[first : first + n])
-        scheme(b, masses[first : first + n], dt)
+        call_scheme(scheme, b, masses[first : first + n], dt)
         for q in range(n):
             weights = corner_weights(up[q, 0], up[q, 1], up[q, 2])
             values = (
@@ -200,23 +183,6 @@ def line_up(state, rows):
 
 
 @compiled
-def find_loss(gas, voidage, coefficient, source, push, lift, loss):
-    """Add to `loss` (3,) [N m-3] what the gas of each cell gave up: K u - S - push alpha grad P + alpha lift.
-
-    gas (cells, 6): velocity and pressure gradient.
-    """
-    x, y, z = 0.0, 0.0, 0.0
-    for n in range(len(voidage)):
-        solids = push * (1.0 - voidage[n])
-        x += coefficient[n] * gas[n, 0] - source[n, 0] - solids * gas[n, 3]
-        y += coefficient[n] * gas[n, 1] - source[n, 1] - solids * gas[n, 4]
-        z += coefficient[n] * gas[n, 2] - source[n, 2] - solids * gas[n, 5] + (1.0 - voidage[n]) * lift
-    loss[0] += x
-    loss[1] += y
-    loss[2] += z
-
-
-@compiled
 def add_rows(rows, total):
     """Add the rows (n, 3) to `total` (3,)."""
     x, y, z = 0.0, 0.0, 0.0
@@ -227,14 +193,3 @@ def add_rows(rows, total):
     total[0] += x
     total[1] += y
     total[2] += z
-
-
-@compiled
-def spread_over_volume(rows, volume, coefficient, source):
-    """K (cells,) and S (cells, 3) from the `rows` (cells, 4) of beta~ and beta~ v in cells of one `volume` [m3]."""
-    share = 1.0 / volume
-    for n in range(len(rows)):
-        coefficient[n] = share * rows[n, 0]
-        source[n, 0] = share * rows[n, 1]
-        source[n, 1] = share * rows[n, 2]
-        source[n, 2] = share * rows[n, 3]

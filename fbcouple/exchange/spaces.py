@@ -17,7 +17,6 @@ from fbcouple.exchange.diffusion import Diffusion, find_margin
 from fbcouple.exchange.filter import filtered
 from fbcouple.exchange.plan import Plan, find_patch
 from fbcouple.exchange.voidage import VOIDAGE_METHODS, Mapping, find_spread
-from fbcouple.exchange.volumes import EqualVolumes, OwnVolumes
 from fbcouple.grid import Grid
 from fbcouple.meshes.polyhedra import Polyhedra
 
@@ -41,7 +40,7 @@ class BoxSpace:
         """Layers that smoothing carries values up."""
         self.plan = Plan(comm, patch, grid.indices(centres))
         self.mapping: Mapping = method(patch, spread)
-        self.volumes = EqualVolumes(grid.cell_volume)
+        self.volumes = np.full(len(centres), grid.cell_volume)
         self.make_field = patch.make_field
         self._diffusion = Diffusion(patch, spread.diffusion) if spread.diffusion else None
         self._passes = case.exchange.filter_passes
@@ -70,7 +69,7 @@ class MeshSpace:
         self.plan = CellPlan(comm, own, bounds[0] - reach, bounds[1] + reach, LINEAR_RING + passes)
         geometry = CellGeometry(self.plan.patch)
         self.mapping: CellMapping = CELL_METHODS[case.exchange.voidage](geometry)
-        self.cell_volumes, self.volumes = volumes, OwnVolumes(volumes)
+        self.volumes = volumes
         self.make_field = self.plan.patch.make_field
         self._filter = CellFilter(geometry, passes)
 

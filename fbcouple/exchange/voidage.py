@@ -91,10 +91,10 @@ class Mapping(ABC):
         """Add the rows of `open` to patch `field`."""
 
 
-def find_layers(patch: Patch, base: np.ndarray, height: int) -> int:
-    """Layers of `patch` up to the top of the highest block; blocks of `height` layers start at the places `base`."""
+def find_layers(patch: Patch, highest: int, height: int) -> int:
+    """Layers of `patch` up to the top of the highest block, of `height` layers from the place `highest` on."""
     nx, ny, _ = patch.shape
-    return int(base.max()) // (nx * ny) + height if len(base) else 0
+    return highest // (nx * ny) + height
 
 
 VOIDAGE_METHODS: dict[str, type[Mapping]] = {}
@@ -127,7 +127,7 @@ class Trilinear(Mapping):
 
     @property
     def layers(self) -> int:
-        return find_layers(self.patch, self._weights.base, 2)
+        return find_layers(self.patch, self._weights.highest, 2)
 
     def read(self, field: np.ndarray, columns: int) -> np.ndarray:
         return field.reshape(-1, field.shape[-1])
@@ -181,7 +181,7 @@ class _Gathered(Mapping):
 
     @property
     def layers(self) -> int:
-        return find_layers(self.patch, self._base, self._lengths[2])
+        return find_layers(self.patch, int(self._base.max(initial=0)), int(self._lengths[2]))
 
     def read(self, field: np.ndarray, columns: int) -> np.ndarray:
         rows = self._find_rows(columns, "read")

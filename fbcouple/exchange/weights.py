@@ -28,6 +28,8 @@ class Weights:
         self._base = np.empty(0, np.uint64)
         self._upper = np.empty((0, 3))
         self.base, self.upper = self._base, self._upper
+        self.highest = 0
+        """The largest place in `base`."""
 
     def locate(self, positions: np.ndarray) -> None:
         """Find the stencils of `positions` (n, 3) [m].
@@ -40,7 +42,8 @@ class Weights:
             self._base, self._upper = np.empty(self._room, np.uint64), np.empty((self._room, 3))
         self.base, self.upper = self._base[:n], self._upper[:n]
         places = np.ascontiguousarray(positions).ravel()
-        if _locate(places, self._box, self.base, self.upper.ravel()):
+        strays, self.highest = _locate(places, self._box, self.base, self.upper.ravel())
+        if strays:
             report_stray(self._patch, positions, _find_stray(places, self._box, self.base, self.upper.ravel()))
 
 
@@ -57,14 +60,15 @@ def report_stray(patch: Patch, positions: np.ndarray, stray: int) -> None:
 
 @njit(cache=True, error_model="numpy")
 def _locate(places, box, base, upper):
-    """Fill `base` (n,) and flat `upper` (3 n,) for the flat `places` (3 n,) [m]; returns how many do not fit.
+    """Fill `base` (n,) and flat `upper` (3 n,) for the flat `places` (3 n,) [m]; returns how many coordinates do not
+    fit, and the largest base.
 
     The rows of `box` have an entry for each of a block's coordinates, x, y, z in turn, so that the loop over them is a
     SIMD loop: cells a metre, first and last cell between walls, edges of the patch, flat step in it.
     """
     scale, first, last, low, high, step = box[0], box[1], box[2], box[3], box[4], box[5]
     cell = np.empty(len(scale))
-    strays = 0
+    strays, highest = 0, 0.0
     for start in range(0, len(places), len(scale)):
         n = min(len(scale), len(places) - start)
         here, there = places[start : start + n], upper[start : start + n]
@@ -81,13 +85,15 @@ def _locate(places, box, base, upper):
             cell[q] = (lower - low[q]) * step[q]
         block = base[start // 3 : (start + n) // 3]
         for q in range(n // 3):
-            block[q] = np.uint64(np.int64(cell[3 * q] + cell[3 * q + 1] + cell[3 * q + 2]))
-    return strays
+            place = cell[3 * q] + cell[3 * q + 1] + cell[3 * q + 2]
+            highest = place if place > highest else highest
+            block[q] = np.uint64(np.int64(place))
+    return strays, int(highest)
 
 
 def _find_stray(places, box, base, upper):
     """The first particle that does not fit."""
     strays = (
-        _locate(places[3 * p : 3 * p + 3], box, base[p : p + 1], upper[3 * p : 3 * p + 3]) for p in range(len(base))
+        _locate(places[3 * p : 3 * p + 3], box, base[p : p + 1], upper[3 * p : 3 * p + 3])[0] for p in range(len(base))
     )
     return next(p for p, count in enumerate(strays) if count)

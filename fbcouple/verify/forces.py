@@ -41,7 +41,7 @@ def hold(bench: Scene, dt: float, steps: int = 1, inertia: float = 1.0) -> Itera
         if coupling.forces:
             coupling.forces.read(gas.derive(coupling.forces.fields))
     yield held[np.argsort(grains.numbers)]
-    yield coupling.find_gas_loss(gas.state)
+    yield coupling.find_gas_loss(gas.given_up)
 
 
 def _judge_momentum(forces: np.ndarray, loss: np.ndarray, scale: float) -> Number:

@@ -123,7 +123,8 @@ def _solve(bench: Scene, steps: int) -> np.ndarray:
     coefficient, dt = _drag_coefficient(x, z), _END / steps
     gas.start(_voidage(x, z, 0.0))
     for n in range(1, steps + 1):
-        gas.step(dt, _voidage(x, z, n * dt), coefficient, np.ascontiguousarray(_source(x, z, n * dt).T))
+        drag = np.column_stack([coefficient, *_source(x, z, n * dt)])
+        gas.step(dt, _voidage(x, z, n * dt), gas.volumes[:, None] * drag)
     return np.array(gas.velocity)
 
 

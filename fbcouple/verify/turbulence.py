@@ -133,9 +133,9 @@ def _farthest(values: np.ndarray, expected: np.ndarray | float) -> float:
 
 def _hold(bench: Scene, velocity: np.ndarray, steps: int, dt: float) -> None:
     assert bench.gas is not None
-    drag = np.full(len(velocity), _DENSE)
+    drag = _DENSE * bench.gas.volumes[:, None] * np.column_stack([np.ones(len(velocity)), velocity])
     for _ in range(steps):
-        bench.gas.step(dt, bench.gas.clean_input[0], drag, np.ascontiguousarray(_DENSE * velocity))
+        bench.gas.step(dt, bench.gas.clean_input[0], drag)
     bench.gas.write()
 
 

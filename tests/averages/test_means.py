@@ -70,6 +70,33 @@ def test_standard_error_is_that_of_the_full_blocks(rng, per_block):
         assert errors[name] == pytest.approx(expected, rel=1e-9), name
 
 
+def test_the_last_sample_of_the_window_belongs_to_the_last_block(rng):
+    """Samples at the start and at the end of each block: four blocks, no fifth of one sample."""
+    voidage, velocity, pressure = make_gas(rng, 5)
+    means = Means("gas", 5, (1.0, 3.0), 4)
+    for n, time in enumerate((1.0, 1.5, 2.0, 2.5, 3.0 + 1e-12)):
+        means.add(sample_gas(voidage[n], velocity[n], pressure[n]), time)
+    of_blocks = np.array([pressure[:2].mean(axis=0), *pressure[2:]])
+    expected = of_blocks.std(axis=0, ddof=1) / np.sqrt(4)
+    assert means.collect(final=True)["pressure"][1][:, 0] == pytest.approx(expected, rel=1e-9)
+
+
+def test_blocks_keep_their_length_where_the_window_grows(rng):
+    """Four blocks of a window, and four more of the same length in one twice as long."""
+    voidage, velocity, pressure = make_gas(rng, 8)
+    short, long = Means("gas", 5, (1.0, 3.0), 4), Means("gas", 5, (1.0, 5.0), 4)
+    for n in range(8):
+        if n == 4:
+            short.collect(final=True)
+            counts, sums = short.save()
+            long.load(counts, {name: rows.copy() for name, rows in sums.items()})
+        means = short if n < 4 else long
+        means.add(sample_gas(voidage[n], velocity[n], pressure[n]), 1.5 + 0.5 * n)
+    mean, error = long.collect(final=True)["pressure"]
+    assert long.samples == 8 and mean[:, 0] == pytest.approx(pressure.mean(axis=0), rel=1e-12)
+    assert error[:, 0] == pytest.approx(pressure.std(axis=0, ddof=1) / np.sqrt(8), rel=1e-9)
+
+
 def test_standard_error_of_correlated_samples_is_larger_than_the_naive_one(rng):
     """An AR(1) series with correlation 0.95 has (1 + 0.95)/(1 - 0.95) = 39 times the variance of the mean."""
     n, cells, blocks, correlation = 4000, 400, 20, 0.95

@@ -39,7 +39,8 @@ def couple(cells, places, velocities, radii, gas, exchange, periodic=("x", "y"))
     coupling.drag(particles, DT)
     held, current = np.zeros((2, len(radii), 3))
     coupling.react(particles, rows, 1.0, held, current)
-    return np.column_stack(coupling.gas_input).reshape(*cells, 5), held
+    voidage, drag = coupling.gas_input
+    return np.column_stack([voidage, drag / EDGES.prod()]).reshape(*cells, 5), held
 
 
 def draw(rng, cells, count=80):

@@ -46,7 +46,7 @@ def nan_drag(scene: Scene) -> None:
 
     def exert_wrongly(particles, dt) -> None:
         exert(particles, dt)
-        scene.coupling.drag_coefficient[CELL] = np.nan
+        scene.coupling.drag_sums[CELL, 0] = np.nan
 
     scene.coupling.drag = exert_wrongly
 

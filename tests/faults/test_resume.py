@@ -138,3 +138,25 @@ def test_a_run_that_is_done_is_not_run_again(tmp_path):
     said: list[str] = []
     launch(run, 1, lambda row: None, resume=True, say=said.append)
     assert (run / "results.nc").stat().st_mtime_ns == before and "is complete" in said[-1]
+
+
+def test_a_run_that_is_done_goes_on_to_a_later_end(tmp_path):
+    """A later end in the case of the run: the rows, samples and checks go on; nothing is taken again."""
+    run = prepare(tmp_path, ["end_time=6e-3"])
+    rows = run_through(run)
+    with xr.open_dataset(run / "results.nc") as results:
+        short = results.load()
+    case = run / "case.toml"
+    case.write_text(case.read_text().replace("end_time = 0.006", "end_time = 0.01"))
+    launch(run, 1, rows.append, resume=True)
+    times = [row["time"] for row in rows]
+    assert times == sorted(set(times)) and times[-1] == pytest.approx(0.01, abs=1e-4)
+    with xr.open_dataset(run / "results.nc") as long:
+        assert long.attrs["complete"] == 1 and long.attrs["averaging_end"] == times[-1]
+        assert (long["time"].values == times).all()
+        before = len(short["time"])
+        assert (long["solids_centre_z"].values[:before] == short["solids_centre_z"].values).all()
+        assert float(long["momentum_error"].max()) < 1e-10
+        assert long["solids_volume"].values == pytest.approx(long.attrs["solids_volume"], rel=1e-12)
+        scale = float(np.nanmax(np.abs(long["solids_flux"])))
+        assert np.nanmax(np.abs(long["solids_flux"] - short["solids_flux"])) > 0.1 * scale, "the means went on"

@@ -71,11 +71,14 @@ const char* gas_time_name()
 int64_t gas_cell_count() { return gas->nCells(); }
 int gas_cells(double* centres, double* volumes) { return guarded([&] { gas->cells(centres, volumes); }); }
 int gas_start(const double* voidage) { return guarded([&] { gas->start(voidage); }); }
-int gas_step(double dt, const double* voidage, const double* dragK, const double* dragS)
+int gas_step(double dt, const double* voidage, const double* drag)
 {
-    return guarded([&] { gas->step(dt, voidage, dragK, dragS); });
+    return guarded([&] { gas->step(dt, voidage, drag); });
 }
-int gas_fields(double* state, double* pressure) { return guarded([&] { gas->fields(state, pressure); }); }
+int gas_fields(double* state, double* pressure, double* totals)
+{
+    return guarded([&] { gas->fields(state, pressure, totals); });
+}
 int gas_measure(double* values) { return guarded([&] { gas->measure(values); }); }
 int gas_write() { return guarded([&] { gas->write(); }); }
 

@@ -79,11 +79,21 @@ void Gas::fill(volScalarField& field, const double* values)
     field.correctBoundaryConditions();
 }
 
-void Gas::fill(volVectorField& field, const double* values)
+// K and S from rows of what the drag of a cell's particles adds up to: beta [kg/s] and beta v [N].
+void Gas::fillDrag(const double* sums)
 {
-    vectorField& inside = field.primitiveFieldRef();
-    forAll(inside, i) inside[i] = vector(values[3*i], values[3*i + 1], values[3*i + 2]);
-    field.correctBoundaryConditions();
+    scalarField& implicitPart = dragK_.primitiveFieldRef();
+    vectorField& explicitPart = dragS_.primitiveFieldRef();
+    const scalarField& volumes = mesh_.V();
+    forAll(implicitPart, i)
+    {
+        const double* row = sums + 4*i;
+        const scalar share = 1.0/volumes[i];
+        implicitPart[i] = share*row[0];
+        explicitPart[i] = vector(share*row[1], share*row[2], share*row[3]);
+    }
+    dragK_.correctBoundaryConditions();
+    dragS_.correctBoundaryConditions();
 }
 
 // The voidage of the first step: no particle has moved yet, so d(eps)/dt starts from zero.
@@ -169,7 +179,7 @@ void Gas::correctPressure(const fvVectorMatrix& UEqn)
 }
 
 // Advance time first, touch the old levels, then write the new voidage: written earlier it would be taken for the old.
-void Gas::step(double dt, const double* voidage, const double* dragK, const double* dragS)
+void Gas::step(double dt, const double* voidage, const double* drag)
 {
     time_.setDeltaT(dt);
     ++time_;
@@ -177,8 +187,7 @@ void Gas::step(double dt, const double* voidage, const double* dragK, const doub
     epsPhi_.oldTime();
     eps_.oldTime();
     fill(eps_, voidage);
-    fill(dragK_, dragK);
-    fill(dragS_, dragS);
+    fillDrag(drag);
     U_.correctBoundaryConditions();
     iterations_ = 0;
 
@@ -204,18 +213,41 @@ void Gas::cells(double* centres, double* volumes) const
     }
 }
 
-// Rows of velocity [m/s] and pressure gradient [Pa/m] as the momentum equation used it; pressure [Pa].
-void Gas::fields(double* state, double* pressure) const
+// Rows of velocity [m/s] and pressure gradient [Pa/m] as the momentum equation used it; pressure [Pa]. The totals, over
+// this rank's cells: V (K u - S), alpha V grad P, alpha V, and the pressures, so that one number that is none shows.
+void Gas::fields(double* state, double* pressure, double* totals) const
 {
-    forAll(U_, i)
+    const vectorField& U = U_.primitiveField();
+    const vectorField& gradP = gradP_.primitiveField();
+    const scalarField& p = p_.primitiveField();
+    const scalarField& eps = eps_.primitiveField();
+    const scalarField& K = dragK_.primitiveField();
+    const vectorField& S = dragS_.primitiveField();
+    const scalarField& V = mesh_.V();
+    const scalar rho = rho_.value();
+    vector drag = Zero, push = Zero;
+    scalar solids = 0, pressures = 0;
+    forAll(U, i)
     {
+        const vector slope = rho*gradP[i];
+        const scalar solid = (1.0 - eps[i])*V[i];
+        drag += V[i]*(K[i]*U[i] - S[i]);
+        push += solid*slope;
+        solids += solid;
+        pressures += pressure[i] = rho*p[i];
         for (direction d = 0; d < 3; ++d)
         {
-            state[6*i + d] = U_[i][d];
-            state[6*i + 3 + d] = rho_.value()*gradP_[i][d];
+            state[6*i + d] = U[i][d];
+            state[6*i + 3 + d] = slope[d];
         }
-        pressure[i] = rho_.value()*p_[i];
     }
+    for (direction d = 0; d < 3; ++d)
+    {
+        totals[d] = drag[d];
+        totals[3 + d] = push[d];
+    }
+    totals[6] = solids;
+    totals[7] = pressures;
 }
 
 // Courant and Fourier number of the last step, gas volume that continuity lost in it over the volume that came in,

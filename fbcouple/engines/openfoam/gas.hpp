@@ -41,7 +41,7 @@ class Gas
     int iterations_;
 
     void fill(volScalarField& field, const double* values);
-    void fill(volVectorField& field, const double* values);
+    void fillDrag(const double* sums);
     tmp<volScalarField> stressViscosity() const;
     void setVelocity(const volScalarField& A, const volVectorField& H);
     void correctPressure(const fvVectorMatrix& UEqn);
@@ -50,9 +50,9 @@ public:
 
     Gas(int argc, char** argv, double rho, int correctors);
     void start(const double* voidage);
-    void step(double dt, const double* voidage, const double* dragK, const double* dragS);
+    void step(double dt, const double* voidage, const double* drag);
     void cells(double* centres, double* volumes) const;
-    void fields(double* state, double* pressure) const;
+    void fields(double* state, double* pressure, double* totals) const;
     void measure(double* values) const;
     void write();
     word timeName() const { return time_.timeName(); }

@@ -33,8 +33,8 @@ _FUNCTIONS: dict[str, Signature] = {
     "gas_mesh_sizes": (ctypes.c_int, [_whole]),
     "gas_mesh": (ctypes.c_int, [_double, *[_whole] * 6]),
     "gas_start": (ctypes.c_int, [_double]),
-    "gas_step": (ctypes.c_int, [ctypes.c_double, _double, _double, _double]),
-    "gas_fields": (ctypes.c_int, [_double, _double]),
+    "gas_step": (ctypes.c_int, [ctypes.c_double, _double, _double]),
+    "gas_fields": (ctypes.c_int, [_double, _double, _double]),
     "gas_derive": (ctypes.c_int, [ctypes.c_char_p, _double]),
     "gas_measure": (ctypes.c_int, [_double]),
     "gas_write": (ctypes.c_int, []),
@@ -61,6 +61,8 @@ class Gas:
 
     `state` (n, 6), of which `velocity` (n, 3) [m/s] and `pressure_gradient` (n, 3) [Pa/m] are the halves, and
     `pressure` (n,) [Pa] are refreshed in place by `step`; `centres` (n, 3) [m] and `volumes` (n,) [m3] are fixed.
+    `given_up` (7,) is what the cells gave to the particles in the last step, as sums: V (K u - S) [N], V alpha grad P
+    [N], V alpha [m3].
     """
 
     def __init__(self, case: Path, log: Path, density: float, correctors: int, rank: int | None) -> None:
@@ -79,13 +81,20 @@ class Gas:
         self._check(self._library.gas_cells(_pointer(self.centres), _pointer(self.volumes)))
         self.state, self.pressure = np.empty((n, 6)), np.empty(n)
         self.velocity, self.pressure_gradient = self.state[:, :3], self.state[:, 3:]
+        self._totals = np.zeros(8)
+        self.given_up = self._totals[:7]
         self._read_fields()
 
     @cached_property
-    def clean_input(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Voidage, K and S of a gas without particles."""
+    def clean_input(self) -> tuple[np.ndarray, np.ndarray]:
+        """Voidage and drag of a gas without particles."""
         n = len(self.volumes)
-        return np.ones(n), np.zeros(n), np.zeros((n, 3))
+        return np.ones(n), np.zeros((n, 4))
+
+    @property
+    def is_finite(self) -> bool:
+        """Was every number of the last step's fields finite? A sum over them is not if one of them is not."""
+        return bool(np.isfinite(self._totals).all())
 
     def read_polyhedra(self) -> Polyhedra:
         """The cells of this rank in the order of all its arrays, with their numbers in the whole mesh."""
@@ -105,13 +114,13 @@ class Gas:
         self._check(self._library.gas_start(_pointer(voidage)))
         self._read_fields()
 
-    def step(self, dt: float, voidage: np.ndarray, drag_coefficient: np.ndarray, drag_source: np.ndarray) -> None:
-        """Advance by `dt` [s] with the new voidage (n,), K (n,) [kg m-3 s-1] and S (n, 3) [N m-3] of S - K u.
+    def step(self, dt: float, voidage: np.ndarray, drag: np.ndarray) -> None:
+        """Advance by `dt` [s] with the new voidage (n,) and the sums (n, 4) over the particles of each cell of beta
+        [kg/s] and beta v [N]: V K and V S of the drag S - K u.
 
         Raises DivergedError if the solution is not finite, SolverError if OpenFOAM fails otherwise.
         """
-        pointers = _pointer(voidage), _pointer(drag_coefficient), _pointer(drag_source)
-        status = self._library.gas_step(dt, *pointers)
+        status = self._library.gas_step(dt, _pointer(voidage), _pointer(drag))
         if status and re.search(r"'-?(nan|inf)'", words := self._library.gas_error().decode(errors="replace")):
             raise DivergedError(f"the gas step of {dt:.6g} s gave numbers that are none; OpenFOAM: {words}")
         self._check(status)
@@ -146,7 +155,7 @@ class Gas:
         return folder
 
     def _read_fields(self) -> None:
-        self._check(self._library.gas_fields(_pointer(self.state), _pointer(self.pressure)))
+        self._check(self._library.gas_fields(*map(_pointer, (self.state, self.pressure, self._totals))))
 
     def _check(self, status: int) -> None:
         if status:
