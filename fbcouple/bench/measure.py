@@ -76,7 +76,7 @@ def time_coupled(scene: Scene, recorder: Recorder, steps: int) -> Taken:
 
     wall = _clock(scene.comm, run)
     watch.restart()
-    return Taken(wall, watch.total, taken)
+    return Taken(wall, dict(watch.total), taken)
 
 
 def time_grains(scene: Scene, steps: list[tuple[float, int]]) -> tuple[float, float]:
