@@ -42,6 +42,7 @@ class MeshCells:
     def __init__(self, comm: MPI.Comm, grid: Grid, cells: Polyhedra, volumes: np.ndarray) -> None:
         self.grid, self.owned, self.volumes = grid, cells.ids[:, None], volumes
         self._cells = cells
+        self._about: dict[str, Any] | None = None
         self.shape = (comm.allreduce(len(cells)),)
         layer = np.floor((cells.centres[:, 2] - grid.origin[2]) / grid.spacing[2]).astype(int)
         self._layer = np.clip(layer, 0, grid.cells[2] - 1)
@@ -69,16 +70,26 @@ class MeshCells:
         return field if len(field) > 1 else field[0]
 
     def describe(self, comm: MPI.Comm) -> dict[str, Any]:
-        """Centres (cell, 3) [m] and volumes (cell,) [m3] of all cells, and the cell at each place of the grid,
-        (z, y, x), -1 outside; on rank 0, nothing on the others (collective)."""
+        """Centres (cell, 3) [m], volumes (cell,) [m3], points (node, 3) [m] and faces of all cells, and the cell at
+        each place of the grid, (z, y, x), -1 outside; on rank 0, nothing on the others (collective)."""
+        if self._about is None:
+            self._about = self._find_about(comm)
+        return self._about
+
+    def _find_about(self, comm: MPI.Comm) -> dict[str, Any]:
+        from fbcouple.meshes.polyhedra import join, stream_faces  # noqa: PLC0415  (asked for once)
+
         parts = comm.gather((self.owned, np.column_stack([self._cells.centres, self.volumes])))
+        polyhedra = comm.gather(self._cells)
         own = self._sample()
         samples = np.empty_like(own)
         comm.Reduce(own, samples, MPI.MAX)
-        if parts is None:
+        if parts is None or polyhedra is None:
             return {}
-        table = self.arrange(parts)
-        return {"centres": table[:3].T, "volumes": table[3], "samples": samples}
+        table, whole = self.arrange(parts), join(polyhedra)
+        whole = whole.select(np.argsort(whole.ids))
+        about = {"centres": table[:3].T, "volumes": table[3], "samples": samples}
+        return about | {"points": whole.points, "faces": stream_faces(whole)}
 
     def _sample(self) -> np.ndarray:
         from fbcouple.meshes.locator import Locator  # noqa: PLC0415  (asked for once, at the end)

@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 
 from fbcouple.grid import Grid
+from fbcouple.meshes.ragged import Ragged
 
 STAGES = ("grains", "gas", "map", "drag", "react", "average", "record", "wait")
 
@@ -57,6 +58,8 @@ def write_results(
     centres: np.ndarray | None = None,
     volumes: np.ndarray | None = None,
     samples: np.ndarray | None = None,
+    points: np.ndarray | None = None,
+    faces: Ragged | None = None,
 ) -> None:
     """Write results.nc under a temporary name and move it into place. Raises OSError if the disk does not take it.
 
@@ -65,7 +68,8 @@ def write_results(
     time [s] and depth-mean voidage (z, x).
 
     Of a mesh of polyhedra the means are (cell,) or (component, cell), with the cells' `centres` (cell, 3) [m] and
-    `volumes` (cell,) [m3]; `samples` (z, y, x) are the cells at the places of `grid`, -1 outside.
+    `volumes` (cell,) [m3], the mesh's `points` (node, 3) [m] and `faces`, a row a cell: how many it has, and of each
+    how many points and which. `samples` (z, y, x) are the cells at the places of `grid`, -1 outside.
     """
     data: dict[str, Any] = {}
     places = ("z", "y", "x") if samples is None else ("cell",)
@@ -96,9 +100,17 @@ def write_results(
             coordinates[f"cell_{name}"] = ("cell", centres[:, axis], about)
         about = {"units": "1", "long_name": "cell at the place of the regular grid, -1 outside of the mesh"}
         data["sampled_cell"] = (("z", "y", "x"), samples, about)
+    encoding: dict[str, Any] = {}
+    if points is not None and faces is not None:
+        about = {"units": "m", "long_name": "points of the mesh"}
+        data["mesh_points"] = (("mesh_node", "component"), points, about)
+        about = {"units": "1", "long_name": "of each cell its number of faces, of each its number of points, and these"}
+        data["mesh_faces"] = ("mesh_entry", faces.values.astype(np.int32), about)
+        about = {"units": "1", "long_name": "first entry of each cell in mesh_faces, and one past the last"}
+        data["mesh_starts"] = ("mesh_row", faces.starts, about)
+        encoding["mesh_faces"] = {"zlib": True, "complevel": 1}
     times = np.array([row["time"] for row in history], dtype=float)
     coordinates["time"] = ("time", times, {"units": "s", "long_name": "simulated time"})
-    encoding: dict[str, Any] = {}
     if snapshots:
         about = {"units": "1", "long_name": "depth-mean voidage that the gas had at that time"}
         fields = np.array([field for _, field in snapshots], dtype=np.float32)

@@ -1,4 +1,8 @@
-"""Time means and frames of a run as files of VTK, for ParaView and its kin."""
+"""Time means and frames of a run as files of VTK, for ParaView and its kin.
+
+Means stand on their own cells: those of a box in a regular grid (means.vti), those of a mesh of polyhedra in the mesh
+(means.vtu).
+"""
 
 from __future__ import annotations
 
@@ -13,11 +17,13 @@ from postproc.dataset import NotDrawableError, Results, open_results
 from postproc.frames import Frame, list_frames, number_of, read_frame
 
 FOLDER = "vtk"
+_TETRAHEDRON = 17
+"""Entries of a cell of four triangles in mesh_faces."""
 
 
 def export(run: Path) -> list[Path]:
-    """Write RUN/vtk: the time means on the regular grid, and of every frame the particles and the gas, with a
-    collection of each over time. Returns the files to open; names and SI units are those of results.nc.
+    """Write RUN/vtk: the time means on their cells, and of every frame the particles and the gas, with a collection of
+    each over time. Returns the files to open; names and SI units are those of results.nc.
 
     Raises: CaseError if there are no results; NotDrawableError if they hold neither means nor frames.
     """
@@ -31,7 +37,11 @@ def export(run: Path) -> list[Path]:
         raise NotDrawableError([f"{results.path} holds no time means, and no frames lie beside it."])
     folder = Path(run) / FOLDER
     folder.mkdir(exist_ok=True)
-    found = [_write_grid(folder / "means.vti", results, means)] if means else []
+    found: list[Path] = []
+    if means and "mesh_faces" in results.data:
+        found.append(_write_mesh(folder / "means.vtu", results))
+    elif means:
+        found.append(_write_grid(folder / "means.vti", results, means))
     return found + _write_frames(folder, results, frames)
 
 
@@ -53,6 +63,32 @@ def _write_grid(path: Path, results: Results, fields: Mapping[str, np.ndarray]) 
     grid = ImageData(dimensions=[len(axis) + 1 for axis in axes], spacing=spacing, origin=corner)
     for name, values in fields.items():
         grid.cell_data[name] = values.reshape(grid.n_cells, *values.shape[3:])
+    grid.save(path)
+    return path
+
+
+def _write_mesh(path: Path, results: Results) -> Path:
+    """The means in the cells of the mesh: tetrahedra as such, all other shapes as polyhedra."""
+    from pyvista import CellType, UnstructuredGrid  # noqa: PLC0415  (VTK takes a second to load)
+
+    points, starts, stream = (results.data[f"mesh_{name}"].values for name in ("points", "starts", "faces"))
+    rows, kinds = [], []
+    for first, last in zip(starts[:-1].tolist(), starts[1:].tolist(), strict=True):
+        row = stream[first:last]
+        if len(row) == _TETRAHEDRON:
+            # The first face is anticlockwise from outside; VTK wants it so from the fourth point.
+            a, b, c = row[2:5]
+            (top,) = set(row[6:9].tolist()) - {a, b, c}
+            rows += [4, a, c, b, top]
+            kinds.append(CellType.TETRA)
+        else:
+            rows += [len(row), *row.tolist()]
+            kinds.append(CellType.POLYHEDRON)
+    grid = UnstructuredGrid(np.array(rows), np.array(kinds, np.uint8), points)
+    with xr.open_dataset(results.path, decode_times=False) as data:
+        for name, field in data.data_vars.items():
+            if "cell" in field.dims and bool(np.isfinite(field).any()):
+                grid.cell_data[str(name)] = field.transpose("cell", ...).values
     grid.save(path)
     return path
 

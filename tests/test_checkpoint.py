@@ -17,7 +17,7 @@ def test_a_checkpoint_from_before_an_option_stands_where_it_is_not_used():
     for dotted in _YOUNGER:
         *section, key = dotted.split(".")
         del (told[section[0]] if section else told)[key]
-    assert fingerprint(case) == hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
+    assert fingerprint(case, with_end=True) == hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
 
 
 @pytest.mark.parametrize(
@@ -34,6 +34,6 @@ def test_another_case_is_another_fingerprint(setting):
     assert fingerprint(load_case("van-wachem/0.9", [setting])) != fingerprint(load_case("van-wachem/0.9"))
 
 
-@pytest.mark.parametrize("setting", ["output.save_every=5.0", "checkpoint.wall_every=60.0"])
-def test_how_often_files_are_saved_does_not_matter(setting):
+@pytest.mark.parametrize("setting", ["output.save_every=5.0", "checkpoint.wall_every=60.0", "end_time=50.0"])
+def test_how_often_files_are_saved_and_when_the_run_ends_does_not_matter(setting):
     assert fingerprint(load_case("van-wachem/0.9", [setting])) == fingerprint(load_case("van-wachem/0.9"))

@@ -75,6 +75,16 @@ def join(parts: Sequence[Polyhedra]) -> Polyhedra:
     )
 
 
+def stream_faces(cells: Polyhedra) -> Ragged:
+    """A row a cell: how many faces it has, and of each face how many points and which rows of `points` they are."""
+    faces = cells.faces.take(cells.cells.values)
+    lengths = faces.lengths
+    firsts = np.insert(faces.values, faces.starts[:-1], lengths)
+    sizes = np.add.reduceat(lengths + 1, cells.cells.starts[:-1])
+    stream = np.insert(firsts, np.cumsum(sizes) - sizes, cells.cells.lengths)
+    return pile_up(sizes + 1, stream)
+
+
 def take_apart(mesh: PolyMesh, centres: np.ndarray, ids: np.ndarray, point_ids: np.ndarray) -> Polyhedra:
     """The cells of `mesh` with these centres (n, 3) [m]; `ids` and `point_ids` number cells and points elsewhere."""
     inner = len(mesh.neighbour)

@@ -82,7 +82,8 @@ def run_case(base: str, settings: Settings, run: Path, ranks: int, wall_limit: f
     if known and known.is_final and (known.how == "diverged" or _is_complete(run)):
         return known
     begin, before = time.monotonic(), 0.0
-    if _holds(run, case) and list_checkpoints(run) and (known is None or known.how == "out of time"):
+    stopped = list_checkpoints(run) and not _is_complete(run) and (known is None or known.how == "out of time")
+    if _holds(run, case) and stopped:
         before = known.seconds if known else 0.0
     else:
         shutil.rmtree(run, ignore_errors=True)
@@ -97,17 +98,18 @@ def run_case(base: str, settings: Settings, run: Path, ranks: int, wall_limit: f
 def run_from_middle(run: Path, again: Path, ranks: int, wall_limit: float) -> Ending | None:
     """Run in the folder `again` what `run` did after its oldest checkpoint, unless that has been done before.
 
-    Returns: how it ended; None if `run` has no checkpoint.
+    Returns: how it ended; None if `run` has no checkpoint from before its end.
     Raises: CaseError if the checkpoint is damaged.
     """
     checkpoints = list_checkpoints(run)
-    if not checkpoints:
+    if len(checkpoints) == (1 if _is_complete(run) else 0):
         return None
     known = _read_ending(again, ranks)
     if known and known.is_final and (again / ENDING).stat().st_mtime > (run / ENDING).stat().st_mtime:
         return known
     shutil.rmtree(again, ignore_errors=True)
-    kept = shutil.ignore_patterns(ENDING, "results.nc", "logs", checkpoints[0].name if len(checkpoints) > 1 else "")
+    later = [checkpoint.name for checkpoint in checkpoints[:-1]]
+    kept = shutil.ignore_patterns(ENDING, "results.nc", "logs", *later)
     shutil.copytree(run, again, ignore=kept)
     (again / "logs").mkdir()
     begin = time.monotonic()

@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+import pyvista
 import xarray as xr
 
 from fbcouple.case.schema import Case
 from fbcouple.decks.render import set_up
 from fbcouple.launch import launch
+from postproc.vtk_files import export
 
 FIELDS = ["solids_fraction", "solids_flux", "voidage", "gas_velocity", "gas_flux", "pressure"]
 CASE = {
@@ -24,13 +26,21 @@ CASE = {
 
 
 @pytest.fixture(scope="module")
-def found(tmp_path_factory):
+def runs(tmp_path_factory):
+    """Ranks -> run folder."""
+    folders = {}
+    for ranks in (1, 2, 4):
+        folders[ranks] = tmp_path_factory.mktemp("ranks") / f"n{ranks}"
+        set_up(Case.model_validate(CASE), folders[ranks])
+        launch(folders[ranks], ranks, lambda row: None)
+    return folders
+
+
+@pytest.fixture(scope="module")
+def found(runs):
     """Ranks -> results."""
     results = {}
-    for ranks in (1, 2, 4):
-        run = tmp_path_factory.mktemp("ranks") / f"n{ranks}"
-        set_up(Case.model_validate(CASE), run)
-        launch(run, ranks, lambda row: None)
+    for ranks, run in runs.items():
         with xr.open_dataset(run / "results.nc") as opened:
             results[ranks] = opened.load()
     return results
@@ -63,6 +73,19 @@ def test_cells_of_the_results(found, ranks):
     assert np.abs(results["cell_z"].values[sampled[inside]] - place).max() < 0.032 / 12
 
 
+@pytest.mark.parametrize("ranks", [1, 4])
+def test_the_mesh_stands_in_the_results_and_in_the_files_for_paraview(runs, found, ranks):
+    (means,) = export(runs[ranks])
+    grid, results = pyvista.read(means), found[ranks]
+    assert means.name == "means.vtu" and grid.n_cells == results.sizes["cell"]
+    assert set(grid.celltypes) == {pyvista.CellType.TETRA}
+    assert grid.compute_cell_sizes()["Volume"] == pytest.approx(results["cell_volume"].values, rel=1e-9)
+    centres = np.column_stack([results[f"cell_{axis}"] for axis in "xyz"])
+    assert grid.cell_centers().points == pytest.approx(centres, abs=1e-9)
+    assert (grid["solids_fraction"] == results["solids_fraction"].values).all()
+    assert (grid["gas_velocity"] == results["gas_velocity"].values.T).all()
+
+
 @pytest.mark.parametrize("ranks", [1, 2, 4])
 def test_conservation(found, ranks):
     results = found[ranks]
@@ -71,3 +94,15 @@ def test_conservation(found, ranks):
     assert np.abs(results["solids_volume"] / (1200 * np.pi / 6 * 1e-9) - 1.0).max() < 1e-12
     assert (results["particles"] == 1200).all()
     assert (results["substeps"].values == found[1]["substeps"].values).all()
+
+
+def test_cells_that_are_no_tetrahedra_are_polyhedra_of_the_same_volume(tmp_path):
+    domain = CASE["domain"] | {"elements": "prisms"}
+    set_up(Case.model_validate(CASE | {"domain": domain, "end_time": 1e-4}), tmp_path / "run")
+    launch(tmp_path / "run", 1, lambda row: None)
+    (means,) = export(tmp_path / "run")
+    grid = pyvista.read(means)
+    with xr.open_dataset(tmp_path / "run/results.nc") as results:
+        volumes = results["cell_volume"].values
+    assert set(grid.celltypes) == {pyvista.CellType.POLYHEDRON}
+    assert grid.compute_cell_sizes()["Volume"] == pytest.approx(volumes, rel=1e-9)

@@ -198,7 +198,7 @@ def test_a_scene_that_goes_on_from_its_middle_has_the_same_verdict_and_rows(writ
     places = tmp_path / "out/scenes/goes-on-exponential", tmp_path / "out/restarts/goes-on-exponential"
     begun = [json.loads((place / "logs/run.jsonl").read_text().splitlines()[0])["time"] for place in places]
     assert begun == [0.0, 0.0], "the history of the first half is part of the checkpoint"
-    step = int(next((places[0] / "checkpoints").glob("step-*")).name.split("-")[1])
+    step = min(int(place.name.split("-")[1]) for place in (places[0] / "checkpoints").glob("step-*"))
     steps = [json.loads(line)["steps"] for line in (places[0] / "logs/run.jsonl").read_text().splitlines()]
     assert 0.4 < step / steps[-1] < 0.65
     times = [(place / "results.nc").stat().st_mtime_ns for place in places]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import math
 import os
 import re
 from collections.abc import Sequence
@@ -94,7 +95,7 @@ class Gas:
     @property
     def is_finite(self) -> bool:
         """Was every number of the last step's fields finite? A sum over them is not if one of them is not."""
-        return bool(np.isfinite(self._totals).all())
+        return math.isfinite(sum(self._totals.tolist()))
 
     def read_polyhedra(self) -> Polyhedra:
         """The cells of this rank in the order of all its arrays, with their numbers in the whole mesh."""
