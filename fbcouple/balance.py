@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.exchange.momentum import add_rows
+from fbcouple.exchange.momentum import sum_up
 
 _SUSPECT = 1e-11
 _NEGLIGIBLE = 1e-4
@@ -20,7 +20,7 @@ class Balance:
 
     def __init__(self, comm: MPI.Comm) -> None:
         self._comm = comm
-        self._given, self._scale = np.zeros(3), 0.0
+        self._given, self._scale, self._totals = np.zeros(3), 0.0, np.zeros(6)
         self.momentum_error = 0.0
         """Imbalance of the last step over its impulse: the sum of the drag's magnitudes or, in a liquid, what buoyancy
         makes of the whole; no less than 1e-4 of the particles' momentum."""
@@ -36,17 +36,18 @@ class Balance:
     def receive(self, forces: np.ndarray, dt: float, find_momentum: Callable[[], float] = lambda: 0.0) -> None:
         """The particles of this rank were under the gas force `forces` (n, 3) [N] for `dt` [s]; the sum of their m |v|
         [kg m/s] is asked for only where the imbalance looks large (collective)."""
-        received = np.zeros(3)
-        add_rows(forces, received)
-        totals = np.array([*(self._given - received * dt), self._scale, len(forces), received[2]])
+        totals = self._totals
+        sum_up(forces, totals)
+        totals[:3] = self._given - totals[:3] * dt
+        totals[3] = self._scale
         self._comm.Allreduce(MPI.IN_PLACE, totals)
-        self.particles = round(totals[4])
-        self.support = float(totals[5])
+        _, _, _, scale, count, self.support = totals.tolist()
+        self.particles = round(count)
         imbalance = float(np.abs(totals[:3]).max())
-        self.momentum_error = imbalance / totals[3] if totals[3] > 0 else imbalance
+        self.momentum_error = imbalance / scale if scale > 0 else imbalance
         if self.momentum_error > _SUSPECT:
             momentum = self._comm.allreduce(find_momentum())
-            self.momentum_error = imbalance / (max(totals[3], _NEGLIGIBLE * momentum) or 1.0)
+            self.momentum_error = imbalance / (max(scale, _NEGLIGIBLE * momentum) or 1.0)
 
     def save(self) -> np.ndarray:
         """This rank's share, shape (4,), of what the next `receive` is compared with; the shares of ranks add up."""

@@ -83,9 +83,10 @@ class Keeper:
         with scene.watch("record"):
             if due or scene.stop:
                 self._write(scene, recorder)
-            if not scene.stop and scene.grains:
+        if not scene.stop and scene.grains:
+            with scene.watch("grains"):
                 scene.grains.advance(0, first=True)
-                scene.look_at_particles()
+            scene.look_at_particles()
 
     def close(self, scene: Scene, recorder: Recorder) -> None:
         """At the end of the case: a checkpoint, for a run that is to be made longer (collective)."""

@@ -6,6 +6,7 @@ only where it is broken. To add one: an option in the schema and a line in MONIT
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from operator import gt, le
@@ -17,6 +18,7 @@ from fbcouple.case.mixture import particle_count
 from fbcouple.cells import MeshCells
 from fbcouple.contacts import find_bounds, find_worst_overlap
 from fbcouple.errors import DivergedError
+from fbcouple.exchange.momentum import look_over
 from fbcouple.scene import Scene
 
 Numbers = dict[str, Any]
@@ -78,14 +80,17 @@ def require_sound_exchange(scene: Scene) -> None:
     """Raise DivergedError if this rank's voidage or drag is nothing that a gas can be solved with, before it is."""
     assert scene.coupling is not None
     voidage, drag = scene.coupling.gas_input
-    numbers = {"min_voidage": voidage.min(initial=1.0), "voidage_excess": voidage.max(initial=0.0) - 1.0}
+    least, most, total = look_over(voidage, drag)
+    if not math.isfinite(total):
+        least, most = voidage.min(initial=1.0), voidage.max(initial=0.0)
+    numbers = {"min_voidage": least, "voidage_excess": most - 1.0}
     words = ""
     for option in find_breaches(scene, numbers):
         monitor = MONITORS[option]
         place = monitor.find_place(scene)[1]
         words = monitor.words.format(**numbers, limit=getattr(scene.case.monitors, option), place=place)
         words += f" (monitors.{option})"
-    if not words and not np.isfinite(drag.sum()):
+    if not words and not math.isfinite(total):
         bad = np.flatnonzero(~np.isfinite(drag).all(axis=1))
         words = f"the drag is not finite: first of {len(bad)} cells of a rank is {name_cell(scene, int(bad[0]))}"
     if words:

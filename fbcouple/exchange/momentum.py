@@ -183,13 +183,22 @@ def line_up(state, rows):
 
 
 @compiled
-def add_rows(rows, total):
-    """Add the rows (n, 3) to `total` (3,)."""
+def look_over(voidage, drag):
+    """Lowest and highest `voidage` (cells,), and a sum over it and `drag` (cells, 4), which is finite if they are."""
+    least, most, total = 1.0, 0.0, 0.0
+    for n in range(len(voidage)):
+        least, most = min(least, voidage[n]), max(most, voidage[n])
+        total += voidage[n] + drag[n, 0] + drag[n, 1] + drag[n, 2] + drag[n, 3]
+    return least, most, total
+
+
+@compiled
+def sum_up(forces, totals):
+    """Into `totals` (6,): the sum of `forces` (n, 3); the fourth stays; how many there are; the sum along z again."""
     x, y, z = 0.0, 0.0, 0.0
-    for n in range(len(rows)):
-        x += rows[n, 0]
-        y += rows[n, 1]
-        z += rows[n, 2]
-    total[0] += x
-    total[1] += y
-    total[2] += z
+    for n in range(len(forces)):
+        x += forces[n, 0]
+        y += forces[n, 1]
+        z += forces[n, 2]
+    totals[0], totals[1], totals[2] = x, y, z
+    totals[4], totals[5] = len(forces), z
