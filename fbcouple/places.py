@@ -1,5 +1,6 @@
-"""Where templates and shipped cases lie: inside an installed package, or beside it in a checkout."""
+"""Where templates and shipped cases lie, inside an installed package or beside it in a checkout, and built things."""
 
+import os
 from pathlib import Path
 
 _PACKAGE = Path(__file__).resolve().parent
@@ -16,3 +17,10 @@ PULSE = "logs/pulse"
 """In a run folder: touched while coupling steps are taken."""
 FRAMES = "frames"
 """In a run folder: particles and gas at single moments, a netCDF file each."""
+
+
+def cache_folder() -> Path:
+    """Return the folder of built things: `FBCOUPLE_CACHE`, else `fbcouple` in the user's XDG cache folder."""
+    if given := os.environ.get("FBCOUPLE_CACHE"):
+        return Path(given).expanduser().resolve()
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "fbcouple"

@@ -20,6 +20,7 @@ from pathlib import Path
 from fbcouple.engines.openfoam.commands import run_command
 from fbcouple.engines.openfoam.headers import debian_headers, include_folders
 from fbcouple.errors import FbcoupleError, SolverError
+from fbcouple.places import cache_folder
 
 SOURCES = Path(__file__).resolve().parent
 """Folder of the adapter's C++ files."""
@@ -117,13 +118,6 @@ def _link_flags(places: tuple[str, ...]) -> tuple[str, ...]:
     search = [flag for place in places for flag in (f"-L{place}", f"-Wl,-rpath,{place}")]
     libraries = [f"-l{library}" for library in LIBRARIES]
     return ("-shared", "-Wl,--no-as-needed,--disable-new-dtags,-z,defs", *search, *libraries)
-
-
-def cache_folder() -> Path:
-    """Return the folder of built things: `FBCOUPLE_CACHE`, else `fbcouple` in the user's XDG cache folder."""
-    if given := os.environ.get("FBCOUPLE_CACHE"):
-        return Path(given).expanduser().resolve()
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "fbcouple"
 
 
 def adapter_path() -> Path:
