@@ -56,4 +56,4 @@ def test_resumed_run_is_the_uninterrupted_one(tmp_path, scene):
     launch(other, ranks, resumed.append, resume=True)
     assert find_differences(one, other) == []
     assert [{**row, "wall": 0} for row in rows] == [{**row, "wall": 0} for row in resumed]
-    assert len(list((other / "checkpoints").iterdir())) == 1
+    assert len(list((other / "checkpoints").iterdir())) == 2, "where it stopped and where it ended"
