@@ -36,10 +36,9 @@ class Balance:
     def receive(self, forces: np.ndarray, dt: float, find_momentum: Callable[[], float] = lambda: 0.0) -> None:
         """The particles of this rank were under the gas force `forces` (n, 3) [N] for `dt` [s]; the sum of their m |v|
         [kg m/s] is asked for only where the imbalance looks large (collective)."""
-        totals = self._totals
-        sum_up(forces, totals)
-        totals[:3] = self._given - totals[:3] * dt
-        totals[3] = self._scale
+        totals, given = self._totals, self._given
+        x, y, z = sum_up(forces)
+        totals[:] = given[0] - x * dt, given[1] - y * dt, given[2] - z * dt, self._scale, len(forces), z
         self._comm.Allreduce(MPI.IN_PLACE, totals)
         _, _, _, scale, count, self.support = totals.tolist()
         self.particles = round(count)

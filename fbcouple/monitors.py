@@ -110,10 +110,10 @@ def _find_not_finite(scene: Scene) -> Iterator[str]:
         fields.append(("position", scene.grains.positions, name_particle))
         fields.append(("velocity", scene.grains.velocities, name_particle))
     for what, field, name in fields:
-        if not np.isfinite(field.sum()):  # a sum is not if one of its numbers is not
-            bad = np.flatnonzero(~np.isfinite(field).all(axis=1))
-            if len(bad) == 0:
-                continue
+        if np.isfinite(field.sum()):  # a sum is not if one of its numbers is not
+            continue
+        bad = np.flatnonzero(~np.isfinite(field).all(axis=1))
+        if len(bad):
             yield f"the {what} is not finite: first of {len(bad)} of a rank is {name(scene, int(bad[0]))}"
 
 

@@ -13,15 +13,13 @@ from numba.core import cgutils
 
 compiled = njit(cache=True, fastmath=True, error_model="numpy")
 inlined = njit(inline="always", fastmath=True, error_model="numpy")
+compiled_in: Any = extending.intrinsic
 
 VECTOR = types.Array(f8, 1, "C")
 LAW = types.void(VECTOR, VECTOR, VECTOR, f8, f8, VECTOR)
 """Drag law: voidage, slip, diameter (n,), gas density and viscosity, beta (n,) to fill."""
 SCHEME = types.void(VECTOR, VECTOR, f8)
 """Drag over a step: beta (n,) to change, masses (n,), step."""
-
-
-_compiled_in: Any = extending.intrinsic
 
 
 def compile_as(signature, cache: bool = True):
@@ -46,7 +44,7 @@ def _call(context: Any, builder: Any, signature: Any, args: Any) -> Any:
     return context.get_dummy_value()
 
 
-@_compiled_in
+@compiled_in
 def call_law(typingctx: Any, law: Any, voidage: Any, slip: Any, diameter: Any, rho: Any, mu: Any, beta: Any) -> Any:
     """Call the drag law at the address `law`, see LAW."""
 
@@ -56,7 +54,7 @@ def call_law(typingctx: Any, law: Any, voidage: Any, slip: Any, diameter: Any, r
     return types.void(types.uintp, *LAW.args), generate
 
 
-@_compiled_in
+@compiled_in
 def call_scheme(typingctx: Any, scheme: Any, beta: Any, masses: Any, dt: Any) -> Any:
     """Call the scheme at the address `scheme`, see SCHEME."""
 

@@ -10,17 +10,15 @@ from typing import Any
 
 import numpy as np
 from llvmlite import ir
-from numba import extending
 from numba.core import types
 
-from fbcouple.exchange.compiled import inlined
+from fbcouple.exchange.compiled import compiled_in, inlined
 from fbcouple.exchange.plan import Patch
 
 _FOUR = ir.VectorType(ir.DoubleType(), 4)
 _UNSET = ir.Constant(_FOUR, ir.Undefined)
 _LANES = ir.Constant(ir.VectorType(ir.IntType(32), 4), [0] * 4)
 _FAST = ("fast",)
-_compiled_in: Any = extending.intrinsic
 
 
 def corner_offsets(patch: Patch) -> np.ndarray:
@@ -37,7 +35,7 @@ def corner_weights(x, y, z):
     return low * below, right * below, back * below, far * below, low * z, right * z, back * z, far * z
 
 
-@_compiled_in
+@compiled_in
 def read_four(typingctx: Any, field: Any, column: Any, place: Any, offsets: Any, weights: Any) -> Any:
     """Four numbers: sum over the corners of weight times field[place + offset, column : column + 4]."""
 
@@ -53,7 +51,7 @@ def read_four(typingctx: Any, field: Any, column: Any, place: Any, offsets: Any,
     return types.UniTuple(types.float64, 4)(field, column, place, offsets, weights), generate
 
 
-@_compiled_in
+@compiled_in
 def add_four(typingctx: Any, field: Any, column: Any, place: Any, offsets: Any, weights: Any, values: Any) -> Any:
     """Add weight times the four `values` to field[place + offset, column : column + 4] of every corner."""
 

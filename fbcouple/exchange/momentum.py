@@ -10,14 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from fbcouple.exchange.compiled import (
-    SCHEME,
-    call_law,
-    call_scheme,
-    compile_as,
-    compiled,
-    inlined,
-)
+from fbcouple.exchange.compiled import SCHEME, call_law, call_scheme, compile_as, compiled, inlined
 from fbcouple.exchange.corners import add_four, corner_weights, read_four
 from fbcouple.exchange.elementary import decay
 
@@ -193,12 +186,11 @@ def look_over(voidage, drag):
 
 
 @compiled
-def sum_up(forces, totals):
-    """Into `totals` (6,): the sum of `forces` (n, 3); the fourth stays; how many there are; the sum along z again."""
+def sum_up(forces):
+    """The sums of `forces` (n, 3) along x, y and z."""
     x, y, z = 0.0, 0.0, 0.0
     for n in range(len(forces)):
         x += forces[n, 0]
         y += forces[n, 1]
         z += forces[n, 2]
-    totals[0], totals[1], totals[2] = x, y, z
-    totals[4], totals[5] = len(forces), z
+    return x, y, z

@@ -16,13 +16,11 @@ from pathlib import Path
 from types import FrameType
 from typing import Any, Literal, TypeVar
 
-import xarray as xr
-
 from fbcouple.case.load import load_case, write_case
 from fbcouple.case.schema import Case
 from fbcouple.checkpoint import list_checkpoints
 from fbcouple.errors import DivergedError, SolverError, StoppedError
-from fbcouple.launch import launch
+from fbcouple.launch import is_complete, launch
 from fbcouple.layout import lay_out
 from fbcouple.study.source import Settings, word_settings
 
@@ -79,10 +77,10 @@ def run_case(base: str, settings: Settings, run: Path, ranks: int, wall_limit: f
     """
     case = load_case(base, word_settings(settings))
     known = _find_ending(run, case, ranks)
-    if known and known.is_final and (known.how == "diverged" or _is_complete(run)):
+    if known and known.is_final and (known.how == "diverged" or is_complete(run, case)):
         return known
     begin, before = time.monotonic(), 0.0
-    stopped = list_checkpoints(run) and not _is_complete(run) and (known is None or known.how == "out of time")
+    stopped = list_checkpoints(run) and not is_complete(run, case) and (known is None or known.how == "out of time")
     if _holds(run, case) and stopped:
         before = known.seconds if known else 0.0
     else:
@@ -102,7 +100,8 @@ def run_from_middle(run: Path, again: Path, ranks: int, wall_limit: float) -> En
     Raises: CaseError if the checkpoint is damaged.
     """
     checkpoints = list_checkpoints(run)
-    if len(checkpoints) == (1 if _is_complete(run) else 0):
+    of_end = int(is_complete(run, load_case(str(run / "case.toml"))))
+    if len(checkpoints) == of_end:
         return None
     known = _read_ending(again, ranks)
     if known and known.is_final and (again / ENDING).stat().st_mtime > (run / ENDING).stat().st_mtime:
@@ -149,14 +148,6 @@ def _read_ending(run: Path, ranks: int) -> Ending | None:
         return None
     ending = Ending(**json.loads((run / ENDING).read_text()))
     return ending if ending.ranks == ranks else None
-
-
-def _is_complete(run: Path) -> bool:
-    path = run / "results.nc"
-    if not path.is_file():
-        return False
-    with xr.open_dataset(path, decode_times=False) as data:
-        return bool(data.attrs.get("complete", 0))
 
 
 def _start(run: Path, ranks: int, wall_limit: float) -> tuple[How, str]:
