@@ -16,7 +16,7 @@ drag dies away and what is left of it is the rounding of beta u - beta v."""
 
 
 class Balance:
-    """Compares the impulse that the gas lost in one step with what the particles carried through the next."""
+    """Compares the impulse that the gas lost in a step with what the particles carried through it."""
 
     def __init__(self, comm: MPI.Comm) -> None:
         self._comm = comm
@@ -47,14 +47,6 @@ class Balance:
         if self.momentum_error > _SUSPECT:
             momentum = self._comm.allreduce(find_momentum())
             self.momentum_error = imbalance / (max(scale, _NEGLIGIBLE * momentum) or 1.0)
-
-    def save(self) -> np.ndarray:
-        """This rank's share, shape (4,), of what the next `receive` is compared with; the shares of ranks add up."""
-        return np.array([*self._given, self._scale])
-
-    def load(self, share: np.ndarray) -> None:
-        """Go on from `share`."""
-        self._given, self._scale = share[:3], float(share[3])
 
     def count(self, particles: int) -> None:
         """Count the particles of all ranks, for a scene without gas (collective)."""

@@ -25,7 +25,7 @@ from fbcouple.errors import CaseError
 
 FOLDER = "checkpoints"
 REFUSED = ".refused"
-_FORMAT = 1
+_FORMAT = 2
 _KEPT = 2
 _CHUNK = 1 << 20
 _UNFINISHED = ".unfinished-"

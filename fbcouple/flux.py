@@ -22,9 +22,9 @@ class HeightFlux:
         self._before, self._step = np.empty(0), -1
 
     def prepare(self, scene: Scene) -> None:
-        """Remember the voidage of the step just taken, if a checkpoint has not; the next is measured (collective)."""
-        if isinstance(scene.cells, BoxCells) and self._step != scene.clock.steps + 1:
-            self._before, self._step = self._add_layers(scene, self._voidage(scene)), scene.clock.steps + 1
+        """Remember the voidage of the gas step just taken, if a checkpoint has not, for the next (collective)."""
+        if scene.gas and isinstance(scene.cells, BoxCells) and self._step != scene.clock.steps + 1:
+            self._before, self._step = self._add_layers(scene, scene.gas.voidage), scene.clock.steps + 1
 
     def save(self) -> dict[str, Any]:
         """What `load` needs to go on from here."""
@@ -40,7 +40,7 @@ class HeightFlux:
         gas, grid = scene.case.gas, scene.grid
         if scene.gas is None or gas is None or self._step != scene.clock.steps or fastest_inlet(gas) == 0.0:
             return {}
-        voidage = self._voidage(scene)
+        voidage = scene.gas.voidage
         change = self._add_layers(scene, voidage) - self._before
         flux = self._add_layers(scene, voidage * scene.gas.velocity[:, 2])
         floor = grid.size[0] * grid.size[1]
@@ -51,10 +51,6 @@ class HeightFlux:
         errors = np.abs(flux - (inflow - np.cumsum(change) + change / 2)) / fastest_inlet(gas)
         worst = int(errors.argmax())
         return {"gas_flux_error": float(errors[worst]), "gas_flux_height": float(grid.centres(2)[worst])}
-
-    def _voidage(self, scene: Scene) -> np.ndarray:
-        assert scene.gas is not None
-        return scene.coupling.voidage if scene.coupling else scene.gas.clean_input[0]
 
     def _add_layers(self, scene: Scene, values: np.ndarray) -> np.ndarray:
         """Sum of a value per cell over each layer and all ranks."""

@@ -73,20 +73,17 @@ class Keeper:
         self._began = self._written = self._last = time.monotonic()
         self._stretch = self._writing = self._beaten = 0.0
 
-    def keep(self, scene: Scene, recorder: Recorder) -> None:
-        """At a moment: a checkpoint if one is due or the run has to stop (collective)."""
+    def keep(self, scene: Scene, recorder: Recorder) -> bool:
+        """At a moment: a checkpoint if one is due or the run has to stop; must LIGGGHTS be set up anew (collective)?"""
         self._beat(scene.comm)
         clock = scene.clock
         if clock.steps % self._steps or not clock.running:
-            return
+            return False
         due, scene.stop = self._agree(scene.comm, clock.time)
         with scene.watch("record"):
             if due or scene.stop:
                 self._write(scene, recorder)
-        if not scene.stop and scene.grains:
-            with scene.watch("grains"):
-                scene.grains.advance(0, first=True)
-            scene.look_at_particles()
+        return not scene.stop and scene.grains is not None
 
     def close(self, scene: Scene, recorder: Recorder) -> None:
         """At the end of the case: a checkpoint, for a run that is to be made longer (collective)."""

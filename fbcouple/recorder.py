@@ -71,7 +71,7 @@ class Recorder:
                 self._frames.write(scene.clock.time, *look_at(scene))
         if self._cadence.due(scene.clock.time) or not scene.clock.running:
             self._record(scene)
-        if scene.gas and self._looks_next(scene):
+        if self._looks_next(scene):
             self._flux.prepare(scene)
 
     def inspect(self, scene: Scene) -> dict[str, Any]:

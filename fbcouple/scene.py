@@ -64,7 +64,7 @@ class Scene:
     accelerated: bool = False
     """Does the drag of a step know the other forces of the last one?"""
     dt: float = 0.0
-    """The coupling step under way [s]."""
+    """The coupling step under way or just taken [s]; the next is the clock's."""
     substeps: int = 0
     """Its DEM steps."""
     stop: str = ""
@@ -89,6 +89,12 @@ class Scene:
             last = grains.last_velocities if grains.remembers else None
             driven = grains.driven_velocities if self.accelerated else None
             self.particles = Particles(grains.positions, grains.velocities, grains.radii, grains.masses, last, driven)
+
+    def remember_velocities(self) -> None:
+        """At the start of a run the step before it is one without a force, for whoever asks for velocities of then."""
+        for earlier in (self.particles.last_velocities, self.particles.driven_velocities):
+            if earlier is not None:
+                earlier[:] = self.particles.velocities
 
     def find_momentum(self) -> float:
         """Sum of m |v| [kg m/s] of this rank's particles."""

@@ -51,7 +51,7 @@ def _write_parts(scene: Scene, recorder: Recorder, folder: Path) -> list[Path]:
     """Write this rank's files and name them (collective)."""
     rank = scene.comm.rank
     written = [Path(f"cells-{rank:04d}.npz")]
-    sums = _save_sums(scene) | {"owned": scene.owned, "balance": scene.balance.save()}
+    sums = _save_sums(scene) | {"owned": scene.owned}
     np.savez(folder / written[0], allow_pickle=False, **sums)
     if scene.gas:
         fields = scene.gas.write()
@@ -107,8 +107,7 @@ def read_checkpoint(scene: Scene, recorder: Recorder, folder: Path) -> None:
     """Put `scene` and `recorder` into the state of the checkpoint in `folder`; the solvers are in it already."""
     numbers = json.loads((folder / "state.json").read_text())
     scene.clock.load(numbers["clock"])
-    sums, balance = _load_sums(scene, folder)
-    scene.balance.load(balance)
+    sums = _load_sums(scene, folder)
     if scene.averaging:
         scene.averaging.cadence.next = numbers["averaging"]
         for phase, means in _list_parts(scene).items():
@@ -117,23 +116,21 @@ def read_checkpoint(scene: Scene, recorder: Recorder, folder: Path) -> None:
     recorder.load_state(folder)
 
 
-def _load_sums(scene: Scene, folder: Path) -> tuple[dict[str, np.ndarray], np.ndarray]:
-    """Rows of this rank's cells and its share of the balance, whichever ranks wrote them."""
+def _load_sums(scene: Scene, folder: Path) -> dict[str, np.ndarray]:
+    """Rows of this rank's cells, whichever ranks wrote them."""
     own = folder / f"cells-{scene.comm.rank:04d}.npz"
     files = sorted(folder.glob("cells-*.npz"))
     if len(files) == scene.comm.size:
         found = dict(np.load(own))
         if np.array_equal(found.pop("owned"), scene.owned):
-            return found, found.pop("balance")
+            return found
     places = np.full(scene.cells.shape, -1)
     places[tuple(scene.owned.T)] = np.arange(len(scene.owned))
     sums: dict[str, np.ndarray] = {}
-    balance = np.zeros(4)
     for file in files:
         found = dict(np.load(file))
         place = places[tuple(found.pop("owned").T)]
-        balance += found.pop("balance")
         for name, rows in found.items():
             mine = sums.setdefault(name, np.zeros((len(scene.owned), *rows.shape[1:])))
             mine[place[place >= 0]] = rows[place >= 0]
-    return sums, balance if scene.comm.rank == 0 else np.zeros(4)
+    return sums

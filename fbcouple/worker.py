@@ -31,73 +31,45 @@ def simulate(scene: Scene, recorder: Recorder, keeper: Keeper) -> None:
     recorder.observe(scene)
     while scene.running:
         step(scene, recorder)
-        keeper.keep(scene, recorder)
+        if keeper.keep(scene, recorder):
+            start(scene)
     recorder.save(scene)
     keeper.close(scene, recorder)
 
 
 def step(scene: Scene, recorder: Recorder) -> None:
     """One coupling step, looked at by the recorder."""
+    step_gas(scene)
+    react(scene)
     move(scene)
+    choose_step(scene)
     map_solids(scene)
     exert_drag(scene)
-    step_gas(scene)
-    choose_step(scene)
-    react(scene)
     average(scene)
     recorder.observe(scene)
 
 
 def start(scene: Scene) -> None:
-    """Set both solvers up, and give a gas that does not go on from a checkpoint the voidage of the start."""
+    """Set LIGGGHTS up and see the particles from the gas: at the start of a run, and at each moment for a checkpoint,
+    because a run that goes on from one starts by this."""
     if scene.grains:
-        scene.grains.advance(0, first=True)
+        with scene.watch("grains"):
+            scene.grains.advance(0, first=True)
         scene.look_at_particles()
         scene.balance.count(scene.grains.count)
+    map_solids(scene)
     if scene.coupling and scene.gas:
-        scene.coupling.map(scene.particles)
         if scene.clock.steps == 0:
             scene.gas.start(scene.coupling.voidage)
-            if scene.particles.driven_velocities is not None:
-                scene.particles.driven_velocities[:] = scene.particles.velocities
+            scene.remember_velocities()
         scene.coupling.read_gas(scene.gas.state)
         derive_fields(scene)
-
-
-def move(scene: Scene) -> None:
-    """The particles take their sub-steps with the impulse that the gas gave up last time."""
-    scene.dt, scene.substeps = scene.clock.dt, scene.clock.substeps
-    if scene.grains is None:
-        return
-    with scene.watch("grains"):
-        scene.grains.advance(scene.clock.substeps)
-    scene.look_at_particles()
-    with scene.watch("wait"):
-        scene.comm.Barrier()
-    with scene.watch("react"):
-        if scene.coupling:
-            scene.balance.receive(scene.grains.gas_force, scene.dt, scene.find_momentum)
-        else:
-            scene.balance.count(scene.grains.count)
-
-
-def map_solids(scene: Scene) -> None:
-    """Solids to the cells: the new voidage."""
-    if scene.coupling:
-        with scene.watch("map"):
-            scene.coupling.map(scene.particles)
-
-
-def exert_drag(scene: Scene) -> None:
-    """The drag of every particle, averaged over the step, to the cells."""
-    if scene.coupling:
-        with scene.watch("drag"):
-            scene.coupling.drag(scene.particles, scene.dt)
-            require_sound_exchange(scene)
+    exert_drag(scene)
 
 
 def step_gas(scene: Scene) -> None:
-    """One PISO step of the gas."""
+    """The step that the clock has chosen begins: one PISO step of the gas, under voidage and drag as they are."""
+    scene.dt, scene.substeps = scene.clock.dt, scene.clock.substeps
     if scene.gas is None:
         return
     with scene.watch("wait"):
@@ -108,6 +80,32 @@ def step_gas(scene: Scene) -> None:
     require_finite_gas(scene)
 
 
+def react(scene: Scene) -> None:
+    """What the gas gave up by drag and pressure gradient is the particles' impulse over the same step."""
+    if scene.coupling and scene.gas and scene.grains:
+        with scene.watch("react"):
+            gas, grains = scene.gas, scene.grains
+            drag = scene.coupling.react(scene.particles, gas.state, grains.gas_force, grains.forces)
+            scene.balance.give(scene.coupling.find_gas_loss(gas.given_up), drag, scene.dt)
+            derive_fields(scene)
+
+
+def move(scene: Scene) -> None:
+    """The particles take the sub-steps of the step under the force of the gas."""
+    if scene.grains is None:
+        return
+    with scene.watch("grains"):
+        scene.grains.advance(scene.substeps)
+    scene.look_at_particles()
+    with scene.watch("wait"):
+        scene.comm.Barrier()
+    with scene.watch("react"):
+        if scene.coupling:
+            scene.balance.receive(scene.grains.gas_force, scene.dt, scene.find_momentum)
+        else:
+            scene.balance.count(scene.grains.count)
+
+
 def choose_step(scene: Scene) -> None:
     """The step is done; the Courant and Fourier numbers of the gas choose the next."""
     scene.clock.tick()
@@ -116,14 +114,19 @@ def choose_step(scene: Scene) -> None:
         scene.clock.choose(state.courant, state.fourier, gas.max_courant, gas.max_fourier)
 
 
-def react(scene: Scene) -> None:
-    """The particles' share of drag and pressure gradient, as an impulse over their next sub-steps."""
-    if scene.coupling and scene.gas and scene.grains:
-        with scene.watch("react"):
-            gas, grains, factor = scene.gas, scene.grains, scene.dt / scene.clock.dt
-            drag = scene.coupling.react(scene.particles, gas.state, factor, grains.gas_force, grains.forces)
-            scene.balance.give(scene.coupling.find_gas_loss(gas.given_up), drag, scene.dt)
-            derive_fields(scene)
+def map_solids(scene: Scene) -> None:
+    """Solids to the cells: the voidage of the next gas step."""
+    if scene.coupling:
+        with scene.watch("map"):
+            scene.coupling.map(scene.particles)
+
+
+def exert_drag(scene: Scene) -> None:
+    """The drag of every particle, averaged over the next step, to the cells."""
+    if scene.coupling:
+        with scene.watch("drag"):
+            scene.coupling.drag(scene.particles, scene.clock.dt)
+            require_sound_exchange(scene)
 
 
 def derive_fields(scene: Scene) -> None:
@@ -142,8 +145,7 @@ def average(scene: Scene) -> None:
             p = scene.particles
             averaging.solids.add(averaging.sampler.sample(p.positions, p.velocities, p.radii, p.masses), time)
         if averaging.gas and scene.gas:
-            voidage = scene.coupling.voidage if scene.coupling else scene.gas.clean_input[0]
-            averaging.gas.add(sample_gas(voidage, scene.gas.velocity, scene.gas.pressure), time)
+            averaging.gas.add(sample_gas(scene.gas.voidage, scene.gas.velocity, scene.gas.pressure), time)
 
 
 def work(run: Path, limits: Limits, resume: Path | None, comm: MPI.Comm, summons: Summons) -> None:

@@ -140,7 +140,7 @@ class Grains:
 
     def advance(self, steps: int, first: bool = False) -> None:
         """Take `steps` DEM steps (collective); `first` also sets up, afterwards the run continues as it stands."""
-        if self.remembers:
+        if self.remembers and steps:
             self.last_velocities[:] = self.velocities
         self.command(f"run {steps}" if first else f"run {steps} pre no post no")
 

@@ -100,14 +100,12 @@ class Coupling:
         self.mapping.write(rows, field)
         self._add_up(self.drag_sums)
 
-    def react(
-        self, particles: Particles, gas: np.ndarray, factor: float, held: np.ndarray, current: np.ndarray
-    ) -> float:
-        """Put the particles under `factor` times the force of the new gas, in place.
+    def react(self, particles: Particles, gas: np.ndarray, held: np.ndarray, current: np.ndarray) -> float:
+        """Put the particles under the force of the new gas, in place.
 
-        gas (cells, 6): velocity [m/s] and pressure gradient [Pa/m]; held (n, 3) [N]: the gas force of the next
-        sub-steps; current (n, 3) [N]: the total force that their next half kick starts from. Returns the sum of the
-        magnitudes [N] of drag and extra forces without the factor (collective).
+        gas (cells, 6): velocity [m/s] and pressure gradient [Pa/m]; held (n, 3) [N]: the gas force of the sub-steps to
+        come; current (n, 3) [N]: the total force that their next half kick starts from. Returns the sum of the
+        magnitudes [N] of drag and extra forces (collective).
         """
         before = self._gas_rows[..., :3].copy() if self._explicit else None
         self.read_gas(gas)
@@ -124,7 +122,6 @@ class Coupling:
             particles.radii,
             self._push,
             self._lift,
-            factor,
             held,
             current,
             particles.velocities,
@@ -133,7 +130,7 @@ class Coupling:
             driven,
         )
         if self.forces:
-            drag += self.forces.hand_over(self.mapping, self.mapping.read(self._gas_rows, 4), factor, held, current)
+            drag += self.forces.hand_over(self.mapping, self.mapping.read(self._gas_rows, 4), held, current)
         return drag
 
     def read_gas(self, gas: np.ndarray) -> None:

@@ -155,16 +155,16 @@ class Forces:
             self.moved = moved.sum(axis=0)
         _scatter(*mapping.stencil, np.column_stack([self._inertia, source]), rows)
 
-    def hand_over(self, mapping: Way, gas: np.ndarray, factor: float, held: np.ndarray, current: np.ndarray) -> float:
-        """Add `factor` times the forces, with the new gas velocity in `gas`, to `held` and `current` (n, 3) [N].
+    def hand_over(self, mapping: Way, gas: np.ndarray, held: np.ndarray, current: np.ndarray) -> float:
+        """Add the forces, with the new gas velocity in `gas`, to `held` and `current` (n, 3) [N].
 
-        Returns the sum of their magnitudes without the factor.
+        Returns the sum of their magnitudes.
         """
         velocity = np.empty_like(self._velocity)
         _gather(*mapping.stencil, gas, velocity)
         force = self._inertia[:, None] * (velocity - self._velocity) + self._force
-        held += factor * force
-        current += factor * force
+        held += force
+        current += force
         return float(np.linalg.norm(force, axis=1).sum())
 
 

@@ -126,16 +126,14 @@ def exert(
 
 
 @compiled
-def react(
-    base, upper, offsets, gas, beta, aim, radii, push, lift, factor, held, current, velocities, masses, dt, driven
-):
-    """Put each particle under `factor` times the force of the gas [N]: beta~ (u - w) - V (push grad P) + V lift.
+def react(base, upper, offsets, gas, beta, aim, radii, push, lift, held, current, velocities, masses, dt, driven):
+    """Put each particle under the force of the gas [N]: beta~ (u - w) - V (push grad P) + V lift.
 
     `aim` (n, 3) is w [m/s], the particle's velocity or what `foresee` made of it.
     `gas` (places, 8) holds filtered gas velocity, voidage, pressure gradient and nothing; `push` is 1 with the
     pressure-gradient force and 0 without; `lift` [N/m3] is the weight of the displaced gas. The force goes into `held`
     (n, 3), what the sub-steps hold, and its change into `current` (n, 3), the force of the last sub-step, which the
-    next half kick starts from. Returns the summed drag magnitude [N] without the factor. `driven` (n, 3), or (0, 3)
+    next half kick starts from. Returns the summed drag magnitude [N]. `driven` (n, 3), or (0, 3)
     where nobody asks, becomes what drag alone makes of `velocities` (n, 3) in the step of `dt` [s] that comes, less the
     part of the last one's other forces that `foresee` is to keep.
     """
@@ -148,9 +146,9 @@ def react(
         dx = beta[p] * (ux - aim[p, 0])
         dy = beta[p] * (uy - aim[p, 1])
         dz = beta[p] * (uz - aim[p, 2])
-        fx = factor * (dx - volume * push * gx)
-        fy = factor * (dy - volume * push * gy)
-        fz = factor * (dz - volume * push * gz + volume * lift)
+        fx = dx - volume * push * gx
+        fy = dy - volume * push * gy
+        fz = dz - volume * push * gz + volume * lift
         current[p, 0] += fx - held[p, 0]
         current[p, 1] += fy - held[p, 1]
         current[p, 2] += fz - held[p, 2]

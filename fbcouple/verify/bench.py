@@ -69,30 +69,27 @@ def _make_case(sections: dict[str, Any], positions: np.ndarray | None) -> Case:
 
 def take_step(bench: Scene) -> None:
     """One coupling step; the next is as long as the Courant and Fourier numbers allow (collective)."""
+    step_gas(bench)
+    react(bench)
     move(bench)
-    couple(bench)
+    choose_step(bench)
+    map_solids(bench)
+    exert_drag(bench)
 
 
 def take_same_step(bench: Scene) -> None:
     """One coupling step; the next is as long (collective)."""
+    step_gas(bench)
+    react(bench)
     move(bench)
+    bench.clock.tick()
     map_solids(bench)
     exert_drag(bench)
-    step_gas(bench)
-    bench.clock.tick()
-    react(bench)
 
 
 def blow(bench: Scene) -> None:
-    """One coupling step in which no particle moves (collective)."""
-    bench.dt = bench.clock.dt
-    couple(bench)
-
-
-def couple(bench: Scene) -> None:
-    """What of a coupling step comes after the move (collective)."""
-    map_solids(bench)
+    """One coupling step in which no particle moves, whatever its velocity is by now (collective)."""
     exert_drag(bench)
     step_gas(bench)
-    choose_step(bench)
     react(bench)
+    choose_step(bench)

@@ -13,9 +13,9 @@ from mpi4py import MPI
 from fbcouple.case.mixture import solids_volume
 from fbcouple.exchange.voidage import VOIDAGE_METHODS
 from fbcouple.scene import Scene
-from fbcouple.verify.bench import FRICTIONLESS, GAS, GLASS, open_bench
+from fbcouple.verify.bench import FRICTIONLESS, GAS, GLASS, open_bench, take_step
 from fbcouple.verify.registry import Number, scene
-from fbcouple.worker import choose_step, exert_drag, map_solids, move, react, start, step_gas
+from fbcouple.worker import start
 
 _BED: dict[str, Any] = {
     "domain": {"size": [0.02, 0.01, 0.06], "cells": [8, 4, 24]},
@@ -79,23 +79,18 @@ def conserve(
     lively: speed [m/s] that some particle must have at the end, or the scene shows nothing.
     """
     bench = open_bench(place, comm, bed)
-    start(bench)
     assert bench.grains is not None
     bench.grains.velocities[:, 0] = drift
+    start(bench)
     way = 0.0
     momentum = solids = gas = 0.0
     for _ in range(steps):
-        move(bench)
+        take_step(bench)
+        assert bench.gas_state is not None
         way += float(bench.grains.velocities[:, 0].sum()) * bench.dt
         momentum = max(momentum, bench.balance.momentum_error)
-        map_solids(bench)
         solids = max(solids, abs(_solids_volume(bench) - 1.0))
-        exert_drag(bench)
-        step_gas(bench)
-        assert bench.gas_state is not None
         gas = max(gas, bench.gas_state.mass_error)
-        choose_step(bench)
-        react(bench)
     yield Number("momentum, of the drag", momentum, 0.0, 1e-10)
     yield Number("solids volume", solids, 0.0, 1e-12)
     yield Number("gas mass, of the inflow", gas, 0.0, 1e-8)

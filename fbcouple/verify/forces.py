@@ -37,7 +37,7 @@ def hold(bench: Scene, dt: float, steps: int = 1, inertia: float = 1.0) -> Itera
         coupling.drag(particles, dt)
         gas.step(dt, *coupling.gas_input)
         held, current = np.zeros_like(particles.positions), np.zeros_like(particles.positions)
-        coupling.react(particles, gas.state, 1.0, held, current)
+        coupling.react(particles, gas.state, held, current)
         if coupling.forces:
             coupling.forces.read(gas.derive(coupling.forces.fields))
     yield held[np.argsort(grains.numbers)]
@@ -162,7 +162,7 @@ def virtual_mass(place: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
     assert bench.grains is not None
     start(bench)
     moments, speeds, momentum = [], [], 0.0
-    # The first move knows nothing of the water yet; later ones have what it did one step before.
+    # The gas knows of a move one step later.
     for _ in range(12):
         take_same_step(bench)
         moments.append(bench.clock.time)

@@ -87,7 +87,6 @@ class HeldBed:
         self.scene: Scene = open_bench(place, comm, sections, lattice_sites(), edits, kinds)
         self.inlet = inlet
         start(self.scene)
-        self.scene.dt = self.scene.clock.dt
         assert self.scene.grains is not None
         height = self.scene.grains.positions[:, 2] / SIZE[2]
         self._layer = (height // LAYER).astype(int)
@@ -117,8 +116,7 @@ class HeldBed:
         shape (layers,)."""
         scene = self.scene
         assert scene.grains is not None
-        # react hands over the impulse of the step for the next one, which may be longer.
-        force = scene.grains.gas_force[:, 2] * scene.clock.dt / scene.dt
+        force = scene.grains.gas_force[:, 2]
         return np.array([force[self._inner & (self._layer == n)].mean() for n in range(len(VOIDAGES))])
 
     @property

@@ -61,14 +61,13 @@ class Bed:
     def react(self, velocity, pressure_gradient):
         """The force on each particle, from none before, and the summed drag magnitude."""
         held, current = np.zeros((2, len(self.volumes), 3))
-        magnitude = self.hand_over(velocity, pressure_gradient, 1.0, held, current)
+        magnitude = self.hand_over(velocity, pressure_gradient, held, current)
         assert (held == current).all()
         return held, magnitude
 
-    def hand_over(self, velocity, pressure_gradient, factor, held, current):
-        """Put the particles under `factor` times their force."""
-        gas = np.hstack([velocity, pressure_gradient])
-        return self.coupling.react(self.particles, gas, factor, held, current)
+    def hand_over(self, velocity, pressure_gradient, held, current):
+        """Put the particles under their force."""
+        return self.coupling.react(self.particles, np.hstack([velocity, pressure_gradient]), held, current)
 
     def find_loss(self, velocity, pressure_gradient):
         """The force that the gas gave up, from the sums that its solver makes."""
@@ -236,27 +235,26 @@ def test_the_held_force_is_replaced_in_the_current_one(rng, scheme):
     forces, magnitude = bed.react(bed.velocity, bed.pressure_gradient)
     held, rest = np.abs(forces).max() * rng.standard_normal((2, *forces.shape))
     current = rest + held
-    for factor in (0.7, 1.0, 2.5):
-        total = bed.hand_over(bed.velocity, bed.pressure_gradient, factor, held, current)
+    for _ in range(2):
+        total = bed.hand_over(bed.velocity, bed.pressure_gradient, held, current)
         assert total == pytest.approx(magnitude, rel=1e-14)
-        assert held == pytest.approx(factor * forces, rel=1e-14)
+        assert held == pytest.approx(forces, rel=1e-14)
         assert current - held == pytest.approx(rest, abs=1e-14 * np.abs(rest).max())
 
 
-def test_impulses_not_forces_are_kept_when_the_step_changes(rng):
-    """The gas loses a force over the old step; the particles hold another one over the new step."""
-    bed, old, new = Bed(rng), 3e-4, 4e-4
-    bed.prepare(old)
+def test_the_impulse_that_the_gas_lost_is_the_particles_impulse_over_the_same_step(rng):
+    bed = Bed(rng)
+    bed.prepare()
     held, current = np.zeros((2, len(bed.volumes), 3))
-    magnitude = bed.hand_over(bed.velocity, bed.pressure_gradient, old / new, held, current)
+    magnitude = bed.hand_over(bed.velocity, bed.pressure_gradient, held, current)
     loss = bed.find_loss(bed.velocity, bed.pressure_gradient)
     balance = Balance(MPI.COMM_SELF)
-    balance.give(loss, magnitude, old)
-    balance.receive(held, new)
+    balance.give(loss, magnitude, DT)
+    balance.receive(held, DT)
     assert balance.particles == len(bed.volumes) and balance.momentum_error < 1e-13
-    assert held.sum(axis=0) * new == pytest.approx(loss * old, abs=1e-13 * magnitude * old)
-    balance.give(loss, magnitude, old)
-    balance.receive(held, old)
+    assert held.sum(axis=0) == pytest.approx(loss, abs=1e-13 * magnitude)
+    balance.give(loss, magnitude, DT)
+    balance.receive(held, 4 / 3 * DT)
     assert balance.momentum_error > 0.01, "the same force over another step is no balance"
 
 

@@ -38,7 +38,7 @@ def couple(cells, places, velocities, radii, gas, exchange, periodic=("x", "y"))
     coupling.read_gas(rows)
     coupling.drag(particles, DT)
     held, current = np.zeros((2, len(radii), 3))
-    coupling.react(particles, rows, 1.0, held, current)
+    coupling.react(particles, rows, held, current)
     voidage, drag = coupling.gas_input
     return np.column_stack([voidage, drag / EDGES.prod()]).reshape(*cells, 5), held
 

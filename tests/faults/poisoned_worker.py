@@ -88,7 +88,15 @@ def voidage_over_one(scene: Scene) -> None:
 
 
 def lost_momentum(scene: Scene) -> None:
-    scene.grains.gas_force[find_row(scene), 0] += 1e-6
+    """A particle gets more of the gas's impulse than its share."""
+    react = scene.coupling.react
+
+    def react_wrongly(particles, gas, held, current) -> float:
+        drag = react(particles, gas, held, current)
+        held[find_row(scene), 0] += 1e-6
+        return drag
+
+    scene.coupling.react = react_wrongly
 
 
 def solids_volume(scene: Scene) -> None:

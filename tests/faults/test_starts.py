@@ -55,7 +55,7 @@ def test_voidage_under_packing_is_refused_and_where_forced_ends_the_run(tmp_path
     result = CliRunner().invoke(cli, call)
     assert result.exit_code == 1 and "cell size x" in result.stderr and not (tmp_path / "run").exists()
     assert CliRunner().invoke(cli, [*call, "--force"]).exit_code == 0
-    words = r"at t = 0 s the voidage is -\d+\.\d+ in cell \(\d+, \d+, \d+\) at .*, above 0.1 is allowed"
+    words = r"in the step from t = 0 s the voidage is -\d+\.\d+ in cell \(\d+, \d+, \d+\) at .*, above 0.1 is allowed"
     with pytest.raises(DivergedError, match=words):
         launch(tmp_path / "run", 1, lambda row: None)
     assert not (tmp_path / "run/results.nc").exists()

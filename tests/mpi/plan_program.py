@@ -53,7 +53,7 @@ def run_coupling(case, comm, centres, bounds, particles, gas):
     coupling.read_gas(np.ascontiguousarray(gas[:, :6]))
     coupling.drag(particles, DT)
     forces, current = np.zeros((2, len(particles.positions), 3))
-    drag = coupling.react(particles, np.ascontiguousarray(gas[:, 6:]), 1.0, forces, current)
+    drag = coupling.react(particles, np.ascontiguousarray(gas[:, 6:]), forces, current)
     cells = np.column_stack(coupling.gas_input)
     return coupling, cells, forces, drag
 

@@ -60,8 +60,9 @@ class GasState:
 class Gas:
     """OpenFOAM in this process, one instance a process; arrays hold this rank's cells.
 
-    `state` (n, 6), of which `velocity` (n, 3) [m/s] and `pressure_gradient` (n, 3) [Pa/m] are the halves, and
-    `pressure` (n,) [Pa] are refreshed in place by `step`; `centres` (n, 3) [m] and `volumes` (n,) [m3] are fixed.
+    `state` (n, 6), of which `velocity` (n, 3) [m/s] and `pressure_gradient` (n, 3) [Pa/m] are the halves, `pressure`
+    (n,) [Pa], and `voidage` (n,), what they were solved with, are refreshed in place by `step`; `centres` (n, 3) [m]
+    and `volumes` (n,) [m3] are fixed.
     `given_up` (7,) is what the cells gave to the particles in the last step, as sums: V (K u - S) [N], V alpha grad P
     [N], V alpha [m3].
     """
@@ -82,6 +83,7 @@ class Gas:
         self._check(self._library.gas_cells(_pointer(self.centres), _pointer(self.volumes)))
         self.state, self.pressure = np.empty((n, 6)), np.empty(n)
         self.velocity, self.pressure_gradient = self.state[:, :3], self.state[:, 3:]
+        self.voidage = np.ones(n)
         self._totals = np.zeros(8)
         self.given_up = self._totals[:7]
         self._read_fields()
@@ -112,6 +114,7 @@ class Gas:
 
     def start(self, voidage: np.ndarray) -> None:
         """Give the voidage (n,) at time zero, so that d(eps)/dt of the first step is the particles' own."""
+        self.voidage[:] = voidage
         self._check(self._library.gas_start(_pointer(voidage)))
         self._read_fields()
 
@@ -121,6 +124,7 @@ class Gas:
 
         Raises DivergedError if the solution is not finite, SolverError if OpenFOAM fails otherwise.
         """
+        self.voidage[:] = voidage
         status = self._library.gas_step(dt, _pointer(voidage), _pointer(drag))
         if status and re.search(r"'-?(nan|inf)'", words := self._library.gas_error().decode(errors="replace")):
             raise DivergedError(f"the gas step of {dt:.6g} s gave numbers that are none; OpenFOAM: {words}")
