@@ -13,19 +13,22 @@ KEY = "accuracy"
 NONE = "none"
 PRESETS: dict[str, dict[str, Any]] = {
     "draft": {
-        "gas.max_courant": 1.0,
+        "gas.max_courant": 1.5,
+        "gas.max_fourier": 1.5,
         "gas.pressure_tolerance": 1e-4,
         "gas.correctors": 1,
         "contact.steps_per_contact": 6,
     },
     "standard": {
-        "gas.max_courant": 0.5,
+        "gas.max_courant": 1.0,
+        "gas.max_fourier": 1.0,
         "gas.pressure_tolerance": 1e-5,
         "gas.correctors": 2,
         "contact.steps_per_contact": 6,
     },
     "reference": {
         "gas.max_courant": 0.2,
+        "gas.max_fourier": 0.15,
         "gas.pressure_tolerance": 1e-6,
         "gas.correctors": 3,
         "contact.steps_per_contact": 12,
