@@ -1,6 +1,7 @@
 """Presets of accuracy: what each sets of the options that a case leaves out.
 
-Chosen from the Pareto front of the study `mueller`; what each costs and misses stands in the schema at `accuracy`.
+Chosen from the study `mueller` and from the start of `patil/c2`; what each costs and misses stands in the schema at
+`accuracy`.
 """
 
 from __future__ import annotations
@@ -13,15 +14,15 @@ KEY = "accuracy"
 NONE = "none"
 PRESETS: dict[str, dict[str, Any]] = {
     "draft": {
-        "gas.max_courant": 1.5,
-        "gas.max_fourier": 1.5,
+        "gas.max_courant": 2.0,
+        "gas.max_fourier": 2.0,
         "gas.pressure_tolerance": 1e-4,
         "gas.correctors": 1,
         "contact.steps_per_contact": 6,
     },
     "standard": {
-        "gas.max_courant": 1.0,
-        "gas.max_fourier": 1.0,
+        "gas.max_courant": 1.5,
+        "gas.max_fourier": 1.5,
         "gas.pressure_tolerance": 1e-5,
         "gas.correctors": 2,
         "contact.steps_per_contact": 6,

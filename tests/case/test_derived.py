@@ -57,7 +57,7 @@ def test_cell_size():
         ("pressure drop", 612.8, 0.05),
         ("settled height", 0.0417, 5e-5),
         ("overlap", 1.2 * 0.0252, 1e-4),
-        ("fluid step", 0.5 * 0.25 / 110 / 3.0, 1e-12),
+        ("fluid step", 1.5 * 0.25 / 110 / 3.0, 1e-12),
         ("open inlet velocity", 1.2 * 1.10526, 1e-4),
         ("cell size y", 2.5, 1e-12),
         ("bulk Reynolds number", 1.2 * 0.08 * 1.165 / 2e-5, 1e-9),
