@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
+from fbcouple.bench.lammps import SETTLE
 from fbcouple.case.schema import Case
 from fbcouple.recorder import Recorder
 from fbcouple.results import STAGES
@@ -164,21 +165,33 @@ def measure_overhead(case: Case, comm: MPI.Comm, warm: float, seconds: float) ->
 
 
 def measure_peer(case: Case, comm: MPI.Comm, warm: float, steps: int) -> dict[str, Any]:
-    """Wall seconds of a coupled step after `warm` [s] of simulated time, the mean of `steps`; the particles' places at
-    their start are left in positions.npy (collective)."""
+    """Wall seconds of a coupled step after `warm` [s] of simulated time, the mean of `steps`, and after that of as many
+    DEM steps of LIGGGHTS without the gas. Place and velocity of the particles at the start of each are left in
+    bed.npy and alone.npy (collective)."""
     scene, recorder = open_run(case, comm, warm)
-    places = comm.gather(scene.particles.positions)
-    if places is not None:
-        np.save("positions.npy", np.concatenate(places))
+    _save_bed(scene, "bed.npy")
     taken = time_coupled(scene, recorder, steps)
     span = sum(dt for dt, _ in taken.steps)
     substeps = sum(count for _, count in taken.steps)
+    grains = scene.grains
+    assert grains is not None
+    grains.gas_force[:] = 0.0
+    _save_bed(scene, "alone.npy")
+    grains.advance(SETTLE, first=True)
     return {
         "step": span / steps,
         "substeps": substeps / steps,
         "particles": scene.balance.particles,
         "seconds": taken.wall / steps,
+        "alone": {"steps": substeps, "seconds": _clock(comm, lambda: grains.advance(substeps))},
     }
+
+
+def _save_bed(scene: Scene, file: str) -> None:
+    """Place [m] and velocity [m/s] of all particles, (n, 6), to `file` (collective)."""
+    rows = scene.comm.gather(np.hstack([scene.particles.positions, scene.particles.velocities]))
+    if rows is not None:
+        np.save(file, np.concatenate(rows))
 
 
 def measure_grains(case: Case, comm: MPI.Comm, warm: float, steps: int) -> dict[str, Any]:

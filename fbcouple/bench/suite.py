@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from fbcouple.bench.canonical import make_box
+from fbcouple.bench.lammps import explain_absence, time_lammps, write_lammps
 from fbcouple.bench.parts import make_variants
 from fbcouple.bench.peers import check_peer, time_dpmfoam, write_dpmfoam
 from fbcouple.case.load import load_case, write_case
@@ -106,22 +107,30 @@ def compare(row: Row, first: Row) -> Row:
     return {"gain": name, "value": gain, "of_ideal": gain / row["ranks"]}
 
 
-def measure_peers(case: str, sets: Sequence[str], ranks: int, warm: float, steps: int) -> list[Row]:
+def measure_peers(case: str, sets: Sequence[str], ranks: int, warm: float, steps: int) -> dict[str, list[Row]]:
     """Wall seconds a simulated second of this program and of stock DPMFoam for the same bed, mesh, fluid step and
-    ranks, one after the other, and their ratio. Raises CaseError, SolverError."""
+    ranks, one after the other, and their ratio ("peers"); of LIGGGHTS and of LAMMPS, where it takes part, for the
+    particles alone ("particles"). Raises CaseError, SolverError."""
     with _place() as place:
         run = place / "run"
         lay_out(case, run, sets, trusted=False, forced=True)
         content = load_case(str(run))
         check_peer(content)
         own = _measure("peer", run, content, ranks, warm, steps)
-        write_dpmfoam(content, run / "fluid", np.load(run / "positions.npy"), own["step"], steps)
+        alone = [{"program": "LIGGGHTS"} | own.pop("alone") | {"particles": own["particles"]}]
+        write_dpmfoam(content, run / "fluid", np.load(run / "bed.npy")[:, :3], own["step"], steps)
         prepare_mesh(content, run, ranks)
         peer = time_dpmfoam(run / "fluid", ranks, steps, skip=2)
+        if not explain_absence(content):
+            write_lammps(content, run / "lammps", np.load(run / "alone.npy"), alone[0]["steps"])
+            alone.append(time_lammps(run / "lammps", ranks))
     rows = [{"program": "fbcouple"} | own, {"program": "DPMFoam", "step": own["step"]} | peer]
     for row in rows:
         row["seconds_per_second"] = row["seconds"] / row["step"]
-    return [row | {"of fbcouple": row["seconds_per_second"] / rows[0]["seconds_per_second"]} for row in rows]
+    return {
+        "peers": [row | {"of fbcouple": row["seconds_per_second"] / rows[0]["seconds_per_second"]} for row in rows],
+        "particles": [row | {"of LIGGGHTS": row["seconds"] / alone[0]["seconds"]} for row in alone],
+    }
 
 
 def count_traffic(cells: int, counts: Sequence[int]) -> list[Row]:

@@ -100,14 +100,19 @@ def memory(case: str, ranks: int, sets: tuple[str, ...], file: Path | None) -> N
 @click.option("--set", "sets", multiple=True, metavar="KEY=VALUE", help="Put a value on top of the case file.")
 @take_file
 def peers(case: str, ranks: int, warm: float, steps: int, sets: tuple[str, ...], file: Path | None) -> None:
-    """CASE through stock DPMFoam, beside this program, per simulated second."""
+    """CASE through stock DPMFoam, beside this program, per simulated second; its particles alone through LAMMPS."""
+    from fbcouple.bench.lammps import explain_absence
     from fbcouple.bench.peers import NOT_COMPARABLE
     from fbcouple.bench.suite import measure_peers
+    from fbcouple.case.load import load_case
 
-    rows = measure_peers(case, sets, ranks, warm, steps)
-    show(rows)
+    tables = measure_peers(case, sets, ranks, warm, steps)
+    show(tables["peers"])
     click.echo(NOT_COMPARABLE)
-    write(file, {"peers": rows})
+    show(tables["particles"])
+    if why := explain_absence(load_case(case, sets)):
+        click.echo(why)
+    write(file, tables)
 
 
 @bench.command()

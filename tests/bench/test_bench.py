@@ -11,6 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 from fbcouple.bench.canonical import PER_CELL, SUBSTEPS, make_box
+from fbcouple.bench.lammps import explain_absence, write_lammps
 from fbcouple.bench.memory import find_arrays
 from fbcouple.bench.parts import LEFT_OUT, make_variants
 from fbcouple.bench.peers import find_damping, find_modulus
@@ -173,11 +174,43 @@ def test_memory_counts_arrays_once_and_by_what_they_hold(tmp_path):
 def test_peer_has_all_particles_and_the_same_step(tmp_path):
     """A contact of DPMFoam lasts as long as the spring's; the bed is a small one, so the ratio says nothing."""
     (tmp_path / "case.toml").write_text(BED)
-    own, peer = measure_peers(str(tmp_path / "case.toml"), [], 1, 0.0, 8)
+    tables = measure_peers(str(tmp_path / "case.toml"), [], 1, 0.0, 8)
+    own, peer = tables["peers"]
+    programs = [row["program"].split()[0] for row in tables["particles"]]
+    assert programs == ["LIGGGHTS"] + ["LAMMPS"] * (not explain_absence(load_case(str(tmp_path))))
     assert own["particles"] == peer["particles"] == 50 and own["step"] == peer["step"]
     assert own["of fbcouple"] == 1.0 and peer["of fbcouple"] == pytest.approx(
         peer["seconds"] / own["seconds"], rel=1e-12
     )
+
+
+def test_lammps_has_the_tables_steps_and_lists_of_the_deck(tmp_path):
+    (tmp_path / "case.toml").write_text(BED)
+    case = load_case(str(tmp_path))
+    deck = render_decks(case)["grains/in.grains"]
+    write_lammps(case, tmp_path / "lammps", np.arange(12.0).reshape(2, 6), 40)
+    written = (tmp_path / "lammps/in.bed").read_text()
+
+    def find(words: str, text: str) -> list[str]:
+        return re.search(rf"{words}(.*)", text)[1].split()
+
+    tables = [find(rf"property/global {name} peratomtypepair 2 ", deck) for name in ("kn", "kt", "gamman", "gammat")]
+    tables.append(find("coefficientFriction peratomtypepair 2 ", deck))
+    for where, column in (("pair_style +gran/hooke ", 0), ("fix +x all wall/gran hooke ", 1)):
+        assert [float(word) for word in find(where, written)[:5]] == [float(table[column]) for table in tables]
+    for words in ("timestep +", "neighbor +"):
+        assert find(words, written) == find(words, deck)
+    assert find("run +40", written) == [] and find("run +", written) == ["20"]
+    data = (tmp_path / "lammps/bed.data").read_text()
+    diameter, density = case.particles.diameter, case.particles.density
+    assert f"2 1 {diameter} {density} 6.0 7.0 8.0\n" in data and "\n2 9.0 10.0 11.0 0 0 0\n" in data
+
+
+def test_a_peer_that_is_not_there_is_told(tmp_path, monkeypatch):
+    (tmp_path / "case.toml").write_text(BED)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert "apt-get install lammps" in explain_absence(load_case(str(tmp_path)))
+    assert "left out" in explain_absence(load_case(str(tmp_path), ["particles.rotation=true"]))
 
 
 def test_modulus_gives_the_peer_the_contact_time():
