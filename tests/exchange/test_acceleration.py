@@ -88,11 +88,11 @@ def test_the_drag_is_left_behind_for_the_next_step(rng):
 
 def test_it_is_in_where_the_step_needs_it():
     dusty = ["particles.diameter=1e-4", "particles.mass=1e-4"]
-    glass, dust = load_case("patil/c2"), load_case("patil/c2", dusty)
+    glass, dust = load_case("patil/c2", ["accuracy=none"]), load_case("patil/c2", dusty)
     for case, wanted in ((glass, False), (dust, True)):
         ratio = coupling_step(case) / response_times(case)["tau_p"]
         assert (ratio > SLOW) == wanted == choose_acceleration(case)[0]
-    forced = load_case("patil/c2", ["exchange.accelerated=true"])
+    forced = load_case("patil/c2", ["accuracy=none", "exchange.accelerated=true"])
     left_out = load_case("patil/c2", [*dusty, "exchange.accelerated=false"])
     assert choose_acceleration(forced)[0] and not choose_acceleration(left_out)[0]
     assert not choose_acceleration(load_case("patil/c2", [*dusty, "exchange.scheme=explicit"]))[0]
