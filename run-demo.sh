@@ -10,7 +10,7 @@ if [ "$#" -gt 1 ] || { [ "$#" -eq 1 ] && [ "$1" != --fresh ]; }; then
 fi
 fresh=${1:-}
 run=runs/patil-demo
-ranks=$(nproc)
+ranks=$(env -u OMP_NUM_THREADS nproc)
 [ "$ranks" -le 2 ] || ranks=2
 
 fbcouple() {
