@@ -130,6 +130,18 @@ def test_stopped_by_until_and_resumed_is_the_uninterrupted_one(tmp_path):
     assert find_differences(one, other) == []
 
 
+def test_other_moments_may_follow_a_checkpoint(tmp_path):
+    """The next moment's flux is measured from what the checkpoint has of the gas, not from a gas without particles."""
+    sets = ["checkpoint.moment_steps=7", "checkpoint.every=1e-4", "output.record_every=2e-3", "end_time=6e-3"]
+    run = prepare(tmp_path, sets)
+    launch(run, 1, lambda row: None, until=3e-3)
+    case = run / "case.toml"
+    case.write_text(case.read_text().replace("moment_steps = 7", "moment_steps = 11"))
+    launch(run, 1, lambda row: None, resume=True)
+    with xr.open_dataset(run / "results.nc") as results:
+        assert results.attrs["complete"] == 1 and np.nanmax(results["gas_flux_error"]) < 1e-3
+
+
 def test_a_run_that_is_done_is_not_run_again(tmp_path):
     run = prepare(tmp_path, ["end_time=2e-3", "checkpoint.every=5e-4", "averages.start=0.0"])
     run_through(run)

@@ -75,9 +75,9 @@ int gas_step(double dt, const double* voidage, const double* drag)
 {
     return guarded([&] { gas->step(dt, voidage, drag); });
 }
-int gas_fields(double* state, double* pressure, double* totals)
+int gas_fields(double* state, double* pressure, double* voidage, double* totals)
 {
-    return guarded([&] { gas->fields(state, pressure, totals); });
+    return guarded([&] { gas->fields(state, pressure, voidage, totals); });
 }
 int gas_measure(double* values) { return guarded([&] { gas->measure(values); }); }
 int gas_write() { return guarded([&] { gas->write(); }); }

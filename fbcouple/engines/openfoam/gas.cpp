@@ -213,9 +213,10 @@ void Gas::cells(double* centres, double* volumes) const
     }
 }
 
-// Rows of velocity [m/s] and pressure gradient [Pa/m] as the momentum equation used it; pressure [Pa]. The totals, over
-// this rank's cells: V (K u - S), alpha V grad P, alpha V, and the pressures, so that one number that is none shows.
-void Gas::fields(double* state, double* pressure, double* totals) const
+// Rows of velocity [m/s] and pressure gradient [Pa/m] as the momentum equation used it; pressure [Pa]; voidage. The
+// totals, over this rank's cells: V (K u - S), alpha V grad P, alpha V, and the pressures, so that one number that is
+// none shows.
+void Gas::fields(double* state, double* pressure, double* voidage, double* totals) const
 {
     const vectorField& U = U_.primitiveField();
     const vectorField& gradP = gradP_.primitiveField();
@@ -230,6 +231,7 @@ void Gas::fields(double* state, double* pressure, double* totals) const
     forAll(U, i)
     {
         const vector slope = rho*gradP[i];
+        voidage[i] = eps[i];
         const scalar solid = (1.0 - eps[i])*V[i];
         drag += V[i]*(K[i]*U[i] - S[i]);
         push += solid*slope;

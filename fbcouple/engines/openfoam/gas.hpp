@@ -52,7 +52,7 @@ public:
     void start(const double* voidage);
     void step(double dt, const double* voidage, const double* drag);
     void cells(double* centres, double* volumes) const;
-    void fields(double* state, double* pressure, double* totals) const;
+    void fields(double* state, double* pressure, double* voidage, double* totals) const;
     void measure(double* values) const;
     void write();
     word timeName() const { return time_.timeName(); }

@@ -35,7 +35,7 @@ _FUNCTIONS: dict[str, Signature] = {
     "gas_mesh": (ctypes.c_int, [_double, *[_whole] * 6]),
     "gas_start": (ctypes.c_int, [_double]),
     "gas_step": (ctypes.c_int, [ctypes.c_double, _double, _double]),
-    "gas_fields": (ctypes.c_int, [_double, _double, _double]),
+    "gas_fields": (ctypes.c_int, [_double, _double, _double, _double]),
     "gas_derive": (ctypes.c_int, [ctypes.c_char_p, _double]),
     "gas_measure": (ctypes.c_int, [_double]),
     "gas_write": (ctypes.c_int, []),
@@ -81,9 +81,8 @@ class Gas:
         n = self._library.gas_cell_count()
         self.centres, self.volumes = np.empty((n, 3)), np.empty(n)
         self._check(self._library.gas_cells(_pointer(self.centres), _pointer(self.volumes)))
-        self.state, self.pressure = np.empty((n, 6)), np.empty(n)
+        self.state, self.pressure, self.voidage = np.empty((n, 6)), np.empty(n), np.empty(n)
         self.velocity, self.pressure_gradient = self.state[:, :3], self.state[:, 3:]
-        self.voidage = np.ones(n)
         self._totals = np.zeros(8)
         self.given_up = self._totals[:7]
         self._read_fields()
@@ -114,7 +113,6 @@ class Gas:
 
     def start(self, voidage: np.ndarray) -> None:
         """Give the voidage (n,) at time zero, so that d(eps)/dt of the first step is the particles' own."""
-        self.voidage[:] = voidage
         self._check(self._library.gas_start(_pointer(voidage)))
         self._read_fields()
 
@@ -124,7 +122,6 @@ class Gas:
 
         Raises DivergedError if the solution is not finite, SolverError if OpenFOAM fails otherwise.
         """
-        self.voidage[:] = voidage
         status = self._library.gas_step(dt, _pointer(voidage), _pointer(drag))
         if status and re.search(r"'-?(nan|inf)'", words := self._library.gas_error().decode(errors="replace")):
             raise DivergedError(f"the gas step of {dt:.6g} s gave numbers that are none; OpenFOAM: {words}")
@@ -160,7 +157,7 @@ class Gas:
         return folder
 
     def _read_fields(self) -> None:
-        self._check(self._library.gas_fields(*map(_pointer, (self.state, self.pressure, self._totals))))
+        self._check(self._library.gas_fields(*map(_pointer, (self.state, self.pressure, self.voidage, self._totals))))
 
     def _check(self, status: int) -> None:
         if status:
