@@ -198,7 +198,7 @@ def test_lammps_has_the_tables_steps_and_lists_of_the_deck(tmp_path):
     tables.append(find("coefficientFriction peratomtypepair 2 ", deck))
     for where, column in (("pair_style +gran/hooke ", 0), ("fix +x all wall/gran hooke ", 1)):
         assert [float(word) for word in find(where, written)[:5]] == [float(table[column]) for table in tables]
-    for words in ("timestep +", "neighbor +"):
+    for words in ("timestep +", "neighbor +", "newton +"):
         assert find(words, written) == find(words, deck)
     assert find("run +40", written) == [] and find("run +", written) == ["20"]
     data = (tmp_path / "lammps/bed.data").read_text()
