@@ -39,14 +39,19 @@ def simulate(scene: Scene, recorder: Recorder, keeper: Keeper) -> None:
 
 def step(scene: Scene, recorder: Recorder) -> None:
     """One coupling step, looked at by the recorder."""
+    take_step(scene)
+    average(scene)
+    recorder.observe(scene)
+
+
+def take_step(scene: Scene) -> None:
+    """One coupling step; the next is as long as the Courant and Fourier numbers allow (collective)."""
     step_gas(scene)
     react(scene)
     move(scene)
     choose_step(scene)
     map_solids(scene)
     exert_drag(scene)
-    average(scene)
-    recorder.observe(scene)
 
 
 def start(scene: Scene) -> None:

@@ -67,16 +67,6 @@ def _make_case(sections: dict[str, Any], positions: np.ndarray | None) -> Case:
     return Case.model_validate(data)
 
 
-def take_step(bench: Scene) -> None:
-    """One coupling step; the next is as long as the Courant and Fourier numbers allow (collective)."""
-    step_gas(bench)
-    react(bench)
-    move(bench)
-    choose_step(bench)
-    map_solids(bench)
-    exert_drag(bench)
-
-
 def take_same_step(bench: Scene) -> None:
     """One coupling step; the next is as long (collective)."""
     step_gas(bench)
