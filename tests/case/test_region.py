@@ -14,7 +14,8 @@ from fbcouple.case.region import find_region, read_mesh
 from fbcouple.errors import CaseError
 from fbcouple.layout import lay_out
 from fbcouple.meshes.cylinder import find_section, make_cylinder
-from fbcouple.meshes.foam_files import FILES, read_polymesh, write_polymesh
+from fbcouple.meshes.foam_files import read_polymesh, write_polymesh
+from fbcouple.meshes.foam_text import FILES
 
 sys.path.append(str(Path(__file__).parents[1] / "meshes"))
 from test_meshes import write_gmsh

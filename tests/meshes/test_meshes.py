@@ -9,8 +9,9 @@ import pytest
 from fbcouple.errors import CaseError
 from fbcouple.meshes.block import make_block
 from fbcouple.meshes.cylinder import count_cells, find_section, make_cylinder
-from fbcouple.meshes.foam_files import FILES, read_polymesh, write_polymesh
-from fbcouple.meshes.imported import arrange_patches, read_mesh_file
+from fbcouple.meshes.foam_files import read_polymesh, write_polymesh
+from fbcouple.meshes.foam_text import FILES
+from fbcouple.meshes.imported import choose_patches, read_mesh_file
 from fbcouple.meshes.locator import Locator
 from fbcouple.meshes.numbering import build_mesh
 from fbcouple.meshes.polyhedra import find_centres, join, take_apart
@@ -133,13 +134,13 @@ def test_polymesh_files_go_round(mesh, tmp_path):
     ("name", "change", "words"),
     [
         ("points", lambda text: text.replace("ascii", "binary"), "binary"),
-        ("points", lambda text: text.replace("(0.0", "(nan", 1), "points"),
+        ("points", lambda text: text.replace("(0.0", "(nan", 1), "nan"),
         ("owner", lambda text: text.replace("(\n0\n", '(\n#calc "1"\n', 1), "owner"),
         ("boundary", lambda text: text.replace("inlet", "#codeStream {} inlet"), "#"),
         ("boundary", lambda text: text.replace("type wall", "type cyclic"), "cyclic"),
         ("boundary", lambda text: text.replace("nFaces", "faces"), "nFaces"),
         ("faces", lambda text: text[: len(text) // 2] + ")", "faces"),
-        ("neighbour", lambda text: text.replace("(\n", "(\n1\n1\n", 1), "fit together"),
+        ("neighbour", lambda text: text.replace("(\n", "(\n1\n1\n", 1), "cut off or was edited"),
     ],
 )
 def test_what_is_no_mesh_is_refused(name, change, words, tmp_path):
@@ -176,10 +177,10 @@ def write_gmsh(mesh, path):
 def test_gmsh_file(tmp_path):
     mesh = make_cylinder(0.04, 0.08, 6, 5, "tetrahedra")
     write_gmsh(mesh, tmp_path / "mesh.msh")
-    back = read_mesh_file(tmp_path / "mesh.msh")
-    assert back.count == mesh.count and back.volume == pytest.approx(mesh.volume, rel=1e-12)
-    assert {name: count for name, (_, count) in back.patches.items()} == {"in": 54, "out": 54, "walls": 180}
-    ordered = arrange_patches(back, "in", "out")
+    found = read_mesh_file(tmp_path / "mesh.msh")
+    assert found.mesh.count == mesh.count and found.mesh.volume == pytest.approx(mesh.volume, rel=1e-12)
+    assert {name: len(faces) for name, faces in found.surfaces.items()} == {"in": 54, "out": 54, "walls": 180}
+    ordered = choose_patches(found, "in", "out")
     assert list(ordered.patches) == ["inlet", "outlet", "walls"]
     assert ordered.find_area("inlet") == pytest.approx(mesh.find_area("inlet"), rel=1e-12)
     assert np.all(ordered.points[ordered.faces.take(ordered.list_patch("inlet")).values, 2] == 0.0)
