@@ -25,6 +25,7 @@ LEAST_COSINE = 0.886
 
 _PER_PARTICLE, _FEW_SITES = 8, 10_000
 """Sites of a layer that are looked at for each particle that is still to be placed, and beside that."""
+_LOOKS = 1
 
 
 class Inside:
@@ -111,16 +112,17 @@ def fill_region(case: Case, mesh: PolyMesh) -> np.ndarray:
 
 def _fill_layer(lattice: Lattice, layer: int, count: int, clear: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
     """The clear sites of a layer: all of them, or of a layer with far more than `count` of each way the every second,
-    third ... if they are enough."""
+    third ... if they are enough. A layer with none of them clear, the second time closer, counts as full."""
     low, high = lattice.find_extent(layer)
     columns, rows = (max(0, end - start) for start, end in zip(low, high, strict=True))
     step = max(1, math.isqrt(columns * rows // (_PER_PARTICLE * count + _FEW_SITES)))
-    while True:
+    for look in itertools.count():
         sites = lattice.list_sites(layer, low, high, step)
         sites = sites[clear(sites)]
-        if step == 1 or len(sites) >= count:
-            return sites
+        if step == 1 or len(sites) >= count or (look >= _LOOKS and not len(sites)):
+            break
         step = max(1, step // 2)
+    return sites
 
 
 def _thin_out(sites: np.ndarray, count: int, last: int) -> np.ndarray:

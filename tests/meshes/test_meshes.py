@@ -159,17 +159,18 @@ def test_a_missing_file_is_named(missing, tmp_path):
         read_polymesh(tmp_path)
 
 
-def write_gmsh(mesh, path):
-    """The cells of a mesh of tetrahedra and its inlet and outlet as a gmsh file."""
+def write_gmsh(mesh, path, surfaces=None):
+    """The cells of a mesh of tetrahedra and some `surfaces` (name -> faces; absent: in and out) as a gmsh file."""
+    surfaces = surfaces or {"in": mesh.list_patch("inlet"), "out": mesh.list_patch("outlet")}
     cells = break_up(mesh)
     corners = cells.corners
     tetrahedra = np.array(
         [np.unique(corners.values[a:b]) for a, b in zip(corners.starts, corners.starts[1:], strict=False)]
     )
-    sides = [mesh.faces.take(mesh.list_patch(name)).values.reshape(-1, 3) for name in ("inlet", "outlet")]
+    sides = [mesh.faces.take(faces).values.reshape(-1, 3) for faces in surfaces.values()]
     blocks = [("tetra", tetrahedra), *(("triangle", side) for side in sides)]
-    tags = [np.full(len(data), tag) for (_, data), tag in zip(blocks, (7, 1, 2), strict=True)]
-    names = {"in": np.array([1, 2]), "out": np.array([2, 2]), "gas": np.array([7, 3])}
+    tags = [np.full(len(data), tag) for (_, data), tag in zip(blocks, (99, *range(1, 1 + len(sides))), strict=True)]
+    names = {name: np.array([tag, 2]) for tag, name in enumerate(surfaces, start=1)} | {"gas": np.array([99, 3])}
     data = {"gmsh:physical": tags, "gmsh:geometrical": tags}
     meshio.gmsh.write(path, meshio.Mesh(mesh.points, blocks, cell_data=data, field_data=names), "2.2", binary=False)
 
