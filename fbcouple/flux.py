@@ -44,7 +44,7 @@ class HeightFlux:
         change = self._add_layers(scene, voidage) - self._before
         flux = self._add_layers(scene, voidage * scene.gas.velocity[:, 2])
         floor = grid.size[0] * grid.size[1]
-        change *= grid.cell_volume / scene.dt / floor
+        change *= grid.cell_volume / scene.moved / floor
         flux *= grid.cell_volume / grid.spacing[2] / floor
         bounds = inlet_range(gas, scene.clock.time - scene.dt, scene.clock.time)
         inflow = float(np.clip(flux[0] + change[0] / 2, *bounds))

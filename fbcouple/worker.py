@@ -75,12 +75,17 @@ def start(scene: Scene) -> None:
 def step_gas(scene: Scene) -> None:
     """The step that the clock has chosen begins: one PISO step of the gas, under voidage and drag as they are."""
     scene.dt, scene.substeps = scene.clock.dt, scene.clock.substeps
+    scene.moved = scene.clock.last_dt or scene.dt
     if scene.gas is None:
         return
     with scene.watch("wait"):
         scene.comm.Barrier()
     with scene.watch("gas"):
-        scene.gas.step(scene.dt, *(scene.coupling.gas_input if scene.coupling else scene.gas.clean_input))
+        scene.gas.step(
+            scene.dt,
+            *(scene.coupling.gas_input if scene.coupling else scene.gas.clean_input),
+            moved=scene.moved,
+        )
         scene.gas_state = scene.gas.measure()
     require_finite_gas(scene)
 
@@ -130,7 +135,7 @@ def exert_drag(scene: Scene) -> None:
     """The drag of every particle, averaged over the next step, to the cells."""
     if scene.coupling:
         with scene.watch("drag"):
-            scene.coupling.drag(scene.particles, scene.clock.dt)
+            scene.coupling.drag(scene.particles, scene.clock.dt, scene.clock.last_dt)
             require_sound_exchange(scene)
 
 

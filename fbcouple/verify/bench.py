@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -74,6 +75,26 @@ def take_same_step(bench: Scene) -> None:
     move(bench)
     bench.clock.tick()
     map_solids(bench)
+    exert_drag(bench)
+
+
+def take_steps(bench: Scene, substeps: Iterable[int]) -> Iterator[None]:
+    """Coupling steps of so many DEM steps each, whatever the gas would have; yields after each (collective)."""
+    dem_step = bench.clock.dt / bench.clock.substeps
+    wanted = iter(substeps)
+    _set_step(bench, next(wanted), dem_step)
+    for following in itertools.chain(wanted, [1]):
+        step_gas(bench)
+        react(bench)
+        move(bench)
+        bench.clock.tick()
+        map_solids(bench)
+        _set_step(bench, following, dem_step)
+        yield
+
+
+def _set_step(bench: Scene, substeps: int, dem_step: float) -> None:
+    bench.clock.substeps, bench.clock.dt = substeps, substeps * dem_step
     exert_drag(bench)
 
 

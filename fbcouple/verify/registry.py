@@ -31,6 +31,7 @@ MODULES = (
     "cylinder",
     "weight",
     "vessel",
+    "unequal_steps",
 )
 
 

@@ -78,6 +78,12 @@ MUTATIONS = {
         ),
         ("lift-force", "viscous-force", "virtual-mass"),
     ),
+    "what other forces did in a step of another length": Mutation(
+        (("fbcouple/exchange/coupling.py", "dt / (last_dt or dt)", "1.0"),), ("unequal-steps", "unequal-steps-water")
+    ),
+    "the voidage's change over the gas's own step": Mutation(
+        (("fbcouple/engines/openfoam/gas.cpp", "displaced_ = dt/moved", "displaced_ = 1"),), ("unequal-steps",)
+    ),
 }
 
 

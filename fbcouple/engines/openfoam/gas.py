@@ -34,7 +34,7 @@ _FUNCTIONS: dict[str, Signature] = {
     "gas_mesh_sizes": (ctypes.c_int, [_whole]),
     "gas_mesh": (ctypes.c_int, [_double, *[_whole] * 6]),
     "gas_start": (ctypes.c_int, [_double]),
-    "gas_step": (ctypes.c_int, [ctypes.c_double, _double, _double]),
+    "gas_step": (ctypes.c_int, [ctypes.c_double, ctypes.c_double, _double, _double]),
     "gas_fields": (ctypes.c_int, [_double, _double, _double, _double]),
     "gas_derive": (ctypes.c_int, [ctypes.c_char_p, _double]),
     "gas_measure": (ctypes.c_int, [_double]),
@@ -116,13 +116,16 @@ class Gas:
         self._check(self._library.gas_start(_pointer(voidage)))
         self._read_fields()
 
-    def step(self, dt: float, voidage: np.ndarray, drag: np.ndarray) -> None:
+    def step(self, dt: float, voidage: np.ndarray, drag: np.ndarray, moved: float = 0.0) -> None:
         """Advance by `dt` [s] with the new voidage (n,) and the sums (n, 4) over the particles of each cell of beta
         [kg/s] and beta v [N]: V K and V S of the drag S - K u.
 
+        moved [s]: length of the step in which the particles made the voidage change, so that d(eps)/dt is their own;
+        0: as long as this one.
+
         Raises DivergedError if the solution is not finite, SolverError if OpenFOAM fails otherwise.
         """
-        status = self._library.gas_step(dt, _pointer(voidage), _pointer(drag))
+        status = self._library.gas_step(dt, moved or dt, _pointer(voidage), _pointer(drag))
         if status and re.search(r"'-?(nan|inf)'", words := self._library.gas_error().decode(errors="replace")):
             raise DivergedError(f"the gas step of {dt:.6g} s gave numbers that are none; OpenFOAM: {words}")
         self._check(status)
