@@ -94,7 +94,7 @@ def add_up(folder: Path, names: list[Path]) -> Sums:
 def finish(folder: Path, about: dict[str, Any], sums: Sums) -> Path:
     """Make the checkpoint in `folder` valid: index, then its name; only the newest two stay. Returns its place."""
     text = json.dumps({"format": _FORMAT, **about, "files": sums}, indent=1)
-    (folder / "index.json").write_text(json.dumps({"sha256": _hash_text(text), "index": text}))
+    (folder / "index.json").write_text(json.dumps({"sha256": _hash_text(text), "index": text}), encoding="utf-8")
     _flush(folder / "index.json")
     _flush(folder)
     place = folder.parent / f"step-{about['step']:012d}"

@@ -11,6 +11,7 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
+from shlex import quote
 
 import xarray as xr
 
@@ -58,7 +59,7 @@ def launch(
     """
     begin = time.time()
     if not (run / "manifest.json").exists():
-        raise CaseError([f"{run}: is not a run folder; make one with: fbcouple setup CASE -o {run}"])
+        raise CaseError([f"{run}: is not a run folder; make one with: fbcouple setup CASE -o {quote(str(run))}"])
     with hold(run) as lock, Requests() as requests:
         try:
             command = _prepare(run, ranks, until, fresh, resume, begin + wall_limit, say)
@@ -146,7 +147,7 @@ def _remove(path: Path) -> None:
 
 
 def _note_run(run: Path, ranks: int, command: list[str]) -> None:
-    manifest = json.loads((run / "manifest.json").read_text())
+    manifest = json.loads((run / "manifest.json").read_text(encoding="utf-8"))
     manifest["run"] = {
         "ranks": ranks,
         "host": platform.node(),
@@ -155,5 +156,5 @@ def _note_run(run: Path, ranks: int, command: list[str]) -> None:
         "started": time.strftime("%Y-%m-%dT%H:%M:%S%z"),
     }
     fresh = run / "manifest.tmp"
-    fresh.write_text(json.dumps(manifest, indent=2) + "\n")
+    fresh.write_text(json.dumps(manifest, indent=2) + "\n", encoding="utf-8")
     fresh.replace(run / "manifest.json")

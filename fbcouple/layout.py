@@ -16,6 +16,7 @@ from fbcouple.case.schema import Case
 from fbcouple.case.source import FILE_NAME, find_case, list_sets, list_shipped
 from fbcouple.decks.render import refuse_foreign, set_up
 from fbcouple.errors import CaseError
+from fbcouple.places import require_usable
 
 
 def lay_out(
@@ -30,6 +31,7 @@ def lay_out(
     """
     members = list_sets().get(name)
     place = output or Path("runs") / name_run(name, None if members else find_case(name))
+    require_usable(place)
     runs: dict[Path, tuple[Case, Path]] = {}
     for member in members or [name]:
         case, source = load_case(member, sets), find_case(member)

@@ -28,7 +28,7 @@ def prepare_mesh(case: Case, run: Path, ranks: int) -> None:
     fluid = run / "fluid"
     for old in (*fluid.glob("processor*"), *_time_folders(fluid), fluid / "constant/polyMesh"):
         _remove(old)
-    (run / "logs/mesh.log").write_text("")
+    (run / "logs/mesh.log").write_text("", encoding="utf-8")
     if case.domain.is_plain_box:
         _run_tool(run, "blockMesh")
     else:
@@ -57,17 +57,26 @@ def _cut(case: Case, run: Path, ranks: int) -> None:
     if ranks > 1:
         template = make_environment().get_template("openfoam/system/decomposeParDict")
         text = template.render(ranks=ranks, grid=find_rank_grid(case.domain.size, ranks))
-        (run / "fluid/system/decomposeParDict").write_text(text)
+        (run / "fluid/system/decomposeParDict").write_text(text, encoding="utf-8")
         _run_tool(run, "decomposePar")
 
 
 def _run_tool(run: Path, *tool: str) -> None:
-    command = [*tool, "-case", str(run / "fluid")]
+    command = [*tool, "-case", "fluid"]  # OpenFOAM takes blanks and quotes out of a path on the command line
     try:
-        done = subprocess.run(command, env=mpi_environment(), capture_output=True, text=True, check=False)
+        done = subprocess.run(
+            command,
+            cwd=run,
+            env=mpi_environment(),
+            capture_output=True,
+            text=True,
+            check=False,
+            encoding="utf-8",
+            errors="replace",
+        )
     except FileNotFoundError as error:
         raise SolverError(f"{tool[0]} is not on the PATH; mend: sudo apt-get install openfoam") from error
-    with (run / "logs/mesh.log").open("a") as log:
+    with (run / "logs/mesh.log").open("a", encoding="utf-8") as log:
         log.write(done.stdout + done.stderr)
     if done.returncode:
         words = (done.stdout + done.stderr).strip()

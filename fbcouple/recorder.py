@@ -58,7 +58,7 @@ class Recorder:
         between = scene.case.output.particles_every
         self._frames = Frames(scene.comm, scene.grid, scene.owned, run / FRAMES, between) if between else None
         self._earlier = 0.0
-        self._log = (run / "logs/run.jsonl").open("a") if scene.comm.rank == 0 else None
+        self._log = (run / "logs/run.jsonl").open("a", encoding="utf-8") if scene.comm.rank == 0 else None
 
     def observe(self, scene: Scene) -> None:
         """Check the step that was taken; record it if a row is due, and save if it is time (collective)."""
@@ -189,7 +189,7 @@ class Recorder:
         numbers |= {"core_seconds": self._count_core_seconds(scene), "next": self._cadence.next}
         numbers["cpu_seconds"] = self._count_cpu_seconds(scene)
         numbers["flux"] = self._flux.save()
-        with (folder / "history.jsonl").open("w") as file:
+        with (folder / "history.jsonl").open("w", encoding="utf-8") as file:
             for row in self._rows:
                 append_line(file, row)
         if self._snapshots:
@@ -197,13 +197,13 @@ class Recorder:
             self._snapshots.save(folder / "snapshots.npz")
         if self._frames:
             numbers |= {"next_frame": self._frames.cadence.next, "frames": self._frames.count}
-        (folder / "recorder.json").write_text(json.dumps(numbers))
+        (folder / "recorder.json").write_text(json.dumps(numbers), encoding="utf-8")
         files = [Path("history.jsonl"), Path("recorder.json")]
         return [*files, Path("snapshots.npz")] if self._snapshots else files
 
     def load_state(self, folder: Path) -> None:
         """Go on from the checkpoint in `folder`."""
-        numbers = json.loads((folder / "recorder.json").read_text())
+        numbers = json.loads((folder / "recorder.json").read_text(encoding="utf-8"))
         for name in _NUMBERS:
             setattr(self, name, numbers[name])
         self._earlier, self._cadence.next = numbers["core_seconds"], numbers["next"]

@@ -164,7 +164,7 @@ def read_line(line: str) -> dict[str, Any] | None:
 def read_log(path: Path) -> list[dict[str, Any]]:
     """The rows of a line log up to the first line that is not whole."""
     rows = []
-    for line in path.read_text().splitlines(keepends=True):
+    for line in path.read_text(encoding="utf-8").splitlines(keepends=True):
         row = read_line(line)
         if row is None:
             break

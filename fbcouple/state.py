@@ -64,7 +64,7 @@ def _write_parts(scene: Scene, recorder: Recorder, folder: Path) -> list[Path]:
     if rank == 0:
         written += [Path(RESTART)] if scene.grains else []
         written += recorder.save_state(scene, folder)
-        (folder / "state.json").write_text(json.dumps(_save_numbers(scene)))
+        (folder / "state.json").write_text(json.dumps(_save_numbers(scene)), encoding="utf-8")
         written.append(Path("state.json"))
     return written
 
@@ -105,7 +105,7 @@ def _save_sums(scene: Scene) -> dict[str, np.ndarray]:
 
 def read_checkpoint(scene: Scene, recorder: Recorder, folder: Path) -> None:
     """Put `scene` and `recorder` into the state of the checkpoint in `folder`; the solvers are in it already."""
-    numbers = json.loads((folder / "state.json").read_text())
+    numbers = json.loads((folder / "state.json").read_text(encoding="utf-8"))
     scene.clock.load(numbers["clock"])
     sums = _load_sums(scene, folder)
     if scene.averaging:

@@ -7,6 +7,7 @@ import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from shlex import quote
 from typing import Any
 
 import numpy as np
@@ -130,7 +131,7 @@ class Results:
         reached = f"the last record is at t = {times[-1]:g} s" if times.size else "nothing is recorded yet"
         start = self.case["averages"]["start"]
         text = f"{self.path} has no time means yet: averaging starts at t = {start:g} s ([averages] start), {reached}."
-        raise NotDrawableError([f"{text} Let the run go on (`fbcouple run {self.path.parent} --resume`)."])
+        raise NotDrawableError([f"{text} Let the run go on (`fbcouple run {quote(str(self.path.parent))} --resume`)."])
 
 
 def open_results(run: Path) -> Results:
@@ -140,7 +141,9 @@ def open_results(run: Path) -> Results:
     """
     path = Path(run) / "results.nc"
     if not path.is_file():
-        raise CaseError([f"{path} does not exist. Run the case first (`fbcouple run {run}`), or give another folder."])
+        raise CaseError(
+            [f"{path} does not exist. Run the case first (`fbcouple run {quote(str(run))}`), or give another folder."]
+        )
     try:
         with xr.open_dataset(path, decode_times=False) as stored:
             data = stored.load()

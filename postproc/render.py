@@ -147,7 +147,7 @@ def draw(request: Request) -> None:
 
 def main() -> None:
     """Read the request and draw it."""
-    told = json.loads(Path(sys.argv[1]).read_text())
+    told = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
     draw(Request(**told))
 
 

@@ -93,11 +93,17 @@ def render(
         "voidage": (LOWEST, 1.0),
         "pictures": [(str(path), name, str(file)) for (path, name), file in zip(wanted, files, strict=True)],
     }
-    (folder / "request.json").write_text(json.dumps(request))
+    (folder / "request.json").write_text(json.dumps(request), encoding="utf-8")
     command = [sys.executable, "-m", "postproc.render", str(folder / "request.json")]
     place = os.pathsep.join([str(Path(__file__).resolve().parents[1]), os.environ.get("PYTHONPATH", "")])
     done = subprocess.run(
-        command, env={**os.environ, "PYTHONPATH": place}, capture_output=True, text=True, errors="replace", check=False
+        command,
+        env={**os.environ, "PYTHONPATH": place},
+        capture_output=True,
+        text=True,
+        errors="replace",
+        check=False,
+        encoding="utf-8",
     )
     if done.returncode:
         words = re.sub(r"\x1b\[[0-9;]*m", "", done.stderr).splitlines()

@@ -122,5 +122,5 @@ def _collect(path: Path, files: list[tuple[float, str]]) -> Path:
     """ParaView's list of files over time."""
     lines = [f'    <DataSet timestep="{time!r}" file={quoteattr(name)}/>' for time, name in files]
     text = '<VTKFile type="Collection" version="0.1">\n  <Collection>\n' + "\n".join(lines)
-    path.write_text(text + "\n  </Collection>\n</VTKFile>\n")
+    path.write_text(text + "\n  </Collection>\n</VTKFile>\n", encoding="utf-8")
     return path

@@ -57,7 +57,7 @@ def find_runs(place: Path) -> list[Path]:
     runs = sorted(path.parent.resolve() for path in place.glob(f"*/{FILE_NAME}")) if place.is_dir() else []
     if not runs:
         text = "is neither a run folder nor a folder of runs"
-        raise CaseError([f"{place}: {text}; write one with `fbcouple setup CASE -o {place}`."])
+        raise CaseError([f"{place}: {text}; write one with `fbcouple setup CASE -o {shlex.quote(str(place))}`."])
     return runs
 
 
@@ -104,7 +104,7 @@ def write_job(place: Path, scheduler: str, request: Request) -> tuple[Path, Path
     folder.mkdir(exist_ok=True)
     for path, template in ((job, f"batch/{scheduler}.sh"), (submit, "batch/submit.sh")):
         unfinished = path.with_name(path.name + ".part")
-        unfinished.write_text(environment.get_template(template).render(context))
+        unfinished.write_text(environment.get_template(template).render(context), encoding="utf-8")
         unfinished.chmod(0o755)
         os.replace(unfinished, path)
     return job, submit

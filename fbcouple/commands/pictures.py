@@ -68,4 +68,4 @@ def claims(runs: tuple[Path, ...], file: Path | None) -> None:
     columns = ["statement", "place", "numerics", "measured", "wanted", "verdict", "why"]
     print_table(columns, [[row[column] for column in columns] for row in rows])
     if file:
-        file.write_text(json.dumps({"claims": rows}, indent=2) + "\n")
+        file.write_text(json.dumps({"claims": rows}, indent=2) + "\n", encoding="utf-8")

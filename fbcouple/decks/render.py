@@ -93,7 +93,7 @@ def format_particles(
     """
     assert case.particles is not None
     known = list_kinds(case.particles)
-    yield f"particles of: {case.title}\n\n{len(positions)} atoms\n{len(known) + 1} atom types\n"
+    yield f"Particles at the start; the title is in case.toml\n\n{len(positions)} atoms\n{len(known) + 1} atom types\n"
     for axis, low, high in zip("xyz", *box.tolist(), strict=True):
         yield f"{format_number(low)} {format_number(high)} {axis}lo {axis}hi\n"
     yield "\nAtoms\n\n"
@@ -158,7 +158,7 @@ def find_box(case: Case, mesh: PolyMesh | None) -> np.ndarray:
 
 def _write(place: Path, text: str) -> None:
     place.parent.mkdir(parents=True, exist_ok=True)
-    place.write_text(text)
+    place.write_text(text, encoding="utf-8")
 
 
 def refuse_foreign(run: Path) -> None:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
+from fbcouple.engines.c_stream import shorten, standard_output_into
 from fbcouple.engines.native import Signature, load_library
 from fbcouple.errors import SolverError
 
@@ -36,6 +37,9 @@ _WRITABLE = 0x200
 _VIEWS = 64
 """Views kept from step to step: LIGGGHTS moves its arrays seldom."""
 
+_LOOK_EVERY = 1000
+"""Calls of `advance` between two looks at the length of the log; a call adds a kilobyte at most."""
+
 
 class Grains:
     """LIGGGHTS in this process, one instance a process.
@@ -51,12 +55,14 @@ class Grains:
         `remembers`, every `advance` first keeps the velocities; the deck has a place for them."""
         self.remembers = remembers
         self._library = load_library(LIBRARY, _FUNCTIONS, "sudo apt-get install liggghts")
-        screen = log.with_suffix(".screen")
-        words = [b"liggghts", b"-log", os.fsencode(log), b"-screen", os.fsencode(screen)]
+        self._log, self._runs = log if comm.rank == 0 else None, 0
+        words = [b"liggghts", b"-log", b"none"]
         arguments = (ctypes.c_char_p * (len(words) + 1))(*words, None)
         handle = ctypes.c_void_p.from_address(MPI._addressof(comm))
         self._lammps = ctypes.c_void_p()
-        self._library.lammps_open(len(words), arguments, handle, ctypes.byref(self._lammps))
+        # The screen and not the log: what goes wrong on one rank LIGGGHTS tells on its screen alone.
+        with standard_output_into(log):
+            self._library.lammps_open(len(words), arguments, handle, ctypes.byref(self._lammps))
         if restart:
             deck = _put_restart(deck, restart, log.with_name("in.resumed"), comm)
         self._library.lammps_file(self._lammps, os.fsencode(deck))
@@ -143,6 +149,9 @@ class Grains:
         if self.remembers and steps:
             self.last_velocities[:] = self.velocities
         self.command(f"run {steps}" if first else f"run {steps} pre no post no")
+        self._runs += 1
+        if self._log and self._runs % _LOOK_EVERY == 0:
+            shorten(self._log)
 
     def command(self, line: str) -> None:
         """Give one LIGGGHTS command; an error in it ends the process, the words are in its log."""
@@ -186,9 +195,9 @@ class Grains:
 def _put_restart(deck: Path, restart: Path, place: Path, comm: MPI.Comm) -> Path:
     """Write `deck` to `place` with `restart` read in place of its data file (collective)."""
     if comm.rank == 0:
-        text, found = re.subn(r"(?m)^read_data\b.*$", f"read_restart    {restart}", deck.read_text())
+        text, found = re.subn(r"(?m)^read_data\b.*$", f"read_restart    {restart}", deck.read_text(encoding="utf-8"))
         if found != 1:
             raise SolverError(f"{deck} has {found} read_data lines, 1 is wanted to resume")
-        place.write_text(text)
+        place.write_text(text, encoding="utf-8")
     comm.Barrier()
     return place

@@ -89,7 +89,7 @@ def run_case(base: str, settings: Settings, run: Path, ranks: int, wall_limit: f
         lay_out(base, run, word_settings(settings), trusted=False, forced=True)
     how, text = _start(run, ranks, wall_limit)
     ending = Ending(how, text, before + time.monotonic() - begin, ranks)
-    (run / ENDING).write_text(json.dumps(asdict(ending)) + "\n")
+    (run / ENDING).write_text(json.dumps(asdict(ending)) + "\n", encoding="utf-8")
     return ending
 
 
@@ -114,7 +114,7 @@ def run_from_middle(run: Path, again: Path, ranks: int, wall_limit: float) -> En
     begin = time.monotonic()
     how, text = _start(again, ranks, wall_limit)
     ending = Ending(how, text, time.monotonic() - begin, ranks)
-    (again / ENDING).write_text(json.dumps(asdict(ending)) + "\n")
+    (again / ENDING).write_text(json.dumps(asdict(ending)) + "\n", encoding="utf-8")
     return ending
 
 
@@ -137,7 +137,7 @@ def _holds(run: Path, case: Case) -> bool:
         return False
     wanted = run / ".wanted.toml"
     write_case(case, wanted)
-    same = wanted.read_text() == (run / "case.toml").read_text()
+    same = wanted.read_text(encoding="utf-8") == (run / "case.toml").read_text(encoding="utf-8")
     wanted.unlink()
     return same
 
@@ -146,7 +146,7 @@ def _read_ending(run: Path, ranks: int) -> Ending | None:
     """How the run in `run` ended on so many ranks, if it is known."""
     if not (run / ENDING).is_file():
         return None
-    ending = Ending(**json.loads((run / ENDING).read_text()))
+    ending = Ending(**json.loads((run / ENDING).read_text(encoding="utf-8")))
     return ending if ending.ranks == ranks else None
 
 

@@ -50,7 +50,7 @@ def open_bench(
             lambda wanted: lattice_kinds(wanted) if kinds is None else kinds,
         )
         for deck, edit in (edits or {}).items():
-            (run / deck).write_text(edit((run / deck).read_text()))
+            (run / deck).write_text(edit((run / deck).read_text(encoding="utf-8")), encoding="utf-8")
         if case.gas:
             prepare_mesh(case, run, comm.size)
     comm.Barrier()
