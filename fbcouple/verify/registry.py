@@ -15,6 +15,7 @@ MODULES = (
     "contact",
     "single_impact",
     "friction",
+    "rest",
     "oblique",
     "hertz",
     "gas",
