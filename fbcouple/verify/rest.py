@@ -67,8 +67,8 @@ def _find_speed(grains: Grains) -> float:
 
 
 def settled_bed(place: Path, comm: MPI.Comm, model: str) -> Iterator[Number]:
-    """A dry bed of e = 0.3 and mu = 0.5, with history and as many DEM steps a contact as a case gets by itself: it comes
-    to rest and does not settle further. With six steps it creeps for ever."""
+    """A dry bed of e = 0.3 and mu = 0.5, with history and the DEM steps a contact that a case gets by itself, comes to
+    rest and settles no further; with six steps it creeps for ever."""
     layers, width, pitch = 14, 6, 1.04
     edge = width * pitch * _DIAMETER
     domain = {"size": [edge, edge, 1.3 * layers * _DIAMETER], "cells": [2, 2, 4], "periodic": ("x", "y")}
