@@ -16,6 +16,7 @@ MODULES = (
     "single_impact",
     "friction",
     "rest",
+    "packed",
     "oblique",
     "hertz",
     "gas",

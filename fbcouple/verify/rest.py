@@ -39,7 +39,7 @@ _WIDTH, _DEPTH, _TOP = 24, 4, 12
 _PACKED = 0.58
 
 
-def _lay_column(layers: int, width: int, pitch: float) -> np.ndarray:
+def lay_column(layers: int, width: int, pitch: float) -> np.ndarray:
     """Positions (n, 3) [m] of a shaken lattice of `width` x `width` x `layers` sites, `pitch` diameters apart."""
     sites = np.stack(np.meshgrid(*map(np.arange, (width, width, layers)), indexing="ij"), axis=-1).reshape(-1, 3)
     shift = np.random.default_rng(1).uniform(-_SHAKE, _SHAKE, sites.shape)
@@ -73,7 +73,7 @@ def settled_bed(place: Path, comm: MPI.Comm, model: str) -> Iterator[Number]:
     edge = width * pitch * _DIAMETER
     domain = {"size": [edge, edge, 1.3 * layers * _DIAMETER], "cells": [2, 2, 4], "periodic": ("x", "y")}
     sections = {"domain": domain, "particles": GLASS | {"rotation": True}, "contact": _SETTLED[model]}
-    bench = open_bench(place, comm, sections, _lay_column(layers, width, pitch))
+    bench = open_bench(place, comm, sections, lay_column(layers, width, pitch))
     assert bench.grains is not None and bench.case.contact is not None and bench.case.particles is not None
     advance = _advance(bench.grains, dem_step(bench.case.contact, bench.case.particles))
     advance(_WATCHED)
