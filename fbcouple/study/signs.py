@@ -160,7 +160,7 @@ LAST = 5
 """History rows that say whether it has."""
 
 
-@sign("unrest", 5e-3, 2e-2)
+@sign("unrest", 3e-3, 5e-2)
 def find_unrest(case: Case, rows: list[Row]) -> float:
     """Without gas, long after the fall: speed of the particles that does not decay, over sqrt(g d) (collective creep
     and the heat of too few contact steps)."""
