@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from fbcouple.case.derived import tangential_law
 from fbcouple.case.schema import Case
 from fbcouple.decks.context import build_context
 from fbcouple.decks.needs import find_needs
@@ -30,7 +31,8 @@ def explain_absence(case: Case) -> str:
     """Why LAMMPS does not take part; empty if it does."""
     contact = case.contact
     assert contact is not None
-    if contact.tangential != "no-history" or contact.rolling_friction or (case.particles and case.particles.rotation):
+    rotates = case.particles and case.particles.rotation
+    if tangential_law(contact) != "no-history" or contact.rolling_friction or rotates:
         return "LAMMPS: its gran/hooke is for contacts without history, rolling friction and rotation: left out."
     if shutil.which(PROGRAM) is None:
         return "LAMMPS: lmp is not on the PATH: left out; mend: sudo apt-get install lammps"

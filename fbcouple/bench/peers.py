@@ -70,7 +70,7 @@ def write_dpmfoam(case: Case, fluid: Path, positions: np.ndarray, step: float, s
         "damping": find_damping(contact.restitution),
         "friction": contact.friction,
         "wall_friction": contact.wall_friction,
-        "steps_per_contact": contact.steps_per_contact,
+        "steps_per_contact": derived.steps_per_contact(contact, particles),
         "positions": positions.tolist(),
         "step": step,
         "end": step * (steps + 0.5),

@@ -154,7 +154,14 @@ class Contact(Section):
     walls: Walls = option(
         "Rows of a species, its restitution and its friction against walls, in place of the common ones.", default=()
     )
-    steps_per_contact: int = option("DEM steps in one contact time T_C (paper: 6).", default=6, ge=3, le=1000)
+    steps_per_contact: int | None = option(
+        "DEM steps in one contact time T_C (paper: 6); absent: as many as a packed bed of this restitution, contact "
+        "model and friction needs to come to rest, at least 6 (hooke with history and rotation: 6 from e = 0.5 on, 9 "
+        "at 0.3, 16 at 0.1; hertz 6 from 0.7 on, 11 at 0.3).",
+        default=None,
+        ge=3,
+        le=1000,
+    )
     skin: float | None = option(
         "Skin of the neighbour lists in diameters of the smallest particle, for speed alone (`fbcouple bench skin`); "
         "absent: 0.3, with a tangential spring 0.4.",
@@ -162,9 +169,11 @@ class Contact(Section):
         ge=0.05,
         le=10.0,
     )
-    tangential: Literal["no-history", "history"] = option(
-        "Friction: Coulomb sliding with a viscous limit (paper), or a tangential spring that remembers the contact.",
-        default="no-history",
+    tangential: Literal["no-history", "history"] | None = option(
+        "Friction: Coulomb sliding with a viscous limit (no-history, the paper's), or a tangential spring that "
+        "remembers the contact (history). Without history nothing sticks: loaded contacts slide slowly, a bed at rest "
+        "flows and packs, a heap spreads; it is for beds that move all over. Absent: history where there is friction.",
+        default=None,
     )
     tangential_stiffness: float | None = option(
         "k_t/k_n of the tangential spring (hooke with history; hertz has it from its moduli); absent: 2/7.",

@@ -17,10 +17,6 @@ from fbcouple.collision import normal_damping
 
 # DIC-preconditioned CG is fastest below this many cells, multigrid above (measured on the three Patil meshes).
 _MULTIGRID_FROM = 10_000
-# Share of the slip that the viscous limit of Coulomb friction takes away in one DEM step; a sphere that may roll
-# feels it 3.5-fold.
-_STICK_PER_STEP = 0.5
-_ROLLING_FACTOR = 3.5
 # Skin of the neighbour lists over diameter: 0.3 is the fastest in a bed that bubbles and within 3 % in one that hardly
 # moves, where 0.5 costs 28 % (patil/c2, `bench skin`); history is copied at each new list.
 _SKIN = 0.3
@@ -110,7 +106,7 @@ def _nozzle_box(case: Case, closed: tuple[int, int]) -> dict[str, float]:
 def _grains_context(particles: Particles, contact: Contact) -> dict[str, Any]:
     """What every contact law shares: the step, neighbour lists as they are fastest with and without history, tables."""
     step = derived.dem_step(contact, particles)
-    remembers = contact.tangential == "history"
+    remembers = derived.tangential_law(contact) == "history"
     kinds = list_kinds(particles)
     skin = contact.skin or (_SKIN_WITH_HISTORY if remembers else _SKIN)
     skin *= min(kind.diameter for kind in kinds)
@@ -134,7 +130,7 @@ def _grains_context(particles: Particles, contact: Contact) -> dict[str, Any]:
     if contact.model == "hertz":
         moduli = {"youngs_moduli": contact.youngs_modulus, "poisson_ratios": contact.poisson_ratio}
         return context | {name: [value] * (len(kinds) + 1) for name, value in moduli.items()}
-    return context | _spring_context(particles, contact, step)
+    return context | _spring_context(particles, contact)
 
 
 def _tabulate(kinds: list[Kind], pair: Callable[[Kind, Kind], float], wall: Callable[[Kind], float]) -> list[float]:
@@ -144,7 +140,7 @@ def _tabulate(kinds: list[Kind], pair: Callable[[Kind, Kind], float], wall: Call
     return [value for row in rows for value in row]
 
 
-def _spring_context(particles: Particles, contact: Contact, step: float) -> dict[str, Any]:
+def _spring_context(particles: Particles, contact: Contact) -> dict[str, Any]:
     """Linear springs as LIGGGHTS wants them: gamman = 2 gamma_n [1/s] of each pair of kinds and of walls (eqs 17-18).
 
     Without history gammat is the viscous limit of Coulomb friction, with history the dashpot beside its spring.
@@ -158,11 +154,10 @@ def _spring_context(particles: Particles, contact: Contact, step: float) -> dict
         return 2 * normal_damping(contact.stiffness, kind.mass, find_wall(contact, kind).restitution)
 
     damping = _tabulate(list_kinds(particles), damp_pair, damp_wall)
-    if contact.tangential == "history":
+    if derived.tangential_law(contact) == "history":
         ratio = derived.tangential_damping(contact)
         spring, tangential = derived.tangential_stiffness(contact) * contact.stiffness, [ratio * g for g in damping]
     else:
-        stick = _STICK_PER_STEP / step / (_ROLLING_FACTOR if particles.rotation else 1.0)
-        spring, tangential = 0.0, [stick] * len(damping)
+        spring, tangential = 0.0, [derived.viscous_limit(contact, particles)] * len(damping)
     springs = {"stiffnesses": [contact.stiffness] * len(damping), "tangential_springs": [spring] * len(damping)}
     return springs | {"dampings": damping, "tangential_dampings": tangential}

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from fbcouple.case.acceleration import choose_acceleration
+from fbcouple.case.derived import tangential_law
 from fbcouple.case.mixture import count_kinds, list_kinds
 from fbcouple.case.pairs import list_coefficients
 from fbcouple.case.presets import NONE, describe_preset
@@ -126,7 +127,7 @@ def _wall_friction(case: Case) -> tuple[bool, str]:
 
 @_part
 def _tangential_history(case: Case) -> tuple[bool, str]:
-    tangential = case.contact.tangential if case.contact else "no-history"
+    tangential = tangential_law(case.contact) if case.contact else "no-history"
     return tangential == "history", f"contact.tangential = {tangential}"
 
 

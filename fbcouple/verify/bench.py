@@ -21,6 +21,7 @@ from fbcouple.worker import choose_step, exert_drag, map_solids, move, react, st
 GLASS: dict[str, Any] = {"diameter": 1e-3, "density": 2500.0}
 GAS: dict[str, Any] = {"density": 1.165, "viscosity": 2e-5, "inlet_velocity": 0.0}
 FRICTIONLESS: dict[str, Any] = {"restitution": 0.97, "wall_restitution": 0.97, "friction": 0.0, "wall_friction": 0.0}
+FRICTIONLESS["tangential"] = "no-history"
 BOX: dict[str, Any] = {"size": [0.02, 0.02, 0.04], "cells": [5, 5, 10]}
 
 Edit = Callable[[str], str]

@@ -15,6 +15,8 @@ MODULES = (
     "contact",
     "single_impact",
     "friction",
+    "rest",
+    "packed",
     "oblique",
     "hertz",
     "gas",

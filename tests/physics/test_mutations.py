@@ -60,6 +60,13 @@ MUTATIONS = {
         ),
         ("wall-restitution",),
     ),
+    "six steps for every contact": Mutation(
+        (("fbcouple/case/contact_steps.py", "SPINNING = 12.5", "SPINNING = 3.0"),),
+        ("settled-bed-hooke", "settled-bed-hertz"),
+    ),
+    "friction that forgets its contacts": Mutation(
+        (("fbcouple/decks/context.py", '"history" if remembers', '"no_history" if remembers'),), ("heap-history",)
+    ),
     "no reflection of the filter at walls": Mutation(
         (("fbcouple/exchange/filter.py", "0.75 * wall[q]", "0.5 * wall[q]"),), ("filter",)
     ),
