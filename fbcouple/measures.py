@@ -35,8 +35,8 @@ def measure_grains(scene: Scene) -> dict[str, Any]:
 
 
 def measure_height(scene: Scene) -> dict[str, Any]:
-    """Bed height above the floor, of a mesh its lowest point: from the particles in each layer of a box, from the solids
-    of a mesh's cells."""
+    """Bed height above the floor, of a mesh its lowest point: from the particles in each layer of a box, from the
+    solids of a mesh's cells."""
     grains, grid = scene.grains, scene.grid
     assert grains is not None
     if isinstance(scene.cells, MeshCells):

@@ -17,6 +17,8 @@ from postproc.expected import find_faults
 from postproc.inflow import find_fastest
 from postproc.stored import load
 
+_ROUNDING = 1e-9
+
 
 class NotDrawableError(CaseError):
     """The results lack what a figure needs; the text names it."""
@@ -64,14 +66,17 @@ class Results:
         return start + share * length
 
     def _extent(self, axis: str) -> tuple[float, float]:
-        """Where the cells of `axis` begin, and how long they are together [m]."""
+        """Where the cells of `axis` begin, and how long they are together [m].
+
+        By their centres; the case's size and a corner at zero are taken for these where they differ by rounding only.
+        """
         centres = self.data[axis].values.astype(float)
-        count = centres.size
-        if count == 1:
-            length = float(self.case["domain"]["size"]["xyz".index(axis)])
-        else:
-            length = float(centres[-1] - centres[0]) * count / (count - 1)
-        return float(0.5 * (centres[0] + centres[-1]) - 0.5 * length), length
+        length = float(self.case["domain"]["size"]["xyz".index(axis)])
+        if centres.size > 1:
+            seen = float(centres[-1] - centres[0]) * centres.size / (centres.size - 1)
+            length = length if math.isclose(length, seen, rel_tol=_ROUNDING) else seen
+        start = float(0.5 * (centres[0] + centres[-1])) - 0.5 * length
+        return (0.0 if abs(start) < _ROUNDING * length else start), length
 
     @property
     def complete(self) -> bool:

@@ -56,7 +56,8 @@ def read_frame(path: Path) -> Frame:
     try:
         data = load(path)
     except CaseError as error:
-        raise NotDrawableError(error.problems) from error
+        text = "; ".join(error.problems)
+        raise NotDrawableError([f"a frame cannot be read: {text} Or remove it."]) from error
     if odd := [name for name, dims in _SHAPES.items() if not _has(data, name, dims)]:
         text = f"{path} has no {odd[0]} over ({', '.join(_SHAPES[odd[0]])}): it is no frame"
         raise NotDrawableError([f"{text}; remove it, or run the case again."])

@@ -126,8 +126,8 @@ def max_courant(axes: Axes, results: Results) -> None:
 
 
 def _line(axes: Axes, results: Results, name: str, factor: float = 1.0, **look: Any) -> None:
-    look = {"color": BLUE, "linewidth": 0.8} | look
-    axes.plot(results.data["time"], factor * results.history(name), **look)
+    drawn: Any = {"color": BLUE, "linewidth": 0.8} | look
+    axes.plot(results.data["time"], factor * results.history(name), **drawn)
 
 
 def _after_a_step(results: Results, name: str) -> tuple[np.ndarray, np.ndarray]:

@@ -5,7 +5,8 @@ import pytest
 import xarray as xr
 
 from fbcouple.errors import CaseError
-from postproc.dataset import NotDrawableError, at_height, cell_edges, depth_average, flux_scale, open_results
+from postproc.dataset import NotDrawableError, at_height, depth_average, open_results
+from postproc.scales import flux_scale
 
 
 def test_missing_results_say_what_to_do(tmp_path):
@@ -95,10 +96,6 @@ def test_a_hole_in_a_mean_is_counted_not_hidden(dataset, write):
     dataset["solids_flux"][2, 0, 0, :2] = np.nan
     with pytest.raises(NotDrawableError, match="2 of 1800 values are not finite"):
         open_results(write(dataset)).mean("solids_flux")
-
-
-def test_cell_edges_cover_the_length():
-    assert cell_edges(np.array([0.01, 0.03]), 0.04) == pytest.approx([0.0, 0.5, 1.0])
 
 
 @pytest.mark.parametrize(("ramp", "flux"), [("[[0, 0.5], [1, 2.0]]", 2.33), ("[[0, 0.5], [1, 0.0]]", None)])
