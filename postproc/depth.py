@@ -51,7 +51,7 @@ def moment_slices(results: Results) -> Figure:
 def _choose_moment(results: Results, paths: list[Path]) -> Path:
     """The frame of t U_f/d_p = 12 000, or the last before it; without gas that flows in the last."""
     every = results.case.get("output", {}).get("particles_every")
-    if results.inlet_speed is None or every is None:
+    if results.inlet_speed is None or every is None or "particles" not in results.case:
         return paths[-1]
     last = round(MOMENT * results.case["particles"]["diameter"] / results.inlet_speed / every)
     return max((path for path in paths if number_of(path) <= last), default=paths[0])

@@ -87,6 +87,8 @@ NUMBERS = (
     "solids_volume",
 )
 """Attributes that are numbers."""
+OF_PARTICLES = ("particles", "solids_fraction", "voidage_snapshots", "tracked_position")
+"""Variables that no case without particles has."""
 TIMES = ("time", "snapshot_time")
 AXES = ("x", "y", "z")
 VECTORS = ("solids_flux", "solids_velocity", "gas_velocity", "gas_flux")
@@ -95,7 +97,9 @@ VECTORS = ("solids_flux", "solids_velocity", "gas_velocity", "gas_flux")
 
 def find_faults(data: xr.Dataset, case: Mapping[str, Any]) -> list[str]:
     """Everything in which `data` and its `case` are not as a run writes them, a text each."""
-    return _find_in_case(case) + _find_in_attributes(data) + (_find_in_axes(data) or _find_in_variables(data))
+    unfounded = "particles" not in case and any(name in data for name in OF_PARTICLES)
+    alone = ["it has numbers of particles, and its case has no [particles]"] if unfounded else []
+    return _find_in_case(case) + alone + _find_in_attributes(data) + (_find_in_axes(data) or _find_in_variables(data))
 
 
 def _find_in_case(case: Mapping[str, Any]) -> list[str]:
@@ -136,8 +140,7 @@ def _find_in_attributes(data: xr.Dataset) -> list[str]:
 def _find_in_axes(data: xr.Dataset) -> list[str]:
     faults = []
     for name in AXES:
-        axis = data.get(name)
-        if axis is None or axis.dims != (name,) or not axis.size or not _is_even(axis):
+        if name not in data.coords or data[name].dims != (name,) or not _is_even(data[name]):
             faults.append(f"its coordinate {name} is not the centres of equal cells")
     for name in TIMES:
         if name in data.dims and not (name in data.coords and _is_rising(data[name])):
@@ -158,7 +161,7 @@ def _is_rising(axis: xr.DataArray) -> bool:
 
 
 def _is_even(axis: xr.DataArray) -> bool:
-    if not _is_rising(axis):
+    if not axis.size or not _is_rising(axis):
         return False
     steps = np.diff(axis.values.astype(float))
     return not steps.size or bool(steps[0] > 0.0 and np.allclose(steps, steps.mean(), rtol=1e-3))

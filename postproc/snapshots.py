@@ -20,7 +20,7 @@ LOWEST = 0.35
 @figure
 def voidage_snapshots(results: Results) -> Figure:
     """Depth-averaged voidage at five moments over the second half of the run; the line is the edge of bubbles."""
-    if "voidage_snapshots" not in results.data:
+    if not results.data.sizes.get("snapshot_time"):
         raise NotDrawableError([word_without(results, "voidage_snapshots", "output.snapshots_every")])
     snapshots = results.data["voidage_snapshots"].astype(float)
     times = snapshots["snapshot_time"].values

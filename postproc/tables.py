@@ -14,6 +14,7 @@ from postproc.cost import SOLVERS, stage_seconds
 from postproc.dataset import NotDrawableError, Results
 from postproc.inflow import list_rows
 from postproc.monitors import MONITORS
+from postproc.spectrum import SIGNALS as SPECTRA
 from postproc.spectrum import spectra_of
 from postproc.statistics import summarise, word_not_reached
 
@@ -136,7 +137,7 @@ def tabulate_spectra(results: Results) -> Rows:
     """The highest peak of each spectrum. Raises NotDrawableError if the record is too short."""
     return [
         {
-            "quantity": found.name.replace("_", " "),
+            "quantity": SPECTRA[found.name][0].lower(),
             "dominant frequency [Hz]": found.peak,
             "resolution [Hz]": found.resolution,
             "segments": found.segments,

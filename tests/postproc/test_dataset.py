@@ -99,7 +99,7 @@ def test_a_hole_in_a_mean_is_counted_not_hidden(dataset, write):
 
 
 @pytest.mark.parametrize(("ramp", "flux"), [("[[0, 0.5], [1, 2.0]]", 2.33), ("[[0, 0.5], [1, 0.0]]", None)])
-def test_the_gas_flux_of_a_ramp_is_that_of_its_end(dataset, write, ramp, flux):
+def test_the_gas_flux_of_a_ramp_is_that_of_the_averaging_window(dataset, write, ramp, flux):
     dataset.attrs["case"] = dataset.attrs["case"].replace("inlet_velocity = 1.2", f"inlet_ramp = {ramp}")
     found = open_results(write(dataset)).gas_flux
     assert found is None if flux is None else found == pytest.approx(flux)

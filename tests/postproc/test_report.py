@@ -168,7 +168,11 @@ def test_statistics_spectra_and_bubbles_of_a_run(content):
     assert height["mean"] == pytest.approx(0.07, abs=2e-4) and height["steady from [s]"] == pytest.approx(1.0, abs=0.1)
     assert height["deviation"] == pytest.approx(2e-3 / np.sqrt(2.0), rel=0.05)
     peaks = {row["quantity"]: row["dominant frequency [Hz]"] for row in run["spectra"]}
-    assert peaks == pytest.approx({"pressure drop": PRESSURE_FREQUENCY, "bed height": HEIGHT_FREQUENCY}, abs=0.02)
+    assert peaks == pytest.approx(
+        {"pressure drop": PRESSURE_FREQUENCY, "bed height": HEIGHT_FREQUENCY, "centre of mass": HEIGHT_FREQUENCY},
+        abs=0.02,
+    )
+    assert all(row["stands out of red noise"] for row in run["spectra"])
     (bubbles,) = run["bubbles"]
     assert bubbles["rise velocity [m s-1]"] == pytest.approx(RISE, rel=0.05)
     assert bubbles["diameter [m]"] == pytest.approx(BUBBLE, rel=0.1)
