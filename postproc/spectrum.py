@@ -25,7 +25,9 @@ SEGMENT = 4.0
 HIGHEST = 10.0
 """Frequency [Hz] up to which spectra are drawn; beds of this size pulsate at 1-5 Hz."""
 SURE = 0.95
-"""Probability of the bands, and with which red noise has no peak that stands out."""
+"""Probability of the bands."""
+RARE = 0.01
+"""Probability with which red noise has a peak that stands out."""
 _FINER = 8
 _OVERLAP = 1.0 / 6.0
 """Correlation of two Hann windows that overlap by half (Welch 1967)."""
@@ -48,7 +50,7 @@ class Spectrum:
     noise: np.ndarray
     """Density of red noise of the same variance and the same correlation of neighbours."""
     stands_out: bool
-    """Is the peak higher than that of red noise is, with the probability `SURE`?"""
+    """Is the peak higher than red noise has any but with the probability `RARE`?"""
 
 
 def find_spectrum(name: str, time: np.ndarray, values: np.ndarray) -> Spectrum:
@@ -65,7 +67,7 @@ def find_spectrum(name: str, time: np.ndarray, values: np.ndarray) -> Spectrum:
     freedom = 2.0 * segments / (1.0 + 2.0 * _OVERLAP**2 * (1.0 - 1.0 / segments))
     known = frequency > 0.5 * resolution
     noise = _make_red_noise(even, step, frequency, float(power[known].mean()))
-    limit = chi2.ppf(SURE ** (1.0 / known.sum()), freedom) / freedom
+    limit = chi2.ppf((1.0 - RARE) ** (1.0 / known.sum()), freedom) / freedom
     band = tuple(float(freedom / chi2.ppf(share, freedom)) for share in (0.5 + SURE / 2, 0.5 - SURE / 2))
     peak = _find_peak(even, step, length, resolution)
     near = known & (np.abs(frequency - peak) <= resolution)
