@@ -30,11 +30,14 @@ MEANS: dict[str, tuple[str, str]] = {
     "pressure": ("Pa", "time-mean dynamic pressure"),
 }
 HISTORIES: dict[str, tuple[str, str]] = {
-    "bed_height": ("m", "height up to which the layer-mean solids fraction exceeds 0.2"),
-    "pressure_drop": ("Pa", "dynamic pressure over the open floor against the outlet, mean since the last row"),
+    "bed_height": ("m", "height above the floor of the uppermost layer whose mean solids fraction exceeds 0.2"),
+    "pressure_drop": (
+        "Pa",
+        "dynamic pressure over the open floor against the outlet, mean since the last row (none at the start)",
+    ),
     "gas_support": ("1", "upward force of the gas over the weight of the particles, mean since the last row"),
     "solids_volume": ("m3", "solids volume that the gas sees"),
-    "solids_centre_z": ("m", "height of the particles' centre of mass"),
+    "solids_centre_z": ("m", "height of the particles' centre of mass above the floor"),
     "particles": ("1", "number of particles"),
     "momentum_error": ("1", "largest imbalance of a step over its impulse since the last row"),
     "kinetic_energy": ("J", "kinetic energy of the particles' translation"),

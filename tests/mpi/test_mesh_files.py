@@ -92,6 +92,9 @@ def judge(results, cells):
     assert float(results["cell_z"].min()) < 0.0 and float(results["cell_x"].min()) < -0.006
     assert float(results["z"][0]) == pytest.approx(-0.001) and abs(float(results["x"].mean())) < 1e-12
     assert 0.0 < float(results["bed_height"][-1]) < 0.02
+    centre = float((results["solids_fraction"] * results["cell_volume"] * results["cell_z"]).sum()) / VOLUME
+    told = float(results["solids_centre_z"][-1])
+    assert told - 0.002 == pytest.approx(centre, abs=5e-4), "heights are above the floor, which is at z = -2 mm"
 
 
 def test_gmsh_file_on_two_ranks(tmp_path):
