@@ -208,7 +208,7 @@ def _place_columns(file: str, head: _Head, form: Form) -> dict[str, tuple[int, f
         column, unit = _understand(name, form)
         if column is None:
             if hint := form.unclear.get(name.lower().partition("[")[0].partition("(")[0].partition("/")[0].strip()):
-                raise CaseError([f"{where} has a column `{name}`: {hint}."])
+                raise CaseError([f"{where} has a column `{name}`; {hint}."])
             continue
         if column in places:
             raise CaseError([f"{where} names the column {column} twice; keep one."])
@@ -223,7 +223,9 @@ def _place_columns(file: str, head: _Head, form: Form) -> dict[str, tuple[int, f
         text = f"{where} has no column {lacking}"
         if "" in head.names:
             text += "; the empty names look like several data sets side by side, of which one is read"
-        raise CaseError([f"{text}; name the columns as in `{','.join(form.columns)}`, the first {len(form.needed)} at least."])
+        raise CaseError(
+            [f"{text}; name the columns as in `{','.join(form.columns)}`, the first {len(form.needed)} at least."]
+        )
     return places
 
 
@@ -274,7 +276,9 @@ def _is_number(text: str) -> bool:
 
 def _word_width(file: str, line: int, text: str, found: int, head: _Head) -> str:
     width = len(head.names)
-    told = f"{file}: line {line}, `{_shorten(text)}`, has {found} columns and the header, `{_shorten(head.line)}`, {width}"
+    told = (
+        f"{file}: line {line}, `{_shorten(text)}`, has {found} columns and the header, `{_shorten(head.line)}`, {width}"
+    )
     if head.separator == "," and found == 2 * width:
         return f"{told}; commas cannot separate columns and decimals: write decimal points, or `;` between the columns."
     return f"{told}; give every row the columns of the header."

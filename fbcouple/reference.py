@@ -120,8 +120,8 @@ def read_line(reference: Reference, path: Path, size: Sequence[float]) -> Points
         given = f"{path.name} has x from {low:g} to {high:g} m{guess_frame(low, high, width)}"
         mend = "give x in m from the left wall (another unit in the head, as `x [mm]`)."
         raise CaseError([f"{given}, 0 to {width:g} m is allowed (domain.size); {mend}"])
-    wrong = np.flatnonzero(np.abs(points.value - 0.5) > 0.5 + SLACK) if reference.quantity in PARTS else []
-    if len(wrong):
+    wrong = np.flatnonzero(np.abs(points.value - 0.5) > 0.5 + SLACK)
+    if wrong.size and reference.quantity in PARTS:
         given = f"{path.name} has {points.value[wrong[0]]:g} at x = {points.x[wrong[0]]:g} m"
         text = f"{given}, {reference.quantity} is 0 to 1"
         raise CaseError([f"{text}; give it as a part of 1 (percent with the head `value [%]`)."])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
+
 from fbcouple.case.mixture import count_kinds, list_kinds
 from fbcouple.case.problems import Problem, show
 from fbcouple.case.schema import Case, Particles

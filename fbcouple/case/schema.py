@@ -134,7 +134,8 @@ class Particles(Section):
     count: int | None = option("Number of particles. Give this or `mass`.", default=None, ge=1, le=10**15)
     positions: str | None = option(
         "File of start positions (CSV: x, y, z in m; where they start moving also vx, vy, vz in m/s; of each particle "
-        "also radius or diameter in m, density in kg/m3, kind) beside the case; absent: the lattice of [start], at rest.",
+        "also radius or diameter in m, density in kg/m3, kind) beside the case; absent: the lattice of [start], at "
+        "rest.",
         default=None,
     )
     sizes: SizesOfParticles = option(

@@ -29,9 +29,7 @@ Species = Annotated[int, Field(ge=1, le=1000)]
 Restitution = Annotated[float, Field(gt=0.0, le=1.0)]
 Friction = Annotated[float, Field(ge=0.0, le=10.0)]
 Mixture = Annotated[tuple[tuple[Amount, Amount, Part], ...], BeforeValidator(as_tuple)]
-SizesOfParticles = Annotated[
-    tuple[tuple[Amount, Amount, Annotated[int, Field(ge=1)]], ...], BeforeValidator(as_tuple)
-]
+SizesOfParticles = Annotated[tuple[tuple[Amount, Amount, Annotated[int, Field(ge=1)]], ...], BeforeValidator(as_tuple)]
 Pairs = Annotated[tuple[tuple[Species, Species, Restitution, Friction], ...], BeforeValidator(as_tuple)]
 Walls = Annotated[tuple[tuple[Species, Restitution, Friction], ...], BeforeValidator(as_tuple)]
 Faces = Annotated[tuple[CellCount, CellCount], BeforeValidator(as_tuple)]

@@ -24,9 +24,9 @@ def _name_parts(columns: tuple[str, ...], *vectors: str) -> dict[str, str]:
     return {f"{vector}{sign}{n}": column for vector in vectors for sign in ":_" for n, column in enumerate(columns)}
 
 
-_MFIX = "is MFIX's, whose y points up, and here z does; name the columns by what they are here, as a rule "
 _UNCLEAR = {
-    "phase_id": f"{_MFIX}`x,z,y,kind,diameter,density,vx,vz,vy`, and number the kinds as `fbcouple setup --explain`",
+    "phase_id": "MFIX writes so, and its y points up where here z does; name the columns by what they are here, as a "
+    "rule `x,z,y,kind,diameter,density,vx,vz,vy` (kinds as the case numbers them)",
     "type": "if it is the kind of the particle, as the case numbers them, call it `kind`, else remove it",
     "mass": "the mass of a particle follows from `diameter` and `density`; give these",
     **{word: "if it is the diameter call it `diameter`, else remove it" for word in ("d", "dp", "size", "d_p")},
