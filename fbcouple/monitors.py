@@ -208,8 +208,9 @@ def _find_voidage(scene: Scene, sign: float) -> Place:
 
 def _find_overlap(scene: Scene) -> Place:
     assert scene.grains is not None
-    overlap, row = find_worst_overlap(scene.grains.ghost_positions(), scene.grains.ghost_radii(), scene.grains.count)
-    return overlap, name_particle(scene, row) if row >= 0 else ""
+    positions = scene.grains.ghost_positions()
+    overlap, row, other = find_worst_overlap(positions, scene.grains.ghost_radii(), scene.grains.count)
+    return overlap, f"{name_particle(scene, row)}, the other at {_word_point(positions[other])}" if row >= 0 else ""
 
 
 MONITORS: dict[str, Monitor] = {

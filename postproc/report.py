@@ -19,7 +19,7 @@ from postproc import tables
 from postproc.claims import UNDECIDED, judge_claims
 from postproc.dataset import NotDrawableError, Results, open_runs
 from postproc.differences import Difference, Point, compare, core_hours, draw_error_against_time
-from postproc.experiment import Comparison, Measured, compare_with, draw_measured_lines, gather_references
+from postproc.experiment import Comparison, Measured, compare_with, draw_measured_lines, gather_references, tell_given
 from postproc.figures import COMPARISONS, FIGURES
 from postproc.files import write_whole
 from postproc.paper_runs import identify
@@ -111,7 +111,7 @@ def _try(tabulate: Callable[[Results], tables.Rows], run: Results) -> tables.Row
 
 
 def _describe_comparison(runs: Sequence[Results], lines: Sequence[Measured]) -> Content:
-    remarks: list[str] = []
+    remarks: list[str] = tell_given(runs, lines)
     several = len(runs) > 1
     made = [
         make_picture(lambda make=make: make(runs), name, make.__doc__, "", remarks)  # type: ignore[misc]
@@ -151,6 +151,8 @@ def _compare_with_all(runs: Sequence[Results], lines: Sequence[Measured], remark
     found = []
     for run in runs:
         for line in lines:
+            if run.label not in line.runs:
+                continue
             try:
                 found.append(compare_with(run, line))
             except NotDrawableError as lack:

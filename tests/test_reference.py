@@ -55,12 +55,12 @@ def test_errors_are_read_where_there_are_some(tmp_path):
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("", "no columns x and value"),
-        ("z,value\n1,2\n", "no columns x and value"),
+        ("", "line.csv is empty; start it with the line `x,value`"),
+        ("z,value\n1,2\n", "line 1, `z,value`, has no column x"),
         ("x,value\n", "holds no points"),
-        ("x,value\n1,2\n1\n", "row 2 below the header, `1`, has no finite"),
-        ("x,value\n1,two\n", "row 1 .*`1,two`"),
-        ("x,value\n1,nan\n", "row 1"),
+        ("x,value\n1,2\n1\n", "line 3, `1`, has 1 columns and the header, `x,value`, 2"),
+        ("x,value\n1,two\n", "line 2 has `two` for value; give a number"),
+        ("x,value\n1,nan\n", "line 2 has `nan` for value; give a finite number"),
         ("x,value,error\n1,2,-1\n", "error below zero"),
     ],
 )

@@ -36,6 +36,7 @@ from fbcouple.case.numbers import Number, Verdict
 from fbcouple.case.pairs import find_pair
 from fbcouple.case.region import find_region
 from fbcouple.case.schema import Case, Contact
+from fbcouple.case.start_numbers import describe_start
 from fbcouple.collision import normal_damping
 from fbcouple.errors import CaseError
 
@@ -65,6 +66,8 @@ def estimate(case: Case, law: Law | None = None, folder: Path = Path()) -> list[
     """
     region = find_region(case, folder)
     parts: list[Callable[[Case], Iterator[Number]]] = [partial(_size_up, folder=folder)]
+    if case.particles:
+        parts.append(partial(_tell_start, folder=folder))
     if case.particles and case.contact:
         parts += [time_contacts, _measure_overlap]
     if case.particles and case.gravity > 0.0:
@@ -174,6 +177,11 @@ def _size_up(case: Case, folder: Path) -> Iterator[Number]:
     held, needed = machine_memory() / 1e9, needed_memory(case, folder) / 1e9
     meaning = "1 kB a particle and 2 kB a cell, over all ranks."
     yield Number("memory", needed, "GB", f"below {held:.3g} (this machine)", _judge(needed < held, "unfit"), meaning)
+
+
+def _tell_start(case: Case, folder: Path) -> Iterator[Number]:
+    for name, value, unit, limit, fits, meaning in describe_start(case, folder):
+        yield Number(name, value, unit, limit, _judge(fits), meaning)
 
 
 def _measure_overlap(case: Case) -> Iterator[Number]:

@@ -22,6 +22,7 @@ from fbcouple.case.section import (
     Section,
     Sides,
     Sizes,
+    SizesOfParticles,
     Walls,
     option,
 )
@@ -132,9 +133,15 @@ class Particles(Section):
     mass: float | None = option("Mass of the bed; the count is rounded. Give this or `count`.", "kg", None, **Positive)
     count: int | None = option("Number of particles. Give this or `mass`.", default=None, ge=1, le=10**15)
     positions: str | None = option(
-        "File of start positions (CSV: x, y, z in m; where they start moving also vx, vy, vz in m/s) beside the case; "
-        "absent: the lattice of [start], at rest.",
+        "File of start positions (CSV: x, y, z in m; where they start moving also vx, vy, vz in m/s; of each particle "
+        "also radius or diameter in m, density in kg/m3, kind) beside the case; absent: the lattice of [start], at "
+        "rest.",
         default=None,
+    )
+    sizes: SizesOfParticles = option(
+        "Rows of diameter [m], density [kg m-3] and number of particles, in place of `diameter` and `density`, where "
+        "the file `positions` gives each particle its own; filled in from it, `diameter` then counts for kernels only.",
+        default=(),
     )
     rotation: bool = option("Integrate rotation (the paper does not).", default=False)
 

@@ -51,7 +51,8 @@ def post(run: Path, folder: Path | None, moving: bool, exported: bool) -> None:
     "references",
     multiple=True,
     metavar="QUANTITY@HEIGHT=FILE",
-    help="Measured line across the bed at HEIGHT [m], a CSV file of x, value, error; may be given several times.",
+    help="Measured line across the bed at HEIGHT [m], a CSV file of x, value, error, for all RUNs; may be given "
+    "several times.",
 )
 def report(runs: tuple[Path, ...], output: Path | None, references: tuple[str, ...]) -> None:
     """Put RUNs on one HTML page that stands alone, compared with the first of them, and the numbers in a JSON file."""

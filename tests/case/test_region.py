@@ -167,5 +167,5 @@ def test_more_particles_than_sites_are_told_at_setup(tmp_path):
 def test_positions_outside_of_the_cylinder_are_told(tmp_path):
     (tmp_path / "beads.csv").write_text("x,y,z\n0.015,0.015,0.03\n0.001,0.001,0.03\n")
     case = write(tmp_path, ("count = 2000", 'count = 2\npositions = "beads.csv"'), ("[start]\n", ""))
-    with pytest.raises(CaseError, match=r"1 particles are not inside the mesh, first is particle 2"):
+    with pytest.raises(CaseError, match=r"1 particles are not inside the cylinder, first is particle 2"):
         load_case(case)
