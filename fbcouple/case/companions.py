@@ -9,7 +9,7 @@ from fbcouple.case.problems import show
 from fbcouple.case.schema import Case
 from fbcouple.companion_files import find_companion, is_bare
 from fbcouple.errors import CaseError
-from fbcouple.meshes.foam_files import FILES
+from fbcouple.meshes.foam_text import list_parts
 from fbcouple.reference import parse_reference
 
 
@@ -22,7 +22,7 @@ def find_mesh(folder: Path, name: str) -> Path:
         return find_companion(folder, name, ".msh")
     if not is_bare(name) or (folder / name).resolve().parent != folder.resolve():
         raise CaseError([f"{show(name)} is given, the bare name of a folder beside the case file is allowed."])
-    for part in FILES:
+    for part in list_parts(folder / name):
         find_companion(folder / name, part, "")
     return folder / name
 
@@ -32,7 +32,7 @@ def copy_companions(case: Case, folder: Path, run: Path) -> None:
     for name in list_companions(case):
         if (folder / name).is_dir():
             (run / name).mkdir(exist_ok=True)
-            for part in FILES:
+            for part in list_parts(folder / name):
                 shutil.copyfile(folder / name / part, run / name / part)
         else:
             shutil.copyfile(folder / name, run / name)

@@ -34,7 +34,7 @@ from fbcouple.case.mixture import (
 )
 from fbcouple.case.numbers import Number, Verdict
 from fbcouple.case.pairs import find_pair
-from fbcouple.case.region import find_region
+from fbcouple.case.region import find_region, list_inner_surfaces
 from fbcouple.case.schema import Case, Contact
 from fbcouple.case.start_numbers import describe_start
 from fbcouple.collision import normal_damping
@@ -51,6 +51,9 @@ SETTLED = 0.60
 """Solids fraction of the bed at rest."""
 STABLE_EXPLICIT = 2.0
 """Step over response time above which an explicit source grows."""
+
+COARSE, ABSURD = 100.0, 1000.0
+"""Cell sizes over the diameter: above the first a cell tells little of a bed, above the second a length is no meter."""
 
 TURBULENT = 2300.0
 """Bulk Reynolds number below which gas in a duct is laminar."""
@@ -174,6 +177,9 @@ def _size_up(case: Case, folder: Path) -> Iterator[Number]:
         yield Number("particles", particle_count(case.particles), "1", None, None, "Particles in the bed.")
     if case.gas:
         yield Number("cells", find_region(case, folder).cells, "1", None, None, "Cells of the gas mesh.")
+    for name, faces in list_inner_surfaces(case, folder).items():
+        meaning = f"Faces of the surface {name} between two cells: no wall; gas and particles pass through it."
+        yield Number("inner faces", faces, "1", "none", "warn", meaning)
     held, needed = machine_memory() / 1e9, needed_memory(case, folder) / 1e9
     meaning = "1 kB a particle and 2 kB a cell, over all ranks."
     yield Number("memory", needed, "GB", f"below {held:.3g} (this machine)", _judge(needed < held, "unfit"), meaning)
@@ -267,14 +273,17 @@ def _time_exchange(case: Case, law: Law | None) -> Iterator[Number]:
 def _measure_cells(case: Case, cell: np.ndarray) -> Iterator[Number]:
     assert case.particles is not None and case.exchange is not None
     wanted = 1.0 if case.exchange.filter_passes else 3.0
-    limit = f"at least {wanted:g} ({'with' if case.exchange.filter_passes else 'without'} filter)"
+    limit = f"{wanted:g} to {COARSE:g} ({'with' if case.exchange.filter_passes else 'without'} filter)"
     full = (math.pi / 6.0) ** (1.0 / 3.0)
     if width := case.exchange.kernel_width or case.exchange.diffusion_width:
         yield from _measure_spread(case, width)
         return
     for axis, size in zip("xyz", cell / largest_diameter(case.particles), strict=True):
-        verdict = _judge(size >= wanted, "warn" if size > full else "unfit")
-        meaning = f"Cell size over diameter along {axis}; a cube of {full:.2f} is filled by one particle."
+        verdict = _judge(wanted <= size <= COARSE, "warn" if full < size <= ABSURD else "unfit")
+        meaning = (
+            f"Cell size over diameter along {axis}; a cube of {full:.2f} is filled by one particle. Thousands: a "
+            "length is not in m (domain.scale for a mesh)."
+        )
         yield Number(f"cell size {axis}", float(size), "d", limit, verdict, meaning)
 
 
@@ -285,7 +294,8 @@ def _measure_spread(case: Case, width: float) -> Iterator[Number]:
         meaning = (
             f"The bandwidth over the cell size along {axis}; below 1 the cells spread a particle more than it does."
         )
-        yield Number(f"width {axis}", width / float(size), "cells", "at least 1", _judge(width >= size), meaning)
+        verdict = _judge(width >= size, "warn" if size <= ABSURD else "unfit")
+        yield Number(f"width {axis}", width / float(size), "cells", "at least 1", verdict, meaning)
 
 
 def _fluidize(case: Case, law: Law | None) -> Iterator[Number]:

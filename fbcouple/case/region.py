@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -17,11 +17,12 @@ from fbcouple.errors import CaseError
 from fbcouple.meshes.block import PER_SQUARE, make_block
 from fbcouple.meshes.cylinder import count_cells, find_section, make_cylinder
 from fbcouple.meshes.extrusion import PER_PRISM
-from fbcouple.meshes.foam_files import read_polymesh
-from fbcouple.meshes.imported import arrange_patches, read_mesh_file
+from fbcouple.meshes.imported import INLET, OUTLET, ImportedMesh, choose_patches
+from fbcouple.meshes.imported import read_mesh as read_imported
 from fbcouple.meshes.polymesh import PolyMesh
+from fbcouple.meshes.quality import require_sound
 
-INLET, OUTLET, TETRAHEDRA = "inlet", "outlet", "tetrahedra"
+TETRAHEDRA = "tetrahedra"
 Make = Callable[[Domain, Path], PolyMesh]
 SHAPES: dict[str, Make] = {}
 
@@ -89,18 +90,37 @@ def mesh_block(domain: Domain, folder: Path) -> PolyMesh:
 @shape("file")
 def read_mesh_of_case(domain: Domain, folder: Path) -> PolyMesh:
     """The mesh that the case brings: a gmsh file, or a polyMesh folder."""
+    found = _find_imported(domain, folder)
+    return _choose_once(found, domain.inlet or INLET, domain.outlet or OUTLET)
+
+
+def list_inner_surfaces(case: Case, folder: Path) -> dict[str, int]:
+    """Surfaces of the case's mesh file that lie between cells, and how many faces of each do."""
+    if case.domain.shape != "file":
+        return {}
+    return _find_imported(case.domain, folder).inner
+
+
+def _find_imported(domain: Domain, folder: Path) -> ImportedMesh:
     if domain.mesh is None:
         raise CaseError(["no mesh is given."])
     path = find_mesh(folder, domain.mesh).resolve()
     newest = max((part.stat().st_mtime_ns for part in [path, *path.glob("*")] if part.exists()), default=0)
-    return _read_once(path, newest, domain.inlet or INLET, domain.outlet or OUTLET)
+    return _read_once(path, newest, domain.scale or 1.0)
 
 
 @lru_cache(maxsize=2)
-def _read_once(path: Path, newest: int, inlet: str, outlet: str) -> PolyMesh:
-    mesh = read_polymesh(path) if path.is_dir() else read_mesh_file(path)
-    for name in (inlet, outlet):
-        if name not in mesh.patches or not mesh.patches[name][1]:
-            known = ", ".join(mesh.patches)
-            raise CaseError([f"{path.name} has no patch {name} with faces; name one of: {known}."])
-    return arrange_patches(mesh, inlet, outlet)
+def _read_once(path: Path, newest: int, scale: float) -> ImportedMesh:
+    try:
+        found = read_imported(path)
+        if scale != 1.0:
+            found = replace(found, mesh=replace(found.mesh, points=found.mesh.points * scale))
+        require_sound(found.mesh)
+    except CaseError as error:
+        raise CaseError([f"{path.name}: {problem}" for problem in error.problems]) from None
+    return found
+
+
+@lru_cache(maxsize=2)
+def _choose_once(found: ImportedMesh, inlet: str, outlet: str) -> PolyMesh:
+    return choose_patches(found, inlet, outlet)

@@ -31,7 +31,8 @@ from fbcouple.case.section import (
 class Domain(Section):
     size: Sizes = option(
         "Inner width, depth and height of the bed; z is up, the floor is z = 0. Of a cylinder twice the diameter and "
-        "the height, of a mesh from a file the box around it.",
+        "the height, of a mesh from a file the box around it, within 1 % (a round wall of flat faces is a little "
+        "narrower).",
         "m",
     )
     cells: Cells = option(
@@ -51,7 +52,19 @@ class Domain(Section):
         "write it.",
         default=None,
     )
-    inlet: str | None = option("Patch of the mesh that the gas comes in by; absent: inlet.", default=None)
+    scale: float | None = option(
+        "Factor that the lengths in the file of the mesh are multiplied by, 1e-3 for a mesh in mm; absent: 1, the mesh "
+        "is in m.",
+        default=None,
+        gt=0.0,
+        le=1e9,
+        allow_inf_nan=False,
+    )
+    inlet: str | None = option(
+        "Patch of the mesh, or physical surface, that the gas comes in by; one without a name by its number; absent: "
+        "inlet.",
+        default=None,
+    )
     outlet: str | None = option(
         "Patch of the mesh that the gas leaves by; absent: outlet. All other patches are walls.", default=None
     )

@@ -72,13 +72,20 @@ def conservation_forces(place: Path, comm: MPI.Comm) -> Iterator[Number]:
 
 
 def conserve(
-    place: Path, comm: MPI.Comm, bed: dict[str, Any], drift: float = 0.0, steps: int = _STEPS, lively: float = 0.05
+    place: Path,
+    comm: MPI.Comm,
+    bed: dict[str, Any],
+    drift: float = 0.0,
+    steps: int = _STEPS,
+    lively: float = 0.05,
+    folder: Path = Path(),
 ) -> Iterator[Number]:
     """Run a bed whose particles start with the velocity `drift` [m/s] along x, and look for what is lost.
 
-    lively: speed [m/s] that some particle must have at the end, or the scene shows nothing.
+    lively: speed [m/s] that some particle must have at the end, or the scene shows nothing; folder: where a mesh of
+    the bed lies.
     """
-    bench = open_bench(place, comm, bed)
+    bench = open_bench(place, comm, bed, folder=folder)
     assert bench.grains is not None
     bench.grains.velocities[:, 0] = drift
     start(bench)

@@ -34,6 +34,7 @@ MODULES = (
     "weight",
     "vessel",
     "unequal_steps",
+    "mesh_file",
 )
 
 
