@@ -42,9 +42,16 @@ def tabulate_solved(results: Results) -> Rows:
         told = "; ".join(f"{count} of {d:g} m, {density:g} kg m-3" for d, density, count in sizes)
         rows += [("particles: sizes of the start file, in place of these", told)] if sizes else []
         told = "; ".join(f"{d:g} m, {density:g} kg m-3: {fraction:g}" for d, density, fraction in mixture)
-        rows += [(f"particles: further species, parts by {particles.get('fractions', 'mass')}", told)] if mixture else []
+        rows += (
+            [(f"particles: further species, parts by {particles.get('fractions', 'mass')}", told)] if mixture else []
+        )
         rows += [(f"particles: {given[0]} [{given[1]}]", particles.get(given[0]))]
-        rows += [("cell size over largest diameter" if sizes or mixture else "cell size over diameter", " x ".join(f"{ratio:.3g}" for ratio in spacing))]
+        rows += [
+            (
+                "cell size over largest diameter" if sizes or mixture else "cell size over diameter",
+                " x ".join(f"{ratio:.3g}" for ratio in spacing),
+            )
+        ]
     if contact:
         rows += [(f"contact: {key.replace('_', ' ')}", value) for key, value in contact.items() if key in _TELLING]
     if exchange:
