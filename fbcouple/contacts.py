@@ -36,10 +36,12 @@ def add_images(positions: np.ndarray, period: np.ndarray, reach: float) -> tuple
     """
     rows = np.arange(len(positions))
     for axis in np.flatnonzero(period):
-        low = positions[:, axis] < reach
-        images = positions[low]
-        images[:, axis] += period[axis]
-        positions, rows = np.concatenate([positions, images]), np.concatenate([rows, rows[low]])
+        low = np.flatnonzero(positions[:, axis] < reach)
+        high = np.flatnonzero(positions[:, axis] > period[axis] - reach)
+        images = positions[np.concatenate([low, high])]
+        images[: len(low), axis] += period[axis]
+        images[len(low) :, axis] -= period[axis]
+        positions, rows = np.concatenate([positions, images]), np.concatenate([rows, rows[low], rows[high]])
     return positions, rows
 
 

@@ -203,12 +203,14 @@ def _understand(name: str, form: Form) -> tuple[str | None, str | None]:
 def _place_columns(file: str, head: _Head, form: Form) -> dict[str, tuple[int, float]]:
     """Column -> its place in a row, and its unit in SI units."""
     places: dict[str, tuple[int, float]] = {}
+    unclear = ""
     where = f"{file}: line {head.number}, `{_shorten(head.line)}`,"
     for place, name in enumerate(head.names):
         column, unit = _understand(name, form)
         if column is None:
-            if hint := form.unclear.get(name.lower().partition("[")[0].partition("(")[0].partition("/")[0].strip()):
-                raise CaseError([f"{where} has a column `{name}`; {hint}."])
+            word = name.lower().partition("[")[0].partition("(")[0].partition("/")[0].strip()
+            if word in form.unclear:
+                unclear = unclear or f"{where} has a column `{name}`; {form.unclear[word]}."
             continue
         if column in places:
             raise CaseError([f"{where} names the column {column} twice; keep one."])
@@ -226,6 +228,8 @@ def _place_columns(file: str, head: _Head, form: Form) -> dict[str, tuple[int, f
         raise CaseError(
             [f"{text}; name the columns as in `{','.join(form.columns)}`, the first {len(form.needed)} at least."]
         )
+    if unclear:
+        raise CaseError([unclear])
     return places
 
 
