@@ -230,7 +230,7 @@ def test_a_narrow_end_is_filled_layer_by_layer(tmp_path):
     mesh = make_cylinder(0.03, 0.06, 8, 24, "tetrahedra")
     points = mesh.points.copy()
     points[:, :2] = 0.015 + (points[:, :2] - 0.015) * (0.2 + 10.0 * points[:, 2:] / 0.06)
-    places = fill_region(load_case(write(tmp_path)), replace(mesh, points=points))
+    places, _ = fill_region(load_case(write(tmp_path)), replace(mesh, points=points))
     layers = np.round((places[:, 2] - 0.515e-3) / 1.03e-3)
     found, counts = np.unique(layers, return_counts=True)
     assert len(places) == 2000 and (np.diff(found) == 1).all() and (np.diff(counts[:-1]) > 0).all()
