@@ -14,6 +14,8 @@ from fbcouple.case.lattice import lattice_kinds, lattice_positions
 from fbcouple.case.schema import Case
 from fbcouple.decks.render import set_up
 from fbcouple.mesh import prepare_mesh
+from fbcouple.meshes.foam_files import write_polymesh
+from fbcouple.meshes.polymesh import PolyMesh
 from fbcouple.scene import Scene, open_scene
 from fbcouple.worker import choose_step, exert_drag, map_solids, move, react, step_gas
 
@@ -21,6 +23,8 @@ GLASS: dict[str, Any] = {"diameter": 1e-3, "density": 2500.0}
 GAS: dict[str, Any] = {"density": 1.165, "viscosity": 2e-5, "inlet_velocity": 0.0}
 FRICTIONLESS: dict[str, Any] = {"restitution": 0.97, "wall_restitution": 0.97, "friction": 0.0, "wall_friction": 0.0}
 BOX: dict[str, Any] = {"size": [0.02, 0.02, 0.04], "cells": [5, 5, 10]}
+
+MESH = "mesh"
 
 Edit = Callable[[str], str]
 
@@ -32,22 +36,29 @@ def open_bench(
     positions: np.ndarray | None = None,
     edits: dict[str, Edit] | None = None,
     kinds: np.ndarray | None = None,
+    mesh: PolyMesh | None = None,
 ) -> Scene:
     """Set up a case of `sections` (as a case file has them) in `place`, open its solvers, set the particles up.
 
     positions: start positions (n, 3) [m] in place of the lattice; the particles' count follows them.
     kinds: of a mixture the kind of each particle, counted from 0, in place of a random order.
     edits: deck file -> change of its text, for scenes that need what no case asks for (a moving lid).
+    mesh: what lies beside the case as the folder MESH, for a domain that is a mesh from a file.
     """
     case = _make_case(sections, positions)
     run = place / "run"
     if comm.rank == 0:
+        if mesh:
+            write_polymesh(mesh, place / MESH)
         set_up(
             case,
             run,
             lambda wanted: lattice_positions(wanted) if positions is None else positions,
             lambda wanted: lattice_kinds(wanted) if kinds is None else kinds,
+            folder=place,
         )
+        if mesh:
+            write_polymesh(mesh, run / MESH)
         for deck, edit in (edits or {}).items():
             (run / deck).write_text(edit((run / deck).read_text()))
         if case.gas:

@@ -27,6 +27,7 @@ MODULES = (
     "kernels",
     "fluidization",
     "inlet",
+    "inlet_faces",
     "mixture",
     "cylinder",
     "weight",

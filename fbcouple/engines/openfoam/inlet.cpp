@@ -124,7 +124,10 @@ public:
     {
         fvPatchVectorField::write(os);
         os.writeEntry("voidage", voidageName_);
-        os.writeEntry("table", table_);
+        // In text also where fields are written in binary: OpenFOAM's tools, which do not know it, hand it on as it is.
+        os.writeKeyword("table") << token::BEGIN_LIST;
+        forAll(table_, row) os << nl << table_[row];
+        os << token::END_LIST << token::END_STATEMENT << nl;
         writeEntry("value", os);
     }
 };
