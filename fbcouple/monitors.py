@@ -223,6 +223,11 @@ MONITORS: dict[str, Monitor] = {
         "the Courant number is {courant_ratio:.4g} times gas.max_courant, allowed {limit:g}; fastest gas: {place}",
         find_place=_find_fastest_gas,
     ),
+    "inflow": Monitor(
+        "inflow_error",
+        "gas comes in by the inlet at {inflow:.6g} m/s over its area and the case asks for {inflow_asked:.6g} m/s: "
+        "{inflow_error:.3g} of the fastest, allowed {limit:g}; set the run up again, or mend the inlet in fluid/0/U",
+    ),
     "substeps": Monitor("substeps", "a fluid step has {substeps} DEM steps, allowed {limit}"),
     "voidage": Monitor(
         "min_voidage",

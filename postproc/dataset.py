@@ -120,26 +120,26 @@ class Results:
 
     @property
     def weight_per_area(self) -> float | None:
-        """Weight of the bed less its buoyancy over the floor area [Pa], the pressure drop of a fluidized bed.
+        """Weight of the bed less its buoyancy over its cross-section [Pa], the pressure drop of a fluidized bed.
 
-        (m - rho V) g over the floor with mass and volume as the run wrote them down, in older results as the case
-        tells them;
+        (m - rho V) g over the mean horizontal cross-section of the bed at rest, with mass and volume as the run wrote
+        them down, in older results as the case tells them;
         None if the case has no gas or does not tell the mass.
         """
         gas, particles = self.case.get("gas"), self.case.get("particles")
         if gas is None or particles is None:
             return None
         width, depth, _ = self.size
-        floor = self.data.attrs.get("floor", width * depth)
+        section = self.data.attrs.get("bed_section", width * depth)
         if "solids_mass" in self.data.attrs:
             buoyant = self.data.attrs["solids_mass"] - gas["density"] * self.data.attrs["solids_volume"]
-            return float(buoyant * self.case["gravity"] / floor)
+            return float(buoyant * self.case["gravity"] / section)
         mass = particles.get("mass")
         if particles.get("count") is not None:
             mass = particles["count"] * particles["density"] * math.pi / 6.0 * particles["diameter"] ** 3
         if mass is None:
             return None
-        return float(mass * self.case["gravity"] * (1.0 - gas["density"] / particles["density"]) / floor)
+        return float(mass * self.case["gravity"] * (1.0 - gas["density"] / particles["density"]) / section)
 
     def history(self, name: str) -> xr.DataArray:
         """Variable `name` over time in double precision; NotDrawableError if there is none or it holds no number."""

@@ -97,12 +97,13 @@ def bed_height(axes: Axes, results: Results) -> None:
 
 @panel
 def pressure_drop(axes: Axes, results: Results) -> None:
-    """Pressure drop of the gas [Pa] beside the weight of the bed less its buoyancy over the floor area."""
+    """Pressure drop of the gas [Pa] beside the weight of the bed less its buoyancy over its cross-section."""
     _line(axes, results, "pressure_drop")
     axes.set_ylabel("Pressure drop\n[Pa]")
     _keep_in_view(axes, results.data["time"].values, results.history("pressure_drop").values)
     if results.weight_per_area is not None:
-        _limit(axes, results.weight_per_area, f"weight − buoyancy\nover floor area\n{results.weight_per_area:.1f} Pa")
+        label = f"weight − buoyancy\nover cross-section\n{results.weight_per_area:.1f} Pa"
+        _limit(axes, results.weight_per_area, label)
 
 
 @panel

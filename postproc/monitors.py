@@ -61,7 +61,20 @@ def _momentum(results: Results) -> Watched:
 
 @monitor("gas_mass_error")
 def _mass(results: Results) -> Watched:
-    return Watched("gas lost by continuity over the inflow, largest", _largest(results, "gas_mass_error"), "")
+    words = "gas lost by continuity in a step over the fastest inflow or, without any, over all gas, largest"
+    return Watched(words, _largest(results, "gas_mass_error"), "")
+
+
+@monitor("gas_inflow_error")
+def _asked_inflow(results: Results) -> Watched:
+    words = "gas at the inlet against what the case asks for, over the fastest inflow, largest"
+    return Watched(words, _largest(results, "gas_inflow_error"), "1e-6")
+
+
+@monitor("particles_at_outlet")
+def _at_outlet(results: Results) -> Watched:
+    words = "particles at the outlet, most: it is a wall for them"
+    return Watched(words, int(_largest(results, "particles_at_outlet")), "0")
 
 
 @monitor("gas_flux_error")
@@ -99,7 +112,7 @@ def _support(results: Results) -> Watched:
     weight = results.weight_per_area
     if weight is None:
         raise NotDrawableError(["no weight to put the pressure drop in proportion to."])
-    words = "mean steady pressure drop over weight less buoyancy a floor area"
+    words = "mean steady pressure drop over weight less buoyancy a cross-section"
     steady = summarise(results, "pressure_drop")
     wanted = "1 within 3 % if the gas carries the bed"
     return Watched(words, steady.mean / weight, "no mean: start-up not over" if math.isnan(steady.start) else wanted)

@@ -61,12 +61,13 @@ class Domain(Section):
         allow_inf_nan=False,
     )
     inlet: str | None = option(
-        "Patch of the mesh, or physical surface, that the gas comes in by; one without a name by its number; absent: "
-        "inlet.",
+        "Patch of the mesh, or physical surface, that the gas comes in by, along the inward normal of each face; one "
+        "without a name by its number; absent: inlet.",
         default=None,
     )
     outlet: str | None = option(
-        "Patch of the mesh that the gas leaves by; absent: outlet. All other patches are walls.", default=None
+        "Patch of the mesh that the gas leaves by; absent: outlet. A wall for particles, as all patches are.",
+        default=None,
     )
     periodic: Sides = option(
         "Axes along which the bed repeats itself in place of two walls, for both phases.", default=()
@@ -82,14 +83,16 @@ class Gas(Section):
     density: float = option("Gas density.", "kg m-3", **Positive)
     viscosity: float = option("Dynamic viscosity.", "Pa s", **Positive)
     inlet_velocity: float | None = option(
-        "Superficial velocity over the WHOLE floor, a closed nozzle included. Give this or `inlet_ramp`.",
+        "Superficial velocity over the whole floor, a closed nozzle included; of a mesh from a file over the patch "
+        "`inlet`, along the inward normal of each face. Give this or `inlet_ramp`.",
         "m s-1",
         None,
         **NonNegative,
     )
     inlet_ramp: Ramp | None = option(
-        "Times [s] and superficial velocities, linear between, the last one from then on; a time given twice is a "
-        "jump, below 0 the gas flows down. Give this or `inlet_velocity`.",
+        "Times [s] and superficial velocities as of `inlet_velocity`, any number of rows, linear between, the last one "
+        "from then on; a time given twice is a jump, below 0 the gas leaves by the inlet. A step has the velocity of "
+        "its end. Give this or `inlet_velocity`.",
         "m s-1",
         None,
     )
@@ -98,7 +101,8 @@ class Gas(Section):
         default=None,
     )
     top: Literal["open", "closed"] = option(
-        "Top of the box: open to gas at pressure 0, or a lid; under a lid no gas may come in.", default="open"
+        "Top of the box: open to gas at pressure 0, or a lid, under which no gas may come in. Particles cannot leave.",
+        default="open",
     )
     walls: Literal["no-slip", "slip"] = option("Gas at the side walls and the closed nozzle.", default="no-slip")
     turbulence: Literal["none", "smagorinsky", "keqn", "dynamic-lagrangian", "localized-dynamic"] = option(

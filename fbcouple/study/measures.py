@@ -15,8 +15,8 @@ import xarray as xr
 from scipy.integrate import solve_ivp
 
 from fbcouple.case import derived
+from fbcouple.case.drag_balance import terminal_velocity
 from fbcouple.case.lattice import lay_out
-from fbcouple.case.preflight import terminal_velocity
 from fbcouple.case.problems import Problem, show, suggest
 from fbcouple.case.schema import Case
 from fbcouple.companion_files import find_companion
@@ -178,7 +178,7 @@ def measure_bed(run: Finished, argument: str, reference: Finished | None) -> Err
 
 @measure("bed-weight")
 def measure_weight(run: Finished, argument: str, reference: Finished | None) -> Error:
-    """Time-mean pressure drop of a fluidized bed against its weight less its buoyancy over the floor."""
+    """Time-mean pressure drop of a fluidized bed against its weight less its buoyancy over its cross-section."""
     mean, expected = mean_of_history(run.results, "pressure_drop"), run.results.weight_per_area
     if not expected:
         raise CaseError(["bed-weight needs gas, particles and gravity."])

@@ -29,6 +29,7 @@ MODULES = (
     "kernels",
     "fluidization",
     "inlet",
+    "inlet_faces",
     "mixture",
     "cylinder",
     "weight",

@@ -86,7 +86,7 @@ def test_a_mesh_from_a_file_is_the_same_region(with_mesh, tmp_path):
     case = load_case(with_mesh)
     found, made = find_region(case, tmp_path), find_region(load_case(write(tmp_path)))
     assert found.cells == made.cells and found.volume == pytest.approx(made.volume, rel=1e-12)
-    assert found.floor == pytest.approx(made.floor, rel=1e-12)
+    assert found.inlet == pytest.approx(made.inlet, rel=1e-12)
 
 
 def test_setup_takes_the_mesh_along(with_mesh, tmp_path):
@@ -112,7 +112,7 @@ def test_a_box_of_tetrahedra_is_counted_in_tetrahedra(tmp_path):
     case = load_case(write(tmp_path, ('shape = "cylinder"', 'elements = "tetrahedra"')))
     region = find_region(case)
     assert region.cells == read_mesh(case).count == 6 * 6 * 6 * 12
-    assert region.volume == pytest.approx(0.03 * 0.03 * 0.06) and region.floor == pytest.approx(0.03 * 0.03)
+    assert region.volume == pytest.approx(0.03 * 0.03 * 0.06) and region.inlet == pytest.approx(0.03 * 0.03)
 
 
 @pytest.mark.parametrize(

@@ -114,6 +114,8 @@ def make_history() -> list[dict[str, Any]]:
                 "particles": 57296,
                 "momentum_error": 1e-14,
                 "gas_mass_error": 1e-9,
+                "gas_inflow_error": 1e-16,
+                "particles_at_outlet": 0,
                 "max_courant": 0.2,
                 "min_voidage": 0.4,
                 "cells_over_packed": 0,
