@@ -19,6 +19,7 @@ from fbcouple.errors import DivergedError, SolverError
 from fbcouple.meshes.polyhedra import Polyhedra, take_apart
 from fbcouple.meshes.polymesh import PolyMesh
 from fbcouple.meshes.ragged import pile_up
+from fbcouple.run_folder import is_same, word_moved
 
 _double = ctypes.POINTER(ctypes.c_double)
 _whole = ctypes.POINTER(ctypes.c_int64)
@@ -70,6 +71,7 @@ class Gas:
     def __init__(self, case: Path, log: Path, density: float, correctors: int, rank: int | None) -> None:
         """`rank` of several, for each of which `case` holds a part of the mesh; None where one has it all."""
         os.environ.setdefault("WM_PROJECT_DIR", _SYSTEM_PROJECT)
+        self._case, self._place = case, case.resolve()
         self._folder = case if rank is None else case / f"processor{rank}"
         # OpenFOAM would trap floating-point exceptions in all of Python; a gas that is not finite is caught by checks.
         os.environ["FOAM_SIGFPE"] = "false"
@@ -147,8 +149,11 @@ class Gas:
         """Write this rank's fields as an OpenFOAM time directory (collective).
 
         Every registered field with AUTO_WRITE is in it, in binary; one that a later step starts from needs no more.
-        Returns the directory. Raises SolverError if a file in it is cut short, as on a full disk.
+        Returns the directory. Raises SolverError if a file in it is cut short, as on a full disk, or the case was
+        moved: OpenFOAM goes by the path that it had at the start, and would make it again.
         """
+        if not is_same(self._place, self._case):
+            raise SolverError(word_moved(self._place.parent))
         self._check(self._library.gas_write())
         folder = self._folder / self._library.gas_time_name().decode()
         for file in folder.rglob("*"):
