@@ -7,6 +7,7 @@ import shutil
 from contextlib import suppress
 from pathlib import Path
 
+from fbcouple.manifest import read_manifest
 from fbcouple.places import FRAMES
 
 PICTURES = (
@@ -46,6 +47,17 @@ def remove_products(run: Path) -> None:
         if folder:
             with suppress(OSError):  # it is not there, or not empty
                 (run / folder).rmdir()
+
+
+def remove_run(run: Path) -> None:
+    """Remove what a run left in the run folder `run`, if there is one, so that it can be set up anew.
+
+    Raises: CaseError if there is a folder, and it is none of fbcouple's.
+    """
+    if run.is_dir() and any(run.iterdir()):
+        read_manifest(run)
+        remove_products(run)
+        (run / "logs/run.jsonl").unlink(missing_ok=True)
 
 
 def _remove(path: Path) -> None:

@@ -133,12 +133,12 @@ def _find_changed_decks(case: Case, run: Path) -> dict[str, str]:
 
 
 def _differs(path: Path, text: str) -> bool:
-    if path.is_symlink() or not path.is_file() or path.stat().st_size > _LARGEST_DECK:
+    if not path.is_file() or path.stat().st_size > _LARGEST_DECK:
         return True
     return path.read_bytes() != text.encode()
 
 
 def _word_change(path: Path) -> str:
-    if path.is_symlink() or not path.is_file():
+    if not path.is_file():
         return "is missing or is not a plain file; set the run up again."
     return f"is not what the case gives; {_AGAIN}"
