@@ -6,12 +6,12 @@ command works in it is not kept out by this: it looks at what was handed over.
 
 from __future__ import annotations
 
+import json
 import os
 import stat
 from collections.abc import Iterator
 from pathlib import Path
 
-from fbcouple.case.problems import show
 from fbcouple.errors import CaseError, SolverError
 
 _MOST_NAMED = 10
@@ -56,7 +56,7 @@ def _find_trouble(folder: Path) -> Iterator[tuple[Path, str]]:
 
 def word_path(path: Path) -> str:
     """`path` for a message, on one line whatever its name holds."""
-    return str(path) if str(path).isprintable() else show(str(path))
+    return str(path) if str(path).isprintable() else json.dumps(str(path))
 
 
 def is_same(path: Path, other: Path | int) -> bool:

@@ -6,7 +6,9 @@ import ctypes
 import math
 import os
 import re
+import shutil
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -152,14 +154,26 @@ class Gas:
         Returns the directory. Raises SolverError if a file in it is cut short, as on a full disk, or the case was
         moved: OpenFOAM goes by the path that it had at the start, and would make it again.
         """
-        if not is_same(self._place, self._case):
-            raise SolverError(word_moved(self._place.parent))
+        self._require_in_place()
         self._check(self._library.gas_write())
         folder = self._folder / self._library.gas_time_name().decode()
+        self._require_in_place(folder)
         for file in folder.rglob("*"):
             if file.is_file() and not file.read_bytes().rstrip().endswith(_END_OF_FILE):
                 raise SolverError(f"OpenFOAM: {file} is cut short; is the disk full?")
         return folder
+
+    def _require_in_place(self, written: Path | None = None) -> None:
+        """Raise SolverError if the case was moved; `written`, which went to the old place then, is removed there."""
+        if is_same(self._place, self._case):
+            return
+        if written:
+            there = self._place / written.relative_to(self._case)
+            shutil.rmtree(there, ignore_errors=True)
+            with suppress(OSError):  # what is not empty was there
+                for folder in there.parents[: len(there.parents) - len(self._place.parents) + 1]:
+                    folder.rmdir()
+        raise SolverError(word_moved(self._place.parent))
 
     def _read_fields(self) -> None:
         self._check(self._library.gas_fields(*map(_pointer, (self.state, self.pressure, self.voidage, self._totals))))
