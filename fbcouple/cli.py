@@ -28,6 +28,7 @@ from fbcouple.commands.study import study
 from fbcouple.commands.table import print_table
 from fbcouple.errors import CaseError, FbcoupleError
 from fbcouple.places import require_usable
+from fbcouple.run_folder import require_plain
 
 INTERRUPTED = 130
 DIVERGED = 4
@@ -184,28 +185,32 @@ def setup(case: str, output: Path | None, sets: tuple[str, ...], explained: bool
     show_default=True,
     help="Wall time [s] without a coupling step after which the run is taken for hanging and ended.",
 )
+@click.option("--accept-update", is_flag=True, help="Resume also what another version of fbcouple or a solver began.")
 @take_trust
 def run(run: Path, ranks: int, resume: bool, fresh: bool, trusted: bool, **limits: Any) -> None:
     """Run the simulation that lies in the folder RUN; exit code 75 if it stopped early with a checkpoint."""
+    require_plain(run)
     require_run(run)
     if resume and fresh:
         raise click.UsageError("--resume goes on, --fresh starts again: give one of them")
     from fbcouple.case.drag_file import require_trust
     from fbcouple.case.load import load_case
-    from fbcouple.decks.render import require_own_decks
+    from fbcouple.decks.unchanged import require_unchanged
     from fbcouple.errors import StoppedError
     from fbcouple.launch import is_complete, launch
     from fbcouple.progress import RunProgress
 
     case = load_case(str(run))
     require_trust(case, trusted)
-    require_own_decks(case, run, trusted)
+    require_unchanged(case, run, trusted)
     end = min(case.end_time, limits["until"] or case.end_time)
     console = Console()
     go_on = f"`fbcouple run {quote(str(run))} -n {ranks} --resume`"
     try:
         with RunProgress(console, end) as progress:
-            launch(run, ranks, fresh=fresh, resume=resume, watch=progress.show, say=click.echo, **limits)
+            launch(
+                run, ranks, fresh=fresh, resume=resume, watch=progress.show, say=click.echo, trusted=trusted, **limits
+            )
     except StoppedError as error:
         raise StoppedError(f"{run}: {error}; go on with {go_on}") from error
     console.print(progress.tabulate())

@@ -82,6 +82,7 @@ class Job:
             except BaseException:
                 _end(job)
                 raise
+        beat(self._run, self._lock)
         self._judge(job)
 
     def _start(self, words: Any) -> subprocess.Popen:
@@ -129,7 +130,7 @@ class Job:
             if not over:
                 told = self._tell(job, told)
                 self._require_progress(job)
-                beat(self._run)
+                beat(self._run, self._lock)
                 time.sleep(_PAUSE)
 
     def _tell(self, job: subprocess.Popen, told: int) -> int:

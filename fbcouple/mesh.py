@@ -26,7 +26,7 @@ def prepare_mesh(case: Case, run: Path, ranks: int) -> None:
     Raises SolverError with the tool's words.
     """
     fluid = run / "fluid"
-    for old in (*fluid.glob("processor*"), *_time_folders(fluid), fluid / "constant/polyMesh"):
+    for old in (*_list_parts(fluid), *_time_folders(fluid), fluid / "constant/polyMesh"):
         _remove(old)
     (run / "logs/mesh.log").write_text("", encoding="utf-8")
     if case.domain.is_plain_box:
@@ -43,12 +43,15 @@ def resume_mesh(case: Case, run: Path, ranks: int, checkpoint: Checkpoint) -> No
     """Make the mesh for `ranks` ranks with the fields of `checkpoint` on it, whatever ranks wrote them."""
     fluid = run / "fluid"
     prepare_mesh(case, run, checkpoint.ranks)
-    shutil.copytree(checkpoint.folder / "fluid", fluid, dirs_exist_ok=True)
+    for name in checkpoint.index.files:
+        if name.startswith("fluid/"):
+            (run / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(checkpoint.folder / name, run / name)
     if ranks == checkpoint.ranks:
         return
     if checkpoint.ranks > 1:
         _run_tool(run, "reconstructPar", "-latestTime")
-    for old in fluid.glob("processor*"):
+    for old in _list_parts(fluid):
         _remove(old)
     _cut(case, run, ranks)
 
@@ -83,6 +86,11 @@ def _run_tool(run: Path, *tool: str) -> None:
         start = words.find("--> FOAM FATAL")
         told = words[start:] if start >= 0 else "\n".join(words.splitlines()[-_TAIL:])
         raise SolverError(f"{tool[0]} failed with code {done.returncode} (logs/mesh.log): {told[:800]}")
+
+
+def _list_parts(fluid: Path) -> list[Path]:
+    """What the ranks' parts of an earlier run are in."""
+    return [path for path in fluid.glob("processor*") if path.name.removeprefix("processor").isdecimal()]
 
 
 def _time_folders(fluid: Path) -> Iterator[Path]:

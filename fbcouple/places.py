@@ -15,6 +15,10 @@ def _find(name: str) -> Path:
 
 TEMPLATES = _find("templates")
 CASES = _find("cases")
+START = "grains/particles.data"
+"""In a run folder: the particles as they start."""
+WALLS = "grains/walls.stl"
+"""In a run folder: the surface that the particles have for a wall, where the region is no plain box."""
 PULSE = "logs/pulse"
 """In a run folder: touched while coupling steps are taken."""
 FRAMES = "frames"

@@ -46,8 +46,9 @@ _NUMBERS = (
 class Recorder:
     """Observes every step; a row when one is due, results.nc by wall time and at the end."""
 
-    def __init__(self, scene: Scene, run: Path, case_text: str) -> None:
-        self._run = run
+    def __init__(self, scene: Scene, run: Path, case_text: str, made_with: dict[str, str] | None = None) -> None:
+        """`made_with`: what results.nc says of the programs that the run is made with."""
+        self._run, self._made_with = run, made_with or {}
         self._case_text = case_text
         self._rows: list[dict[str, Any]] = []
         self._cadence = Cadence(scene.case.output.record_every)
@@ -228,6 +229,7 @@ class Recorder:
     def _describe(self, scene: Scene) -> dict[str, Any]:
         options, now, bed = scene.case.averages, scene.clock.time, scene.case.particles
         return {
+            **self._made_with,
             "case": self._case_text,
             "averaging_start": options.start if options else float("nan"),
             "averaging_end": now,

@@ -26,9 +26,10 @@ RESTART = "grains.restart"
 _CHUNK = 1 << 24
 
 
-def write_checkpoint(scene: Scene, recorder: Recorder, run: Path, fingerprint: str) -> Path:
+def write_checkpoint(scene: Scene, recorder: Recorder, run: Path, about: dict[str, Any]) -> Path:
     """Write the checkpoint of the step just taken and return its folder (collective).
 
+    about: what `checkpoint.describe` says of the run, on rank 0.
     Raises SolverError if the disk does not take it; the checkpoints before it stand.
     """
     comm, step = scene.comm, scene.clock.steps
@@ -38,8 +39,10 @@ def write_checkpoint(scene: Scene, recorder: Recorder, run: Path, fingerprint: s
         gathered = comm.gather(sums)
         place = None
         if gathered is not None:
-            about = {"case": fingerprint, "step": step, "time": scene.clock.time, "ranks": comm.size}
-            place = checkpoint.finish(folder, about, {name: s for part in gathered for name, s in part.items()})
+            moment = {"step": step, "time": scene.clock.time, "ranks": comm.size}
+            place = checkpoint.finish(
+                folder, about | moment, {name: s for part in gathered for name, s in part.items()}
+            )
         return comm.bcast(place)
     except (OSError, SolverError) as error:
         checkpoint.abandon(run)

@@ -106,7 +106,7 @@ def tabulate_provenance(results: Results) -> Rows:
     except (OSError, ValueError) as error:
         return [*rows, {"what": "manifest", "value": f"manifest.json cannot be read ({error})"}]
     for key, value in manifest.items():
-        if key in ("title", "decks", "in"):
+        if key in ("title", "in", "case", "files"):
             continue
         inner = value if isinstance(value, dict) else {"": value}
         for name, given in inner.items():

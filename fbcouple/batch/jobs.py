@@ -19,6 +19,7 @@ from fbcouple.case.schema import Case
 from fbcouple.case.source import FILE_NAME
 from fbcouple.decks.render import make_environment
 from fbcouple.errors import CaseError
+from fbcouple.run_folder import require_plain
 
 # Resident memory of a rank with Python, numba and both solvers before it holds anything (measured: 320 MB) [MiB].
 _RANK_MEMORY = 400
@@ -69,6 +70,8 @@ def write_job(place: Path, scheduler: str, request: Request) -> tuple[Path, Path
     runs, system = find_runs(place), SCHEDULERS[scheduler]
     _require_sound(place.resolve(), runs, system, scheduler, request)
     folder = place.resolve() / "batch"
+    for read in (*runs, folder):
+        require_plain(read)
     job, submit = folder / f"{scheduler}.sh", folder / f"submit-{scheduler}.sh"
     cases = [load_case(str(run)) for run in runs]
     for case in cases:

@@ -12,6 +12,9 @@ from fbcouple.errors import CaseError
 from fbcouple.meshes.foam_text import list_parts
 from fbcouple.reference import parse_reference
 
+_TAKEN = ("fluid", "grains", "logs", "checkpoints", "frames", "figures", "vtk", "batch")
+"""Folders of a run folder, beside which the case's own files come to lie."""
+
 
 def find_mesh(folder: Path, name: str) -> Path:
     """The mesh `name` beside the case, which lies in `folder`: a gmsh file, or a folder with OpenFOAM's five files.
@@ -22,6 +25,8 @@ def find_mesh(folder: Path, name: str) -> Path:
         return find_companion(folder, name, ".msh")
     if not is_bare(name) or (folder / name).resolve().parent != folder.resolve():
         raise CaseError([f"{show(name)} is given, the bare name of a folder beside the case file is allowed."])
+    if name in _TAKEN:
+        raise CaseError([f"{show(name)} is given, which a run folder has of its own; give the folder another name."])
     for part in list_parts(folder / name):
         find_companion(folder / name, part, "")
     return folder / name
@@ -30,12 +35,14 @@ def find_mesh(folder: Path, name: str) -> Path:
 def copy_companions(case: Case, folder: Path, run: Path) -> None:
     """Copy the files that `case` brings from `folder` beside the case in `run`; of a mesh folder its own files."""
     for name in list_companions(case):
-        if (folder / name).is_dir():
-            (run / name).mkdir(exist_ok=True)
-            for part in list_parts(folder / name):
-                shutil.copyfile(folder / name / part, run / name / part)
-        else:
-            shutil.copyfile(folder / name, run / name)
+        for file in list_files(folder, name):
+            (run / file).parent.mkdir(exist_ok=True)
+            shutil.copyfile(folder / file, run / file)
+
+
+def list_files(folder: Path, name: str) -> list[str]:
+    """The file `name` of a case whose own files lie in `folder`, or the files of the mesh folder `name`."""
+    return [f"{name}/{part}" for part in list_parts(folder / name)] if (folder / name).is_dir() else [name]
 
 
 def list_companions(case: Case) -> list[str]:

@@ -9,6 +9,7 @@ from pathlib import Path
 import click
 
 from fbcouple.commands.table import print_table
+from fbcouple.run_folder import require_plain
 
 
 @click.command()
@@ -24,6 +25,7 @@ from fbcouple.commands.table import print_table
 @click.option("--vtk", "exported", is_flag=True, help="Also RUN/vtk, means and frames for ParaView.")
 def post(run: Path, folder: Path | None, moving: bool, exported: bool) -> None:
     """Draw the figures of RUN from its results.nc and its frames."""
+    require_plain(run)
     from postproc import draw
     from postproc.views import animate
 
@@ -56,6 +58,8 @@ def post(run: Path, folder: Path | None, moving: bool, exported: bool) -> None:
 )
 def report(runs: tuple[Path, ...], output: Path | None, references: tuple[str, ...]) -> None:
     """Put RUNs on one HTML page that stands alone, compared with the first of them, and the numbers in a JSON file."""
+    for run in runs:
+        require_plain(run)
     from postproc.report import write_report
 
     page = output or (runs[0] if len(runs) == 1 else Path()) / "report.html"
@@ -68,6 +72,8 @@ def report(runs: tuple[Path, ...], output: Path | None, references: tuple[str, .
 @click.option("--json", "file", type=click.Path(path_type=Path, dir_okay=False), help="Write the table to FILE.")
 def claims(runs: tuple[Path, ...], file: Path | None) -> None:
     """Tell which statements of the reference paper hold in these RUNs, and which they cannot decide."""
+    for run in runs:
+        require_plain(run)
     import json
 
     from postproc.claims import tabulate_claims

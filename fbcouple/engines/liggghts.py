@@ -12,7 +12,7 @@ import numpy as np
 from mpi4py import MPI
 
 from fbcouple.engines.c_stream import shorten, standard_output_into
-from fbcouple.engines.native import Signature, load_library
+from fbcouple.engines.native import LIGGGHTS, Signature, load_library
 from fbcouple.errors import SolverError
 
 _FUNCTIONS: dict[str, Signature] = {
@@ -30,7 +30,6 @@ _FUNCTIONS: dict[str, Signature] = {
         [ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_int, ctypes.c_int, ctypes.c_int],
     ),
 }
-LIBRARY = "libliggghts.so.3"
 _view_memory = ctypes.pythonapi.PyMemoryView_FromMemory
 _view_memory.restype, _view_memory.argtypes = ctypes.py_object, [ctypes.c_void_p, ctypes.c_ssize_t, ctypes.c_int]
 _WRITABLE = 0x200
@@ -54,7 +53,7 @@ class Grains:
         """Read the deck `deck`, with the particles of the file `restart` in place of its own where one is given. If it
         `remembers`, every `advance` first keeps the velocities; the deck has a place for them."""
         self.remembers = remembers
-        self._library = load_library(LIBRARY, _FUNCTIONS, "sudo apt-get install liggghts")
+        self._library = load_library(LIGGGHTS, _FUNCTIONS, "sudo apt-get install liggghts")
         self._log, self._runs = log if comm.rank == 0 else None, 0
         words = [b"liggghts", b"-log", b"none"]
         arguments = (ctypes.c_char_p * (len(words) + 1))(*words, None)
@@ -194,6 +193,8 @@ class Grains:
 
 def _put_restart(deck: Path, restart: Path, place: Path, comm: MPI.Comm) -> Path:
     """Write `deck` to `place` with `restart` read in place of its data file (collective)."""
+    if not re.fullmatch(r"[\w./-]+", str(restart)):
+        raise SolverError(f"{str(restart)!r} is no path that a LIGGGHTS deck can name")
     if comm.rank == 0:
         text, found = re.subn(r"(?m)^read_data\b.*$", f"read_restart    {restart}", deck.read_text(encoding="utf-8"))
         if found != 1:

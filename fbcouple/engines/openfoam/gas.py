@@ -6,7 +6,9 @@ import ctypes
 import math
 import os
 import re
+import shutil
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -19,6 +21,7 @@ from fbcouple.errors import DivergedError, SolverError
 from fbcouple.meshes.polyhedra import Polyhedra, take_apart
 from fbcouple.meshes.polymesh import PolyMesh
 from fbcouple.meshes.ragged import pile_up
+from fbcouple.run_folder import is_same, word_moved
 
 _double = ctypes.POINTER(ctypes.c_double)
 _whole = ctypes.POINTER(ctypes.c_int64)
@@ -72,6 +75,7 @@ class Gas:
     def __init__(self, case: Path, log: Path, density: float, correctors: int, rank: int | None) -> None:
         """`rank` of several, for each of which `case` holds a part of the mesh; None where one has it all."""
         os.environ.setdefault("WM_PROJECT_DIR", _SYSTEM_PROJECT)
+        self._case, self._place = case, case.resolve()
         self._folder = case if rank is None else case / f"processor{rank}"
         # OpenFOAM would trap floating-point exceptions in all of Python; a gas that is not finite is caught by checks.
         os.environ["FOAM_SIGFPE"] = "false"
@@ -152,14 +156,29 @@ class Gas:
         """Write this rank's fields as an OpenFOAM time directory (collective).
 
         Every registered field with AUTO_WRITE is in it, in binary; one that a later step starts from needs no more.
-        Returns the directory. Raises SolverError if a file in it is cut short, as on a full disk.
+        Returns the directory. Raises SolverError if a file in it is cut short, as on a full disk, or the case was
+        moved: OpenFOAM goes by the path that it had at the start, and would make it again.
         """
+        self._require_in_place()
         self._check(self._library.gas_write())
         folder = self._folder / self._library.gas_time_name().decode()
+        self._require_in_place(folder)
         for file in folder.rglob("*"):
             if file.is_file() and not file.read_bytes().rstrip().endswith(_END_OF_FILE):
                 raise SolverError(f"OpenFOAM: {file} is cut short; is the disk full?")
         return folder
+
+    def _require_in_place(self, written: Path | None = None) -> None:
+        """Raise SolverError if the case was moved; `written`, which went to the old place then, is removed there."""
+        if is_same(self._place, self._case):
+            return
+        if written:
+            there = self._place / written.relative_to(self._case)
+            shutil.rmtree(there, ignore_errors=True)
+            with suppress(OSError):  # what is not empty was there
+                for folder in there.parents[: len(there.parents) - len(self._place.parents) + 1]:
+                    folder.rmdir()
+        raise SolverError(word_moved(self._place.parent))
 
     def _read_fields(self) -> None:
         self._check(self._library.gas_fields(*map(_pointer, (self.state, self.pressure, self.voidage, self._totals))))
