@@ -205,7 +205,8 @@ def bubbles(results: Results) -> Figure:
     upper = inset_axes(picture, 0.56, 2.42, COLUMN - 0.7, 1.5)
     lower = inset_axes(picture, 0.56, 0.42, COLUMN - 0.7, 1.5)
     upper.plot([b.z / height for b in seen], [1e3 * b.diameter for b in seen], ".", color=BLUE, markersize=3, alpha=0.5)
-    upper.set(ylabel="Equivalent diameter [mm]", ylim=(0.0, None), xlabel="$z/H$ [–]")
+    largest = 1.1e3 * max(bubble.diameter for bubble in seen)
+    upper.set(ylabel="Equivalent diameter [mm]", ylim=(0.0, largest), xlabel="$z/H$ [–]")
     upper.xaxis.set_major_locator(MaxNLocator(5))
     sizes, rises = [1e3 * t.diameter for t in bubbling.tracks], [t.rise for t in bubbling.tracks]
     lower.plot(sizes, rises, "o", color=VERMILION, markersize=3, alpha=0.7, label="rises")
@@ -213,5 +214,7 @@ def bubbles(results: Results) -> Figure:
         still = [(1e3 * track.diameter, track.rise) for track in bubbling.standing]
         lower.plot(*zip(*still, strict=True), "o", color=GREY, fillstyle="none", markersize=3, label="stands still")
         lower.legend(loc="best", handlelength=1.0)
-    lower.set(xlabel="Equivalent diameter [mm]", ylabel="Rise velocity [m s$^{-1}$]", xlim=(0.0, None))
+    lower.set(xlabel="Equivalent diameter [mm]", ylabel="Rise velocity [m s$^{-1}$]", xlim=(0.0, largest))
+    fastest = max([track.rise for track in bubbling.tracks + bubbling.standing], default=1.0)
+    lower.set_ylim(min(lower.get_ylim()[0], 0.0), 1.15 * max(fastest, 0.0) or None)
     return picture

@@ -112,6 +112,8 @@ def substeps(axes: Axes, results: Results) -> None:
     time, steps = _after_a_step(results, "substeps")
     axes.step(time, steps, where="post", color=BLUE, linewidth=0.8)
     axes.yaxis.set_major_locator(MaxNLocator(4, integer=True))
+    if steps.size and not np.ptp(steps):
+        axes.set_ylim(steps[0] - 1.0, steps[0] + 1.0)
     axes.set_ylabel("DEM steps\nper fluid step")
 
 
