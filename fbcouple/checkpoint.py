@@ -1,6 +1,6 @@
 """A checkpoint on disk: a folder that is whole or not there, with a checksum of everything in it.
 
-checkpoints/step-000001200/   index.json       step, time, ranks, case, size and SHA-256 of every other file
+checkpoints/step-000001200/   index.json       step, time, ranks, case, inputs, versions, size and SHA-256 of every file
                               state.json       clock, cadences, counts; history.jsonl, snapshots.npz
                               cells-0000.npz   sums of rank 0's cells, one file a rank
                               grains.restart   LIGGGHTS' own
@@ -9,36 +9,29 @@ checkpoints/step-000001200/   index.json       step, time, ranks, case, size and
 
 from __future__ import annotations
 
-import hashlib
-import json
 import os
+import re
 import shutil
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fbcouple.case.options import list_options
+from fbcouple.case.changes import list_changes, list_values
+from fbcouple.case.companions import list_files
 from fbcouple.case.schema import Case
-from fbcouple.case.section import as_tuple
+from fbcouple.checkpoint_index import Index, is_name, name_folder, read_index, require_whole, write_index
 from fbcouple.errors import CaseError
+from fbcouple.manifest import hash_file
+from fbcouple.meshes.saved_fields import Words, list_words
+from fbcouple.places import WALLS
+from fbcouple.run_folder import word_path
 
 FOLDER = "checkpoints"
 REFUSED = ".refused"
-_FORMAT = 2
 _KEPT = 2
-_CHUNK = 1 << 20
 _UNFINISHED = ".unfinished-"
-# Options that came after checkpoints did: where they stand at their default, older checkpoints stand.
-_YOUNGER = (
-    "accuracy",
-    "gas.top",
-    "contact.skin",
-    "exchange.accelerated",
-    "output.particles_every",
-    "output.tracked",
-    *(f"domain.{key}" for key in ("shape", "elements", "mesh", "scale", "inlet", "outlet")),
-)
+_REST = re.compile(r"\.unfinished-(step-)?\d+")
+_MOST_NAMED = 3
 
 Sums = dict[str, tuple[int, str]]
 """File, named from the checkpoint's folder -> size and SHA-256."""
@@ -49,29 +42,36 @@ class Checkpoint:
     """A checkpoint that was found to be whole and of this case."""
 
     folder: Path
-    step: int
-    time: float
-    """Simulated time [s]."""
-    ranks: int
+    index: Index
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return self.index.time
+
+    @property
+    def ranks(self) -> int:
+        """MPI ranks that wrote it."""
+        return self.index.ranks
 
 
-def fingerprint(case: Case, with_end: bool = False) -> str:
-    """What must not change between a checkpoint and the run that goes on from it: all but how often files are saved
-    and what ends a run. Checkpoints once told its end too (`with_end`)."""
-    told = case.model_dump(mode="json", exclude={"checkpoint": True, "monitors": True, "output": {"save_every"}})
-    if not with_end:
-        del told["end_time"]
-    for dotted in _YOUNGER:
-        *section, key = dotted.split(".")
-        table = told[section[0]] if section else told
-        if table and as_tuple(table[key]) == list_options()[dotted].default:
-            del table[key]
-    return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
+def describe(case: Case, run: Path, makers: dict[str, str], updates: list[str]) -> dict[str, Any]:
+    """What a checkpoint of a run of `case` in `run` says beside step, time and ranks: all that must not change between
+    it and the run that goes on from it. `makers`: versions that numbers depend on; `updates`: how they changed before.
+    """
+    return {"case": list_values(case), "inputs": hash_inputs(case, run), "made_by": makers, "updates": updates}
+
+
+def hash_inputs(case: Case, run: Path) -> dict[str, str]:
+    """SHA-256 of the files in `run` that a run of `case` reads after its start, other than decks: law, mesh, walls."""
+    law = [case.exchange.drag_file] if case.exchange and case.exchange.drag_file else []
+    mesh = list_files(run, case.domain.mesh) if case.domain.mesh else []
+    return {name: hash_file(run / name) for name in (*law, *mesh, WALLS) if (run / name).is_file()}
 
 
 def begin(run: Path, step: int) -> Path:
     """An empty folder for the checkpoint of `step`; what an earlier attempt left is removed."""
-    for rest in (run / FOLDER).glob(f"{_UNFINISHED}*"):
+    for rest in _list_rests(run):
         shutil.rmtree(rest)
     folder = run / FOLDER / f"{_UNFINISHED}{step}"
     folder.mkdir(parents=True)
@@ -86,18 +86,16 @@ def add_up(folder: Path, names: list[Path]) -> Sums:
         for path in sorted(top.rglob("*")) if top.is_dir() else [top]:
             _flush(path)
             if path.is_file():
-                sums[str(path.relative_to(folder))] = path.stat().st_size, _hash(path)
+                sums[str(path.relative_to(folder))] = path.stat().st_size, hash_file(path)
         _flush(top)
     return sums
 
 
 def finish(folder: Path, about: dict[str, Any], sums: Sums) -> Path:
     """Make the checkpoint in `folder` valid: index, then its name; only the newest two stay. Returns its place."""
-    text = json.dumps({"format": _FORMAT, **about, "files": sums}, indent=1)
-    (folder / "index.json").write_text(json.dumps({"sha256": _hash_text(text), "index": text}))
-    _flush(folder / "index.json")
+    _flush(write_index(folder, about, sums))
     _flush(folder)
-    place = folder.parent / f"step-{about['step']:012d}"
+    place = folder.parent / name_folder(about["step"])
     if place.exists():
         shutil.rmtree(place)
     folder.rename(place)
@@ -108,9 +106,28 @@ def finish(folder: Path, about: dict[str, Any], sums: Sums) -> Path:
     return place
 
 
+def find_checkpoint(name: str) -> Path:
+    """Where in a run folder the checkpoint `name` is. Raises: ValueError if no checkpoint is called so."""
+    if not is_name(name):
+        raise ValueError(f"no checkpoint is called {name!r}")
+    return Path(FOLDER) / name
+
+
 def list_checkpoints(run: Path) -> list[Path]:
     """Folders of the checkpoints of `run`, the newest first; nothing is said of what is in them."""
-    return sorted((p for p in (run / FOLDER).glob("step-*") if p.suffix != REFUSED), reverse=True)
+    return sorted((p for p in (run / FOLDER).glob("step-*") if is_name(p.name) and p.is_dir()), reverse=True)
+
+
+def list_strays(run: Path) -> list[Path]:
+    """What lies among the checkpoints of `run` and is none, nor what was refused or not finished."""
+    known = set(_list_rests(run))
+    strays = [path for path in (run / FOLDER).glob("*") if path not in known]
+    return sorted(p for p in strays if not (is_name(p.name.removesuffix(REFUSED)) and p.is_dir()))
+
+
+def _list_rests(run: Path) -> list[Path]:
+    """What attempts that were cut short left of checkpoints."""
+    return [path for path in (run / FOLDER).glob(f"{_UNFINISHED}*") if _REST.fullmatch(path.name) and path.is_dir()]
 
 
 def word_newest(run: Path) -> str:
@@ -121,7 +138,7 @@ def word_newest(run: Path) -> str:
 
 def abandon(run: Path) -> None:
     """Remove what is there of a checkpoint that could not be finished, so that it takes no room."""
-    for rest in (run / FOLDER).glob(f"{_UNFINISHED}*"):
+    for rest in _list_rests(run):
         shutil.rmtree(rest, ignore_errors=True)
 
 
@@ -149,34 +166,35 @@ def choose(run: Path, case: Case) -> tuple[Checkpoint | None, list[str]]:
 
 
 def read(folder: Path, case: Case) -> Checkpoint:
-    """Check every file of the checkpoint in `folder`; raises CaseError with its name and what is wrong with it."""
-    index = _read_index(folder)
-    if index["format"] != _FORMAT:
-        raise CaseError([f"{folder}: refused: format {index['format']}, this fbcouple reads {_FORMAT}"])
-    if index["case"] not in (fingerprint(case), fingerprint(case, with_end=True)):
-        raise CaseError([f"{folder}: refused: it is of another case than the case.toml of the run"])
-    for name, (size, checksum) in index["files"].items():
-        path = folder / name
-        if not path.is_file():
-            raise CaseError([f"{folder}: refused: {name} is missing"])
-        if path.stat().st_size != size:
-            raise CaseError([f"{folder}: refused: {name} has {path.stat().st_size} bytes, {size} were written"])
-        if _hash(path) != checksum:
-            raise CaseError([f"{folder}: refused: {name} is damaged (checksum)"])
-    return Checkpoint(folder, index["step"], index["time"], index["ranks"])
+    """Check every file of the checkpoint in `folder`; raises CaseError with its name and what is wrong with it.
 
-
-def _read_index(folder: Path) -> dict[str, Any]:
+    The decks of its run must have been looked at: fields of the gas may have the words that they have.
+    """
+    run = folder.parents[1]
     try:
-        outer = json.loads((folder / "index.json").read_bytes())
-        text = outer["index"]
-        if outer["sha256"] == _hash_text(text):
-            return json.loads(text)
-    except FileNotFoundError:
-        raise CaseError([f"{folder}: refused: index.json is missing"]) from None
-    except (ValueError, KeyError, TypeError):
-        pass
-    raise CaseError([f"{folder}: refused: index.json is damaged"])
+        index = read_index(folder)
+        _require_same(index, case, run)
+        require_whole(folder, index, _read_words(run))
+    except CaseError as error:
+        raise CaseError([f"{word_path(folder)}: refused: {error}"]) from None
+    return Checkpoint(folder, index)
+
+
+def _require_same(index: Index, case: Case, run: Path) -> None:
+    """Raise CaseError if the case or a file that the run reads is not the one that the checkpoint is of."""
+    if changes := list_changes(index.case, case):
+        more = f" and {len(changes) - _MOST_NAMED} more" if len(changes) > _MOST_NAMED else ""
+        told = ", ".join(map(str, changes[:_MOST_NAMED]))
+        raise CaseError([f"it is of another case than the case.toml of the run: {told}{more}"])
+    inputs = hash_inputs(case, run)
+    changed = [name for name in sorted({*index.inputs, *inputs}) if index.inputs.get(name) != inputs.get(name)]
+    if changed:
+        words = "has changed" if len(changed) == 1 else "have changed"
+        raise CaseError([f"{', '.join(changed[:_MOST_NAMED])} {words} since; put back what the run had then"])
+
+
+def _read_words(run: Path) -> Words:
+    return list_words([path.read_text(encoding="utf-8") for path in (run / "fluid/0").glob("*") if path.is_file()])
 
 
 def _flush(path: Path) -> None:
@@ -186,20 +204,3 @@ def _flush(path: Path) -> None:
         os.fsync(number)
     finally:
         os.close(number)
-
-
-def _hash(path: Path) -> str:
-    digest = hashlib.sha256()
-    for chunk in _read_chunks(path):
-        digest.update(chunk)
-    return digest.hexdigest()
-
-
-def _hash_text(text: str) -> str:
-    return hashlib.sha256(text.encode()).hexdigest()
-
-
-def _read_chunks(path: Path) -> Iterator[bytes]:
-    with path.open("rb") as file:
-        while chunk := file.read(_CHUNK):
-            yield chunk

@@ -12,6 +12,7 @@ import math
 import re
 from collections.abc import Callable
 from pathlib import Path
+from shlex import quote
 from typing import Any
 
 import click
@@ -26,6 +27,8 @@ from fbcouple.commands.pictures import claims, post, report
 from fbcouple.commands.study import study
 from fbcouple.commands.table import print_table
 from fbcouple.errors import CaseError, FbcoupleError
+from fbcouple.places import require_usable
+from fbcouple.run_folder import require_plain
 
 INTERRUPTED = 130
 DIVERGED = 4
@@ -154,7 +157,7 @@ def setup(case: str, output: Path | None, sets: tuple[str, ...], explained: bool
         if explained:
             rows = [(part.name, "in" if part.is_in else "out", part.why) for part in explain(loaded)]
             print_table(["part", "", "why"], rows)
-        click.echo(f"{run}: set up; start it with `fbcouple run {run}`")
+        click.echo(f"{run}: set up; start it with `fbcouple run {quote(str(run))}`")
 
 
 @cli.command()
@@ -182,42 +185,51 @@ def setup(case: str, output: Path | None, sets: tuple[str, ...], explained: bool
     show_default=True,
     help="Wall time [s] without a coupling step after which the run is taken for hanging and ended.",
 )
+@click.option("--accept-update", is_flag=True, help="Resume also what another version of fbcouple or a solver began.")
 @take_trust
 def run(run: Path, ranks: int, resume: bool, fresh: bool, trusted: bool, **limits: Any) -> None:
     """Run the simulation that lies in the folder RUN; exit code 75 if it stopped early with a checkpoint."""
+    require_plain(run)
     require_run(run)
     if resume and fresh:
         raise click.UsageError("--resume goes on, --fresh starts again: give one of them")
     from fbcouple.case.drag_file import require_trust
     from fbcouple.case.load import load_case
-    from fbcouple.decks.render import require_own_decks
+    from fbcouple.decks.unchanged import require_unchanged
     from fbcouple.errors import StoppedError
     from fbcouple.launch import is_complete, launch
     from fbcouple.progress import RunProgress
 
     case = load_case(str(run))
     require_trust(case, trusted)
-    require_own_decks(case, run, trusted)
+    require_unchanged(case, run, trusted)
     end = min(case.end_time, limits["until"] or case.end_time)
     console = Console()
-    go_on = f"`fbcouple run {run} -n {ranks} --resume`"
+    go_on = f"`fbcouple run {quote(str(run))} -n {ranks} --resume`"
     try:
         with RunProgress(console, end) as progress:
-            launch(run, ranks, fresh=fresh, resume=resume, watch=progress.show, say=click.echo, **limits)
+            launch(
+                run, ranks, fresh=fresh, resume=resume, watch=progress.show, say=click.echo, trusted=trusted, **limits
+            )
     except StoppedError as error:
         raise StoppedError(f"{run}: {error}; go on with {go_on}") from error
     console.print(progress.tabulate())
+    for warning in progress.list_warnings():
+        click.echo(f"{run}: warning: {warning}")
     if not is_complete(run, case):
         place = f"at or after {end:g} s of {case.end_time:g} s"
         click.echo(f"{run}: stopped at a moment for a checkpoint {place}; go on with {go_on}")
         return
-    click.echo(f"{run}: done; draw its figures with `fbcouple post {run}`")
+    click.echo(f"{run}: done; draw its figures with `fbcouple post {quote(str(run))}`")
 
 
 def require_run(run: Path) -> None:
     """Raise CaseError unless `run` is a folder that `setup` wrote."""
     if not (run / "case.toml").is_file():
-        raise CaseError([f"{run}: is not a run folder (no case.toml); write one with `fbcouple setup CASE -o {run}`."])
+        raise CaseError(
+            [f"{run}: is not a run folder (no case.toml); write one with `fbcouple setup CASE -o {quote(str(run))}`."]
+        )
+    require_usable(run)
 
 
 @cli.command()
@@ -260,7 +272,7 @@ def verify(ctx: click.Context, names: tuple[str, ...], fast: bool, file: Path | 
         numbers = f"{row['value']:.6g} {row['unit']}, expected {row['expected']:.6g} +- {row['tolerance']:.2g}"
         click.echo(f"{verdict}  {row['name']}: {numbers} ({row['seconds']:.1f} s)")
     if file:
-        file.write_text(json.dumps({"checks": rows}, indent=2) + "\n")
+        file.write_text(json.dumps({"checks": rows}, indent=2) + "\n", encoding="utf-8")
     failed = sum(not row["passed"] for row in rows)
     click.echo(f"{len(rows) - failed} passed, {failed} failed")
     if failed:

@@ -8,6 +8,8 @@ from typing import Any
 _GROWTH = 1.2
 _ALMOST = 1.0 - 1e-9
 _TINY = 1e-300
+_SHARED = 10
+"""Steps up to the end of a run that share out the time left, in place of a stub for the last."""
 
 
 class Clock:
@@ -17,7 +19,7 @@ class Clock:
     then exceeds the limit, which `max_courant` in the results shows.
     """
 
-    _STATE = ("time", "steps", "substeps", "dt", "_substeps_done")
+    _STATE = ("time", "steps", "substeps", "dt", "last_dt", "_substeps_done")
 
     def __init__(self, end: float, dem_step: float | None, first_step: float, longest: float = math.inf) -> None:
         """`first_step` [s] stands until `choose` is called; with particles it is rounded down to whole DEM steps.
@@ -26,6 +28,8 @@ class Clock:
         """
         self.time = 0.0
         self.steps = 0
+        self.last_dt = 0.0
+        """Length of the step taken last [s]; 0 before the first."""
         self._end = end
         self._longest = longest
         self._dem_step = dem_step
@@ -42,6 +46,7 @@ class Clock:
     def tick(self) -> None:
         """The step `dt` was taken."""
         self.steps += 1
+        self.last_dt = self.dt
         if self._dem_step is None:
             self.time += self.dt
         else:
@@ -71,13 +76,19 @@ class Clock:
         self._end_in_time()
 
     def _end_in_time(self) -> None:
-        """Cut the next step where the end comes before it."""
+        """Share out what is left up to the end among the last steps, none longer than the one chosen, all as long or a
+        DEM step shorter. At the end the step stands as it is, for a run that is made longer."""
         left = self._end - self.time
         if self._dem_step is None:
-            self.dt = min(self.dt, left) if left > 0 else self.dt
-        else:
-            self.substeps = min(self.substeps, max(1, math.ceil(left / self._dem_step - 1e-6)))
-            self.dt = self.substeps * self._dem_step
+            steps = math.ceil(left / self.dt * _ALMOST)
+            if 0 < steps <= _SHARED:
+                self.dt = left / steps
+            return
+        substeps_left = math.ceil(left / self._dem_step - 1e-6)
+        steps = math.ceil(substeps_left / self.substeps)
+        if 0 < steps <= _SHARED:
+            self.substeps = math.ceil(substeps_left / steps)
+        self.dt = self.substeps * self._dem_step
 
 
 class Cadence:

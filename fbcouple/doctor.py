@@ -25,6 +25,7 @@ _FOAM_LIBRARIES = ("libOpenFOAM.so", "libfiniteVolume.so", "libDPMTurbulenceMode
 _FOAM_PROGRAMS = ("blockMesh", "topoSet", "createPatch", "decomposePar")
 _PROBE = """
 import ctypes, pathlib, sys
+sys.stdout.reconfigure(encoding="utf-8", errors="surrogateescape")
 name = sys.argv[1]
 if name == "mpi4py":
     import mpi4py
@@ -34,7 +35,7 @@ if name == "mpi4py":
 else:
     ctypes.CDLL(name, ctypes.RTLD_GLOBAL)
     print(name)
-maps = pathlib.Path("/proc/self/maps").read_text().splitlines()
+maps = pathlib.Path("/proc/self/maps").read_text(encoding="utf-8", errors="surrogateescape").splitlines()
 print("\\n".join(sorted({line.split(None, 5)[5] for line in maps if ".so" in line})))
 """
 _PICTURE = """
@@ -148,7 +149,9 @@ def _try_out(program: str, *words: str) -> _Loaded:
     """Run a small Python program whose first line says what it got, whose others are the files it loaded."""
     environment = {"WM_PROJECT_DIR": _SYSTEM_PROJECT} | os.environ
     command = [sys.executable, "-c", program, *words]
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, errors="replace", check=False)
+    done = subprocess.run(
+        command, env=environment, capture_output=True, text=True, errors="replace", check=False, encoding="utf-8"
+    )
     lines = done.stdout.splitlines()
     if done.returncode != 0 or not lines:
         last = next((line.strip() for line in reversed(done.stderr.splitlines()) if line.strip()), "no words")
@@ -240,7 +243,7 @@ def _cores() -> Row:
 
 
 def _memory() -> Row:
-    words = re.search(r"^MemAvailable:\s+(\d+) kB", Path("/proc/meminfo").read_text(), re.MULTILINE)
+    words = re.search(r"^MemAvailable:\s+(\d+) kB", Path("/proc/meminfo").read_text(encoding="utf-8"), re.MULTILINE)
     free = int(words[1]) * 1024 / _GIBIBYTE if words else 0.0
     return Row(
         "free memory",
@@ -260,7 +263,7 @@ def _disk() -> Row:
 
 def _first_line(command: list[str]) -> str:
     try:
-        done = subprocess.run(command, capture_output=True, text=True, errors="replace", check=False)
+        done = subprocess.run(command, capture_output=True, text=True, errors="replace", check=False, encoding="utf-8")
     except FileNotFoundError:
         return "not on PATH"
     lines = (done.stdout or done.stderr).splitlines()

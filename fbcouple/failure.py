@@ -14,13 +14,13 @@ _LONGEST = 5000  # characters, of which each takes six bytes at most in JSON
 _TAIL = 15
 # LIGGGHTS' own word for a particle that went out of the box or is not finite.
 _DIVERGED = "Lost atoms"
-SOLVER_LOGS = {"grains.log": "LIGGGHTS", "grains.screen": "LIGGGHTS", "fluid.log": "OpenFOAM"}
+SOLVER_LOGS = {"grains.log": "LIGGGHTS", "fluid.log": "OpenFOAM"}
 
 
 def prepare_failure(run: Path) -> None:
     """Remove the note of an earlier failure, and keep room for one on a disk that will be full."""
     (run / _NOTE).unlink(missing_ok=True)
-    with (run / _ROOM).open("w") as file:
+    with (run / _ROOM).open("w", encoding="utf-8") as file:
         file.write(" " * _ROOM_SIZE)
         file.flush()
         os.fsync(file.fileno())
@@ -34,7 +34,7 @@ def write_failure(run: Path, text: str, exit_code: int) -> None:
         if (run / _NOTE).exists():
             return
     note = json.dumps({"text": text[:_LONGEST], "exit_code": exit_code})
-    with open(run / _NOTE, "r+" if (run / _NOTE).exists() else "w") as file:
+    with open(run / _NOTE, "r+" if (run / _NOTE).exists() else "w", encoding="utf-8") as file:
         file.write(note)
 
 
@@ -48,7 +48,7 @@ def read_failure(run: Path, launcher_words: str) -> tuple[str, int]:
     note = run / _NOTE
     if note.exists():
         try:
-            known = json.loads(note.read_text())
+            known = json.loads(note.read_text(encoding="utf-8"))
             return known["text"], known["exit_code"]
         except json.JSONDecodeError:
             pass
@@ -63,6 +63,6 @@ def read_failure(run: Path, launcher_words: str) -> tuple[str, int]:
 def _find_last_error(log: Path) -> str | None:
     if not log.exists():
         return None
-    lines = log.read_text(errors="replace").splitlines()
+    lines = log.read_text(encoding="utf-8", errors="replace").splitlines()
     hits = [n for n, line in enumerate(lines) if re.match(r"ERROR|--> FOAM FATAL", line)]
     return " ".join(line.strip() for line in lines[hits[-1] : hits[-1] + 3]) if hits else None

@@ -74,7 +74,7 @@ class Job:
 
         Raises the error that the job ended by, StoppedError among them.
         """
-        with self._words.open("w") as words:
+        with self._words.open("w", encoding="utf-8") as words:
             job = self._start(words)
             try:
                 for row in self._read_rows(job):
@@ -82,6 +82,7 @@ class Job:
             except BaseException:
                 _end(job)
                 raise
+        beat(self._run, self._lock)
         self._judge(job)
 
     def _start(self, words: Any) -> subprocess.Popen:
@@ -105,7 +106,7 @@ class Job:
         if job.returncode or note or not (self._run / "results.nc").exists():
             if self._requests.count > 1 and not note:
                 raise SolverError(f"ended at once by a second signal ({self._requests.first} was the first)")
-            text, code = read_failure(self._run, self._words.read_text(errors="replace"))
+            text, code = read_failure(self._run, self._words.read_text(encoding="utf-8", errors="replace"))
             if self._requests.first:
                 text = text.replace(f"stopped by {PASSED_ON.name}", f"stopped by {self._requests.first}", 1)
             raise CaseError([text]) if code == 1 else ERRORS.get(code, SolverError)(text)
@@ -119,7 +120,7 @@ class Job:
         while not over:
             over = job.poll() is not None
             if log.exists():
-                with log.open() as file:
+                with log.open(encoding="utf-8") as file:
                     file.seek(place)
                     while (line := file.readline()).endswith("\n"):
                         place = file.tell()
@@ -129,7 +130,7 @@ class Job:
             if not over:
                 told = self._tell(job, told)
                 self._require_progress(job)
-                beat(self._run)
+                beat(self._run, self._lock)
                 time.sleep(_PAUSE)
 
     def _tell(self, job: subprocess.Popen, told: int) -> int:
@@ -161,7 +162,7 @@ def _find_session(session: int) -> dict[int, str]:
     found = {}
     for stat in Path("/proc").glob("[0-9]*/stat"):
         try:
-            state, _, _, owner = stat.read_text().rpartition(")")[2].split()[:4]
+            state, _, _, owner = stat.read_text(encoding="utf-8", errors="replace").rpartition(")")[2].split()[:4]
         except OSError:
             continue
         if int(owner) == session:

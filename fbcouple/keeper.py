@@ -14,10 +14,10 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
+from typing import Any
 
 from mpi4py import MPI
 
-from fbcouple.checkpoint import fingerprint
 from fbcouple.clock import Cadence
 from fbcouple.places import PULSE
 from fbcouple.recorder import Recorder
@@ -62,10 +62,11 @@ class Summons:
 class Keeper:
     """Asked after every coupling step; collective at moments only."""
 
-    def __init__(self, scene: Scene, run: Path, limits: Limits, summons: Summons) -> None:
+    def __init__(self, scene: Scene, run: Path, limits: Limits, summons: Summons, about: dict[str, Any]) -> None:
+        """`about`: what `checkpoint.describe` says of the run, on rank 0."""
         options = scene.case.checkpoint
         self._run, self._limits = run, limits
-        self._fingerprint = fingerprint(scene.case)
+        self._about = about
         self._steps, self._wall = options.moment_steps, options.wall_every
         self._cadence = Cadence(options.every, options.every) if options.every else None
         self._summons = summons
@@ -114,7 +115,7 @@ class Keeper:
     def _write(self, scene: Scene, recorder: Recorder) -> None:
         begin = time.monotonic()
         recorder.inspect(scene)
-        scene.checkpoint = write_checkpoint(scene, recorder, self._run, self._fingerprint)
+        scene.checkpoint = write_checkpoint(scene, recorder, self._run, self._about)
         self._written = time.monotonic()
         self._writing = max(self._writing, self._written - begin)
 

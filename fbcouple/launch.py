@@ -2,32 +2,37 @@
 
 from __future__ import annotations
 
-import json
 import math
-import os
 import platform
 import shutil
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import xarray as xr
 
 import fbcouple.checkpoint
+from fbcouple.case.drag_file import require_trust
 from fbcouple.case.load import load_case
 from fbcouple.case.schema import Case
-from fbcouple.checkpoint import FOLDER, Checkpoint
+from fbcouple.checkpoint import Checkpoint
+from fbcouple.decks.unchanged import require_own_decks, require_unchanged
 from fbcouple.environment import mpi_command
 from fbcouple.errors import CaseError, SolverError
 from fbcouple.failure import SOLVER_LOGS, prepare_failure
 from fbcouple.job import Job, Requests, Watch
 from fbcouple.lock import hold
+from fbcouple.making import Versions, list_makers
+from fbcouple.manifest import read_manifest, write_manifest
 from fbcouple.mesh import prepare_mesh, resume_mesh
-from fbcouple.places import FRAMES, PULSE
+from fbcouple.places import PULSE
+from fbcouple.products import remove_products
+from fbcouple.run_folder import require_plain, word_path
+from fbcouple.versions import list_versions
 
 PATIENCE = 600.0
-_PRODUCTS = ("results.nc", FRAMES, FOLDER, "figures", "report.html", "report.json")
 _ALMOST = 1 - 1e-9
 _LOG = "logs/run.jsonl"
 
@@ -45,73 +50,106 @@ def launch(
     wall_limit: float = math.inf,
     patience: float = PATIENCE,
     say: Say = lambda text: None,
+    trusted: bool = False,
+    accept_update: bool = False,
 ) -> None:
     """Run the case in `run` on `ranks` MPI ranks to its end; `watch` sees each history row.
 
     until [s]: stop, with a checkpoint, at the first moment for one at or after it; resume: from the newest checkpoint
     that is whole; wall_limit [s]: wall time by which it has to be over; patience [s]: wall time without a coupling step
-    after which it is taken for hanging; say: told what is refused.
+    after which it is taken for hanging; say: told what is refused; trusted: also with decks and files that were changed
+    since set-up; accept_update: resume also what another version of fbcouple or of a solver began.
 
-    Raises CaseError if `run` is no run folder, holds what neither `fresh` nor `resume` speaks of, or has only damaged
-    checkpoints; SolverError with the solver's own last words; DivergedError if a check of the run failed;
+    Raises CaseError if `run` is no run folder, was changed, holds what neither `fresh` nor `resume` speaks of, or has
+    only damaged checkpoints; SolverError with the solver's own last words; DivergedError if a check of the run failed;
     StoppedError if it stopped early with a checkpoint.
     """
     begin = time.time()
-    if not (run / "manifest.json").exists():
-        raise CaseError([f"{run}: is not a run folder; make one with: fbcouple setup CASE -o {run}"])
+    require_plain(run)
+    read_manifest(run)
     with hold(run) as lock, Requests() as requests:
         try:
-            command = _prepare(run, ranks, until, fresh, resume, begin + wall_limit, say)
+            case = _read_run(run, fresh, resume)
+            require_trust(case, trusted)
+            changed = require_unchanged(case, run, trusted)
+            going_on = _choose(run, case, until, accept_update, say) if resume else Start(list_versions(case))
+            command: list[str] = []
+            if going_on:
+                _prepare(run, case, ranks, going_on.checkpoint)
+                if not trusted:
+                    require_own_decks(case, run)
+                command = _word_job(run, ranks, until, begin + wall_limit, going_on.checkpoint)
+                _note_run(run, ranks, command, going_on, changed)
         except OSError as error:
             raise SolverError(f"{run}: cannot be made ready: {error}") from error
         if command:
             Job(command, run, patience, lock, requests).follow(watch)
 
 
-def _prepare(
-    run: Path, ranks: int, until: float | None, fresh: bool, resume: bool, deadline: float, say: Say
-) -> list[str] | None:
-    """Make the folder ready and return the command of the job; None if there is nothing left to do."""
-    case = _read_run(run, fresh, resume)
-    if resume and is_complete(run, case):
-        say(f"{run}: is complete: nothing is left to do")
-        return None
-    checkpoint = _find_checkpoint(run, case, say) if resume else None
-    if checkpoint and until is not None and checkpoint.time >= until * _ALMOST:
-        say(f"{run}: has reached t = {checkpoint.time:.6g} s already: nothing is left to do up to {until:g} s")
-        return None
+@dataclass(frozen=True)
+class Start:
+    """What a run starts with: versions, the checkpoint that it goes on from, and the updates since its start."""
+
+    versions: Versions
+    checkpoint: Checkpoint | None = None
+    updates: tuple[str, ...] = ()
+
+
+def _prepare(run: Path, case: Case, ranks: int, checkpoint: Checkpoint | None) -> None:
+    """Make the folder ready: what earlier runs left is gone, and mesh and fields are there."""
     _clear(run, checkpoint)
     prepare_failure(run)
     if case.gas and checkpoint:
         resume_mesh(case, run, ranks, checkpoint)
     elif case.gas:
         prepare_mesh(case, run, ranks)
+
+
+def _word_job(run: Path, ranks: int, until: float | None, deadline: float, checkpoint: Checkpoint | None) -> list[str]:
     options = ["--ranks", str(ranks), "--deadline", repr(deadline)]
     if until is not None:
         options += ["--until", repr(until)]
     if checkpoint:
-        options += ["--resume", str(checkpoint.folder.relative_to(run))]
-    command = mpi_command(ranks, [sys.executable, "-m", "fbcouple.worker", str(run.resolve()), *options])
-    _note_run(run, ranks, command)
-    return command
+        options += ["--resume", checkpoint.folder.name]
+    return mpi_command(ranks, [sys.executable, "-m", "fbcouple.worker", str(run.resolve()), *options])
 
 
 def _read_run(run: Path, fresh: bool, resume: bool) -> Case:
-    if not fresh and not resume:
-        for trace in ("results.nc", *(str(p.relative_to(run)) for p in fbcouple.checkpoint.list_checkpoints(run))):
-            if (run / trace).exists():
-                raise CaseError(
-                    [f"{run}: holds results ({trace}); --resume goes on, --fresh starts again and removes them"]
-                )
+    traces = [run / "results.nc", *fbcouple.checkpoint.list_checkpoints(run)]
+    if not fresh and not resume and any(trace.exists() for trace in traces):
+        found = next(trace for trace in traces if trace.exists()).relative_to(run)
+        raise CaseError([f"{run}: holds results ({found}); --resume goes on, --fresh starts again and removes them"])
     return load_case(str(run / "case.toml"))
 
 
-def is_complete(run: Path, case: Case) -> bool:
-    """Did an earlier run reach the end of the case as it is now, by its results?"""
-    if not (run / "results.nc").exists():
+def is_complete(run: Path, case: Case, say: Say = lambda text: None) -> bool:
+    """Did an earlier run reach the end of the case as it is now, by its results? Not by results that cannot be read,
+    which `say` is told."""
+    path = run / "results.nc"
+    if not path.exists():
         return False
-    with xr.open_dataset(run / "results.nc") as results:
-        return bool(results.attrs["complete"]) and float(results["time"][-1]) >= case.end_time * _ALMOST
+    try:
+        with xr.open_dataset(path, decode_times=False) as results:
+            return bool(results.attrs["complete"]) and float(results["time"][-1]) >= case.end_time * _ALMOST
+    except (OSError, ValueError, LookupError, TypeError, RuntimeError) as error:
+        reason = (str(error).splitlines() or [type(error).__name__])[0][:120]
+        say(f"{path}: cannot be read ({reason}); it is written anew")
+        return False
+
+
+def _choose(run: Path, case: Case, until: float | None, accept_update: bool, say: Say) -> Start | None:
+    """Where a run that is resumed goes on; None if there is nothing left to do."""
+    if is_complete(run, case, say):
+        say(f"{run}: is complete: nothing is left to do")
+        return None
+    for stray in fbcouple.checkpoint.list_strays(run):
+        say(f"{word_path(stray)}: is no checkpoint and is left alone")
+    checkpoint = _find_checkpoint(run, case, say)
+    if checkpoint and until is not None and checkpoint.time >= until * _ALMOST:
+        say(f"{run}: has reached t = {checkpoint.time:.6g} s already: nothing is left to do up to {until:g} s")
+        return None
+    versions = list_versions(case)
+    return Start(versions, checkpoint, _list_updates(checkpoint, versions, accept_update) if checkpoint else ())
 
 
 def _find_checkpoint(run: Path, case: Case, say: Say) -> Checkpoint | None:
@@ -126,6 +164,22 @@ def _find_checkpoint(run: Path, case: Case, say: Say) -> Checkpoint | None:
     return checkpoint
 
 
+def _list_updates(checkpoint: Checkpoint, versions: Versions, accepted: bool) -> tuple[str, ...]:
+    """With what else than before the run has gone on since its start, a line each time.
+
+    Raises: CaseError if what wrote the checkpoint is not what is here, unless that is `accepted`.
+    """
+    before, now = checkpoint.index.made_by, list_makers(versions)
+    changed = [name for name in sorted({*before, *now}) if before.get(name) != now.get(name)]
+    if not changed:
+        return tuple(checkpoint.index.updates)
+    told = "; ".join(f"{name}: {before.get(name, 'none')} then, {now.get(name, 'none')} now" for name in changed)
+    if not accepted:
+        text = "the run would be of two programs; --accept-update goes on with it and notes it in results.nc"
+        raise CaseError([f"{checkpoint.folder}: was written with other versions ({told}): {text}."])
+    return (*checkpoint.index.updates, f"from t = {checkpoint.time:.6g} s on: {told}")
+
+
 def _clear(run: Path, checkpoint: Checkpoint | None) -> None:
     """Remove what an earlier run left; of one that is resumed only what came after the checkpoint."""
     log = run / _LOG
@@ -133,27 +187,17 @@ def _clear(run: Path, checkpoint: Checkpoint | None) -> None:
         old.unlink(missing_ok=True)
     if checkpoint:
         shutil.copyfile(checkpoint.folder / "history.jsonl", log)
-        return
-    for name in _PRODUCTS:
-        _remove(run / name)
-
-
-def _remove(path: Path) -> None:
-    if path.is_dir():
-        shutil.rmtree(path)
     else:
-        path.unlink(missing_ok=True)
+        remove_products(run)
 
 
-def _note_run(run: Path, ranks: int, command: list[str]) -> None:
-    manifest = json.loads((run / "manifest.json").read_text())
-    manifest["run"] = {
+def _note_run(run: Path, ranks: int, command: list[str], start: Start, changed: list[str]) -> None:
+    about = {
         "ranks": ranks,
         "host": platform.node(),
-        "machine": f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores",
         "command": command,
         "started": time.strftime("%Y-%m-%dT%H:%M:%S%z"),
+        "changed": changed,
+        "updates": list(start.updates),
     }
-    fresh = run / "manifest.tmp"
-    fresh.write_text(json.dumps(manifest, indent=2) + "\n")
-    fresh.replace(run / "manifest.json")
+    write_manifest(run, read_manifest(run) | {"run": about, "run_with": start.versions})

@@ -7,15 +7,16 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from fbcouple.case.companions import copy_companions
 from fbcouple.case.drag_file import require_trust
 from fbcouple.case.load import load_case
 from fbcouple.case.positions import start_kinds, start_positions, start_velocities
 from fbcouple.case.preflight import require_fit
 from fbcouple.case.schema import Case
 from fbcouple.case.source import FILE_NAME, find_case, list_sets, list_shipped
-from fbcouple.decks.render import refuse_foreign, set_up
+from fbcouple.decks.render import set_up
+from fbcouple.decks.replace import refuse_foreign
 from fbcouple.errors import CaseError
+from fbcouple.places import require_usable
 
 
 def lay_out(
@@ -30,6 +31,7 @@ def lay_out(
     """
     members = list_sets().get(name)
     place = output or Path("runs") / name_run(name, None if members else find_case(name))
+    require_usable(place)
     runs: dict[Path, tuple[Case, Path]] = {}
     for member in members or [name]:
         case, source = load_case(member, sets), find_case(member)
@@ -64,10 +66,9 @@ def name_run(case: str, source: Path | None) -> str:
 
 
 def _lay_out_run(case: Case, folder: Path, run: Path) -> None:
-    """Set up `run` and keep the case's own files (which lie in `folder`) beside the effective case."""
+    """Set up `run`, with the case's own files (which lie in `folder`) beside the effective case."""
     try:
         read = partial(start_positions, folder=folder), partial(start_kinds, folder=folder)
         set_up(case, run, *read, partial(start_velocities, folder=folder), folder)
-        copy_companions(case, folder, run)
     except OSError as error:
         raise CaseError([f"{run}: cannot be written ({error.strerror}); give another folder with -o."]) from error

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from fbcouple.errors import CaseError, SolverError
+from fbcouple.run_folder import is_same, word_moved
 
 NAME = "lock"
 STALE_AFTER = 120.0
@@ -48,9 +49,19 @@ def hold(run: Path) -> Iterator[int]:
             file.truncate(0)
 
 
-def beat(run: Path) -> None:
-    """Tell other hosts that the holder is alive."""
-    os.utime(run / NAME)
+def beat(run: Path, lock: int) -> None:
+    """Tell other hosts that the holder is alive; `lock` is what `hold` gave.
+
+    Raises SolverError if the folder, or the lock or the logs in it, are not there any more: without its lock two runs
+    could be in one folder.
+    """
+    os.utime(lock)
+    if is_same(run / NAME, lock) and (run / "logs").is_dir():
+        return
+    if not (run / NAME).exists() and not (run / "logs").exists():
+        raise SolverError(word_moved(run))
+    gone = run / (NAME if (run / "logs").is_dir() else "logs")
+    raise SolverError(f"{gone}: was removed or replaced while a run was under way, which has ended; --resume goes on")
 
 
 def _read(file: Any) -> dict[str, Any] | None:

@@ -26,9 +26,9 @@ def prepare_mesh(case: Case, run: Path, ranks: int) -> None:
     Raises SolverError with the tool's words.
     """
     fluid = run / "fluid"
-    for old in (*fluid.glob("processor*"), *_time_folders(fluid), fluid / "constant/polyMesh"):
+    for old in (*_list_parts(fluid), *_time_folders(fluid), fluid / "constant/polyMesh"):
         _remove(old)
-    (run / "logs/mesh.log").write_text("")
+    (run / "logs/mesh.log").write_text("", encoding="utf-8")
     if case.domain.is_plain_box:
         _run_tool(run, "blockMesh")
     else:
@@ -43,12 +43,15 @@ def resume_mesh(case: Case, run: Path, ranks: int, checkpoint: Checkpoint) -> No
     """Make the mesh for `ranks` ranks with the fields of `checkpoint` on it, whatever ranks wrote them."""
     fluid = run / "fluid"
     prepare_mesh(case, run, checkpoint.ranks)
-    shutil.copytree(checkpoint.folder / "fluid", fluid, dirs_exist_ok=True)
+    for name in checkpoint.index.files:
+        if name.startswith("fluid/"):
+            (run / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(checkpoint.folder / name, run / name)
     if ranks == checkpoint.ranks:
         return
     if checkpoint.ranks > 1:
         _run_tool(run, "reconstructPar", "-latestTime")
-    for old in fluid.glob("processor*"):
+    for old in _list_parts(fluid):
         _remove(old)
     _cut(case, run, ranks)
 
@@ -57,23 +60,37 @@ def _cut(case: Case, run: Path, ranks: int) -> None:
     if ranks > 1:
         template = make_environment().get_template("openfoam/system/decomposeParDict")
         text = template.render(ranks=ranks, grid=find_rank_grid(case.domain.size, ranks))
-        (run / "fluid/system/decomposeParDict").write_text(text)
+        (run / "fluid/system/decomposeParDict").write_text(text, encoding="utf-8")
         _run_tool(run, "decomposePar")
 
 
 def _run_tool(run: Path, *tool: str) -> None:
-    command = [*tool, "-case", str(run / "fluid")]
+    command = [*tool, "-case", "fluid"]  # OpenFOAM takes blanks and quotes out of a path on the command line
     try:
-        done = subprocess.run(command, env=mpi_environment(), capture_output=True, text=True, check=False)
+        done = subprocess.run(
+            command,
+            cwd=run,
+            env=mpi_environment(),
+            capture_output=True,
+            text=True,
+            check=False,
+            encoding="utf-8",
+            errors="replace",
+        )
     except FileNotFoundError as error:
         raise SolverError(f"{tool[0]} is not on the PATH; mend: sudo apt-get install openfoam") from error
-    with (run / "logs/mesh.log").open("a") as log:
+    with (run / "logs/mesh.log").open("a", encoding="utf-8") as log:
         log.write(done.stdout + done.stderr)
     if done.returncode:
         words = (done.stdout + done.stderr).strip()
         start = words.find("--> FOAM FATAL")
         told = words[start:] if start >= 0 else "\n".join(words.splitlines()[-_TAIL:])
         raise SolverError(f"{tool[0]} failed with code {done.returncode} (logs/mesh.log): {told[:800]}")
+
+
+def _list_parts(fluid: Path) -> list[Path]:
+    """What the ranks' parts of an earlier run are in."""
+    return [path for path in fluid.glob("processor*") if path.name.removeprefix("processor").isdecimal()]
 
 
 def _time_folders(fluid: Path) -> Iterator[Path]:

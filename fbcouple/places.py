@@ -3,6 +3,8 @@
 import os
 from pathlib import Path
 
+from fbcouple.errors import CaseError
+
 _PACKAGE = Path(__file__).resolve().parent
 
 
@@ -13,6 +15,10 @@ def _find(name: str) -> Path:
 
 TEMPLATES = _find("templates")
 CASES = _find("cases")
+START = "grains/particles.data"
+"""In a run folder: the particles as they start."""
+WALLS = "grains/walls.stl"
+"""In a run folder: the surface that the particles have for a wall, where the region is no plain box."""
 PULSE = "logs/pulse"
 """In a run folder: touched while coupling steps are taken."""
 FRAMES = "frames"
@@ -24,3 +30,22 @@ def cache_folder() -> Path:
     if given := os.environ.get("FBCOUPLE_CACHE"):
         return Path(given).expanduser().resolve()
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "fbcouple"
+
+
+def require_usable(run: Path) -> None:
+    """Raise CaseError if the solvers and libraries cannot write into `run` for the letters of its path.
+
+    Blanks, quotes and letters of any language are fine. The netCDF library takes a backslash for the separator of
+    another system and reads paths as UTF-8; a line break cuts what is said about the run.
+    """
+    path = str(run.resolve())
+    wrong = {letter for letter in path if letter == "\\" or not letter.isprintable()}
+    if wrong:
+        shown = ", ".join(f"U+{ord(letter):04X}" for letter in sorted(wrong))
+        raise CaseError(
+            [
+                f"{str(run)!a}: the path of a run folder has characters ({shown}) that the netCDF library cannot "
+                "write to; all printable ones but the backslash are allowed, in UTF-8; move it, or give another "
+                "folder with -o."
+            ]
+        )

@@ -67,6 +67,8 @@ class Scene:
     """The coupling step under way or just taken [s]; the next is the clock's."""
     substeps: int = 0
     """Its DEM steps."""
+    moved: float = 0.0
+    """The step in which the particles made the voidage of this one [s]."""
     stop: str = ""
     """Why the run has to end before its end, if it has."""
     checkpoint: Path | None = None

@@ -26,9 +26,10 @@ RESTART = "grains.restart"
 _CHUNK = 1 << 24
 
 
-def write_checkpoint(scene: Scene, recorder: Recorder, run: Path, fingerprint: str) -> Path:
+def write_checkpoint(scene: Scene, recorder: Recorder, run: Path, about: dict[str, Any]) -> Path:
     """Write the checkpoint of the step just taken and return its folder (collective).
 
+    about: what `checkpoint.describe` says of the run, on rank 0.
     Raises SolverError if the disk does not take it; the checkpoints before it stand.
     """
     comm, step = scene.comm, scene.clock.steps
@@ -38,8 +39,10 @@ def write_checkpoint(scene: Scene, recorder: Recorder, run: Path, fingerprint: s
         gathered = comm.gather(sums)
         place = None
         if gathered is not None:
-            about = {"case": fingerprint, "step": step, "time": scene.clock.time, "ranks": comm.size}
-            place = checkpoint.finish(folder, about, {name: s for part in gathered for name, s in part.items()})
+            moment = {"step": step, "time": scene.clock.time, "ranks": comm.size}
+            place = checkpoint.finish(
+                folder, about | moment, {name: s for part in gathered for name, s in part.items()}
+            )
         return comm.bcast(place)
     except (OSError, SolverError) as error:
         checkpoint.abandon(run)
@@ -64,7 +67,7 @@ def _write_parts(scene: Scene, recorder: Recorder, folder: Path) -> list[Path]:
     if rank == 0:
         written += [Path(RESTART)] if scene.grains else []
         written += recorder.save_state(scene, folder)
-        (folder / "state.json").write_text(json.dumps(_save_numbers(scene)))
+        (folder / "state.json").write_text(json.dumps(_save_numbers(scene)), encoding="utf-8")
         written.append(Path("state.json"))
     return written
 
@@ -105,7 +108,7 @@ def _save_sums(scene: Scene) -> dict[str, np.ndarray]:
 
 def read_checkpoint(scene: Scene, recorder: Recorder, folder: Path) -> None:
     """Put `scene` and `recorder` into the state of the checkpoint in `folder`; the solvers are in it already."""
-    numbers = json.loads((folder / "state.json").read_text())
+    numbers = json.loads((folder / "state.json").read_text(encoding="utf-8"))
     scene.clock.load(numbers["clock"])
     sums = _load_sums(scene, folder)
     if scene.averaging:

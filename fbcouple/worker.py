@@ -16,9 +16,11 @@ from mpi4py import MPI
 
 from fbcouple.averages.means import sample_gas
 from fbcouple.case.load import load_case
+from fbcouple.checkpoint import describe, find_checkpoint
 from fbcouple.errors import FbcoupleError, SolverError, StoppedError
 from fbcouple.failure import write_failure
 from fbcouple.keeper import UNTIL, Keeper, Limits, Summons
+from fbcouple.making import list_makers, read_making
 from fbcouple.monitors import require_finite_gas, require_sound_exchange
 from fbcouple.recorder import Recorder
 from fbcouple.scene import Scene, open_scene
@@ -75,12 +77,17 @@ def start(scene: Scene) -> None:
 def step_gas(scene: Scene) -> None:
     """The step that the clock has chosen begins: one PISO step of the gas, under voidage and drag as they are."""
     scene.dt, scene.substeps = scene.clock.dt, scene.clock.substeps
+    scene.moved = scene.clock.last_dt or scene.dt
     if scene.gas is None:
         return
     with scene.watch("wait"):
         scene.comm.Barrier()
     with scene.watch("gas"):
-        scene.gas.step(scene.dt, *(scene.coupling.gas_input if scene.coupling else scene.gas.clean_input))
+        scene.gas.step(
+            scene.dt,
+            *(scene.coupling.gas_input if scene.coupling else scene.gas.clean_input),
+            moved=scene.moved,
+        )
         scene.gas_state = scene.gas.measure()
     require_finite_gas(scene)
 
@@ -130,7 +137,7 @@ def exert_drag(scene: Scene) -> None:
     """The drag of every particle, averaged over the next step, to the cells."""
     if scene.coupling:
         with scene.watch("drag"):
-            scene.coupling.drag(scene.particles, scene.clock.dt)
+            scene.coupling.drag(scene.particles, scene.clock.dt, scene.clock.last_dt)
             require_sound_exchange(scene)
 
 
@@ -160,11 +167,13 @@ def work(run: Path, limits: Limits, resume: Path | None, comm: MPI.Comm, summons
     os.environ["PWD"] = str(run)
     here = Path(".")
     case = load_case("case.toml")
+    made = read_making(here)
+    about = describe(case, here, list_makers(made.versions), made.updates) if comm.rank == 0 else {}
     scene = open_scene(case, here, comm, case.end_time, resume / RESTART if resume else None)
-    recorder = Recorder(scene, here, Path("case.toml").read_text())
+    recorder = Recorder(scene, here, Path("case.toml").read_text(encoding="utf-8"), made.list_attributes())
     if resume:
         read_checkpoint(scene, recorder, resume)
-    simulate(scene, recorder, Keeper(scene, here, limits, summons))
+    simulate(scene, recorder, Keeper(scene, here, limits, summons, about))
     stopped_early = scene.stop not in ("", UNTIL)
     if scene.gas and not stopped_early:
         scene.gas.write()
@@ -218,7 +227,7 @@ def read_options() -> argparse.Namespace:
     parser.add_argument("--ranks", type=int, required=True)
     parser.add_argument("--until", type=float, default=math.inf)
     parser.add_argument("--deadline", type=float, default=math.inf)
-    parser.add_argument("--resume", type=Path)
+    parser.add_argument("--resume", type=find_checkpoint)
     return parser.parse_args()
 
 

@@ -38,13 +38,41 @@ def test_no_step_is_longer_than_the_longest(dem_step):
     assert clock.dt == pytest.approx((10.4 if dem_step is None else 10.0) * DEM, rel=1e-12)
 
 
-def test_without_particles_the_last_step_ends_at_the_end():
-    clock = Clock(end=0.01, dem_step=None, first_step=3e-3)
+def take_all(clock):
     sizes = []
     while clock.running:
-        sizes.append(clock.dt)
+        sizes.append(clock.substeps or clock.dt)
         take(clock, 1, courant=0.2)
-    assert sizes == pytest.approx([3e-3, 3e-3, 3e-3, 1e-3]) and clock.time == pytest.approx(0.01, rel=1e-14)
+    return sizes
+
+
+def test_without_particles_the_time_left_is_shared_out_among_the_last_steps():
+    clock = Clock(end=0.01, dem_step=None, first_step=3e-3)
+    assert take_all(clock) == pytest.approx([2.5e-3] * 4) and clock.time == pytest.approx(0.01, rel=1e-14)
+
+
+@pytest.mark.parametrize("over", [1, 2, 9, 18])
+def test_with_particles_no_stub_is_left_for_the_end(over):
+    clock = Clock(end=(20 * 19 + over) * DEM, dem_step=DEM, first_step=19 * DEM)
+    sizes = take_all(clock)
+    assert sum(sizes) == 20 * 19 + over and len(sizes) == 21
+    assert max(sizes) == 19 and min(sizes) >= 17
+
+
+def test_the_step_stands_at_the_end_for_a_run_that_is_made_longer():
+    clock = Clock(end=40 * DEM, dem_step=DEM, first_step=8 * DEM)
+    take_all(clock)
+    longer = Clock(end=80 * DEM, dem_step=DEM, first_step=DEM)
+    longer.load(clock.save())
+    assert (longer.substeps, longer.last_dt) == (8, 8 * DEM)
+
+
+def test_the_length_of_the_last_step_is_known():
+    clock = Clock(end=1.0, dem_step=DEM, first_step=3 * DEM)
+    assert clock.last_dt == 0.0
+    taken = clock.dt
+    take(clock, 1)
+    assert clock.last_dt == taken and clock.dt != taken
 
 
 def test_a_step_is_whole_dem_steps_and_never_longer_than_the_limit():

@@ -66,7 +66,7 @@ def spoil(path: Path, old: str, new: str) -> None:
 
 def start(run: Path, ranks: int = 1, fresh: bool = False) -> list[dict]:
     rows: list[dict] = []
-    launch(run, ranks, rows.append, fresh=fresh)
+    launch(run, ranks, rows.append, fresh=fresh, trusted=True)
     return rows
 
 
@@ -151,6 +151,25 @@ def test_liggghts_own_words(solids):
     assert str(caught.value).startswith("LIGGGHTS: ERROR: Numeric index is out of bounds")
     assert "logs/grains.log" in str(caught.value)
     assert not (solids / "results.nc").exists()
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_words_of_liggghts_on_one_rank(solids, ranks):
+    """It tells them on its screen alone, and the process is ended in the next moment."""
+    data = solids / "grains/particles.data"
+    data.write_text("".join(data.read_text().splitlines(keepends=True)[:30]))
+    with pytest.raises(SolverError, match=r"^LIGGGHTS: ERROR: Unexpected end of data file .*in logs/grains\.log"):
+        start(solids, ranks)
+
+
+def test_no_text_of_the_case_is_in_a_line_that_liggghts_cuts(tmp_path):
+    """It reads 255 bytes of a line: here are 105 letters of three bytes each."""
+    text = SOLIDS.replace("fifty particles", "\u5e8a" * 105)
+    run = prepare(tmp_path, text)
+    assert max(map(len, (run / "grains/particles.data").read_bytes().splitlines())) < 255
+    start(run)
+    with xr.open_dataset(run / "results.nc") as results:
+        assert "\u5e8a" * 105 in results.attrs["case"]
 
 
 def test_liggghts_own_words_on_the_command_line(coupled):

@@ -19,6 +19,7 @@ from fbcouple.case.schema import Case
 from fbcouple.case.source import FILE_NAME
 from fbcouple.decks.render import make_environment
 from fbcouple.errors import CaseError
+from fbcouple.run_folder import require_plain
 
 # Resident memory of a rank with Python, numba and both solvers before it holds anything (measured: 320 MB) [MiB].
 _RANK_MEMORY = 400
@@ -57,7 +58,7 @@ def find_runs(place: Path) -> list[Path]:
     runs = sorted(path.parent.resolve() for path in place.glob(f"*/{FILE_NAME}")) if place.is_dir() else []
     if not runs:
         text = "is neither a run folder nor a folder of runs"
-        raise CaseError([f"{place}: {text}; write one with `fbcouple setup CASE -o {place}`."])
+        raise CaseError([f"{place}: {text}; write one with `fbcouple setup CASE -o {shlex.quote(str(place))}`."])
     return runs
 
 
@@ -69,6 +70,8 @@ def write_job(place: Path, scheduler: str, request: Request) -> tuple[Path, Path
     runs, system = find_runs(place), SCHEDULERS[scheduler]
     _require_sound(place.resolve(), runs, system, scheduler, request)
     folder = place.resolve() / "batch"
+    for read in (*runs, folder):
+        require_plain(read)
     job, submit = folder / f"{scheduler}.sh", folder / f"submit-{scheduler}.sh"
     cases = [load_case(str(run)) for run in runs]
     for case in cases:
@@ -104,7 +107,7 @@ def write_job(place: Path, scheduler: str, request: Request) -> tuple[Path, Path
     folder.mkdir(exist_ok=True)
     for path, template in ((job, f"batch/{scheduler}.sh"), (submit, "batch/submit.sh")):
         unfinished = path.with_name(path.name + ".part")
-        unfinished.write_text(environment.get_template(template).render(context))
+        unfinished.write_text(environment.get_template(template).render(context), encoding="utf-8")
         unfinished.chmod(0o755)
         os.replace(unfinished, path)
     return job, submit

@@ -32,6 +32,7 @@ def make_box(cells: tuple[int, int, int], tetrahedra: bool = False) -> Case:
     count = each * math.prod(cells)
     spacing = _fit_lattice(size, count)
     contact: dict[str, Any] = {"restitution": 0.97, "wall_restitution": 0.97, "friction": 0.1, "wall_friction": 0.1}
+    contact["tangential"] = "no-history"
     particles: dict[str, Any] = {"diameter": _DIAMETER, "density": 2500.0, "count": count}
     step = SUBSTEPS * dem_step(Contact(**contact), Particles(**particles))
     gas: dict[str, Any] = {

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from fbcouple.case.derived import tangential_law
 from fbcouple.case.schema import Case
 from fbcouple.decks.context import build_context
 from fbcouple.decks.needs import find_needs
@@ -30,7 +31,8 @@ def explain_absence(case: Case) -> str:
     """Why LAMMPS does not take part; empty if it does."""
     contact = case.contact
     assert contact is not None
-    if contact.tangential != "no-history" or contact.rolling_friction or (case.particles and case.particles.rotation):
+    rotates = case.particles and case.particles.rotation
+    if tangential_law(contact) != "no-history" or contact.rolling_friction or rotates:
         return "LAMMPS: its gran/hooke is for contacts without history, rolling friction and rotation: left out."
     if shutil.which(PROGRAM) is None:
         return "LAMMPS: lmp is not on the PATH: left out; mend: sudo apt-get install lammps"
@@ -45,14 +47,16 @@ def write_lammps(case: Case, folder: Path, bed: np.ndarray, steps: int) -> None:
     pair, wall = ([*(context[name][k] for name in _CONTACT), _DAMPED] for k in (0, 1))
     context |= {"pair": pair, "wall": wall, "settle": SETTLE, "steps": steps}
     folder.mkdir()
-    (folder / "in.bed").write_text(make_environment().get_template("peers/lammps/in.bed").render(context))
+    (folder / "in.bed").write_text(
+        make_environment().get_template("peers/lammps/in.bed").render(context), encoding="utf-8"
+    )
     box = "".join(f"0.0 {size!r} {axis}lo {axis}hi\n" for axis, size in zip("xyz", case.domain.size, strict=True))
     lines = [f"a bed\n\n{len(bed)} atoms\n1 atom types\n{box}\nAtoms # sphere\n\n"]
     kind = f"1 {particles.diameter!r} {particles.density!r}"
     lines += [f"{n} {kind} {x!r} {y!r} {z!r}\n" for n, (x, y, z) in enumerate(bed[:, :3].tolist(), 1)]
     lines += ["\nVelocities\n\n"]
     lines += [f"{n} {u!r} {v!r} {w!r} 0 0 0\n" for n, (u, v, w) in enumerate(bed[:, 3:].tolist(), 1)]
-    (folder / "bed.data").write_text("".join(lines))
+    (folder / "bed.data").write_text("".join(lines), encoding="utf-8")
 
 
 def time_lammps(folder: Path, ranks: int) -> dict[str, Any]:
@@ -61,8 +65,17 @@ def time_lammps(folder: Path, ranks: int) -> dict[str, Any]:
     Raises SolverError with its last words.
     """
     command = mpi_command(ranks, [PROGRAM, "-in", "in.bed", "-screen", "none", "-log", "log"])
-    done = subprocess.run(command, cwd=folder, env=mpi_environment(), capture_output=True, text=True, check=False)
-    log = (folder / "log").read_text() if (folder / "log").exists() else ""
+    done = subprocess.run(
+        command,
+        cwd=folder,
+        env=mpi_environment(),
+        capture_output=True,
+        text=True,
+        check=False,
+        encoding="utf-8",
+        errors="replace",
+    )
+    log = (folder / "log").read_text(encoding="utf-8", errors="replace") if (folder / "log").exists() else ""
     loops = re.findall(r"Loop time of (\S+) on \d+ procs for (\d+) steps with (\d+) atoms", log)
     if done.returncode or len(loops) != 2:
         told = "\n".join((done.stdout + done.stderr + log).strip().splitlines()[-_TAIL:])

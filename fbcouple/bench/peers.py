@@ -70,7 +70,7 @@ def write_dpmfoam(case: Case, fluid: Path, positions: np.ndarray, step: float, s
         "damping": find_damping(contact.restitution),
         "friction": contact.friction,
         "wall_friction": contact.wall_friction,
-        "steps_per_contact": contact.steps_per_contact,
+        "steps_per_contact": derived.steps_per_contact(contact, particles),
         "positions": positions.tolist(),
         "step": step,
         "end": step * (steps + 0.5),
@@ -79,7 +79,7 @@ def write_dpmfoam(case: Case, fluid: Path, positions: np.ndarray, step: float, s
     for deck in _DECKS:
         path = fluid / deck
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(environment.get_template(f"{_TEMPLATES}/{deck}").render(context))
+        path.write_text(environment.get_template(f"{_TEMPLATES}/{deck}").render(context), encoding="utf-8")
 
 
 def find_modulus(diameter: float, density: float, duration: float) -> float:
@@ -102,12 +102,19 @@ def time_dpmfoam(fluid: Path, ranks: int, steps: int, skip: int) -> dict[str, An
     Raises SolverError with its last words.
     """
     parallel = ["-parallel"] if ranks > 1 else []
-    command = mpi_command(ranks, ["DPMFoam", "-case", str(fluid), *parallel])
+    command = mpi_command(ranks, ["DPMFoam", "-case", fluid.name, *parallel])
     begins: list[float] = []
     words: list[str] = []
     particles = 0
     with subprocess.Popen(
-        command, env=mpi_environment(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+        command,
+        cwd=fluid.parent,
+        env=mpi_environment(),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        encoding="utf-8",
+        errors="replace",
     ) as process:
         assert process.stdout is not None
         for line in process.stdout:

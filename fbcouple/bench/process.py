@@ -40,7 +40,7 @@ def main() -> None:
         case: Case = load_case("case.toml")
         found = KINDS[kind](case, MPI.COMM_WORLD, *numbers)
         if MPI.COMM_WORLD.rank == 0:
-            Path(FOUND).write_text(json.dumps(found))
+            Path(FOUND).write_text(json.dumps(found), encoding="utf-8")
     except BaseException:
         traceback.print_exc()
         sys.stderr.flush()

@@ -169,8 +169,16 @@ def _measure(kind: str, run: Path, case: Case, ranks: int, *numbers: float) -> d
 def _start(kind: str, run: Path, ranks: int, *numbers: float) -> dict[str, Any]:
     program = [sys.executable, "-m", "fbcouple.bench.process", kind, str(run), *map(repr, numbers)]
     environment = mpi_environment() | {"PWD": os.getcwd()}
-    done = subprocess.run(mpi_command(ranks, program), env=environment, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        mpi_command(ranks, program),
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+        encoding="utf-8",
+        errors="replace",
+    )
     if done.returncode:
         words = "\n".join((done.stdout + done.stderr).strip().splitlines()[-_TAIL:])
         raise SolverError(f"bench {kind} on {ranks} ranks failed:\n{words}")
-    return json.loads((run / _FOUND).read_text())
+    return json.loads((run / _FOUND).read_text(encoding="utf-8"))

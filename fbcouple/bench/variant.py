@@ -34,7 +34,7 @@ def measure_variant(case: Case, comm: MPI.Comm, warm: float, steps: int) -> dict
     parts = [name for name in _PARTS if getattr(scene, name)]
     if scene.coupling and scene.coupling.forces:
         parts.append("forces")
-    maps = Path("/proc/self/maps").read_text()
+    maps = Path("/proc/self/maps").read_text(encoding="utf-8", errors="surrogateescape")
     return {
         "cpu_seconds_per_second": cost,
         "step": step_length,

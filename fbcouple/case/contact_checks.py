@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from fbcouple.case.checks import COEFFICIENTS, check
-from fbcouple.case.derived import dem_step, tangential_damping
+from fbcouple.case.derived import ROLLING_FACTOR, dem_step, tangential_damping, tangential_law
 from fbcouple.case.mixture import list_kinds
 from fbcouple.case.pairs import list_coefficients
 from fbcouple.case.problems import Problem
@@ -20,7 +20,6 @@ LEAST_HERTZ_RESTITUTION = 0.05
 """LIGGGHTS refuses a smaller one."""
 MOST_TANGENTIAL_DAMPING = 1.0
 """Part of its slip that a contact may lose in one DEM step to the dashpot beside the tangential spring."""
-_ROLLING_FACTOR = 3.5
 
 
 @check("contact.model", *(f"contact.{key}" for key in HERTZ_KEYS))
@@ -55,7 +54,7 @@ def check_hertz_restitution(case: Case, folder: Path) -> Iterator[Problem]:
             yield Problem(f"contact.{key}", text)
 
 
-@check("contact", "end_time", "particles.diameter", "particles.density")
+@check("contact", "end_time", *COEFFICIENTS, "particles.diameter", "particles.density")
 def check_hertz_step(case: Case, folder: Path) -> Iterator[Problem]:
     """The DEM step of a Hertz contact is a number that time can advance by."""
     if case.contact is None or case.particles is None or not is_hertz(case.contact):
@@ -82,10 +81,10 @@ def check_tangential(case: Case, folder: Path) -> Iterator[Problem]:
         yield Problem("contact.tangential", f'{text}; take "history", or set friction and wall_friction to 0.')
 
 
-@check("contact.tangential", "contact.model", *(f"contact.{key}" for key in SPRING_KEYS))
+@check("contact.tangential", "contact.model", *COEFFICIENTS, *(f"contact.{key}" for key in SPRING_KEYS))
 def check_tangential_spring(case: Case, folder: Path) -> Iterator[Problem]:
     """The numbers of the tangential spring stand only where there is one that they can change."""
-    if case.contact is None or (case.contact.model == "hooke" and case.contact.tangential == "history"):
+    if case.contact is None or (case.contact.model == "hooke" and tangential_law(case.contact) == "history"):
         return
     for key in SPRING_KEYS:
         given = getattr(case.contact, key)
@@ -98,14 +97,14 @@ def check_tangential_spring(case: Case, folder: Path) -> Iterator[Problem]:
 def check_tangential_damping(case: Case, folder: Path) -> Iterator[Problem]:
     """The explicit dashpot beside the tangential spring takes no more than the slip that there is."""
     contact, particles = case.contact, case.particles
-    if contact is None or particles is None or contact.model == "hertz" or contact.tangential == "no-history":
+    if contact is None or particles is None or contact.model == "hertz" or tangential_law(contact) == "no-history":
         return
     pairs, walls = list_coefficients(contact)
     restitution = min(coefficients.restitution for coefficients in pairs + walls)
     lightest = min(kind.mass for kind in list_kinds(particles))
     rate = 2.0 * normal_damping(contact.stiffness, lightest / 2.0, restitution)
     taken = tangential_damping(contact) * rate * dem_step(contact, particles)
-    taken *= _ROLLING_FACTOR if particles.rotation else 1.0
+    taken *= ROLLING_FACTOR if particles.rotation else 1.0
     if taken > MOST_TANGENTIAL_DAMPING:
         most = tangential_damping(contact) * MOST_TANGENTIAL_DAMPING / taken
         text = f"{tangential_damping(contact):g} times the normal damping would take {taken:.3g} of the slip in a step"

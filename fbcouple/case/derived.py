@@ -7,16 +7,27 @@ from __future__ import annotations
 
 import math
 from itertools import combinations_with_replacement
+from typing import Literal
 
 import numpy as np
 
+from fbcouple.case.contact_steps import FREE, Contacts, Oscillator, count_steps
 from fbcouple.case.mixture import Kind, list_kinds
-from fbcouple.case.pairs import find_pair
+from fbcouple.case.pairs import Coefficients, find_pair, find_wall, list_coefficients
 from fbcouple.case.schema import Case, Contact, Domain, Gas, Particles
-from fbcouple.collision import contact_time
+from fbcouple.collision import contact_time, normal_damping
 
 # 2 times the integral of dx/sqrt(1 - x^(5/2)) from 0 to 1.
 _HERTZ_DURATION = 4.0 * math.sqrt(math.pi) * math.gamma(0.4) / (5.0 * math.gamma(0.9))
+FEWEST_STEPS = 6
+"""DEM steps in T_C, the paper's, below which a contact loses its restitution."""
+STICK_PER_STEP = 0.5
+"""Part of the slip that the viscous limit of Coulomb friction takes away in one DEM step."""
+ROLLING_FACTOR = 3.5
+"""How much faster slip dies away where a sphere may roll: 1 + m r^2/I."""
+LOADED = 0.1
+"""Force at rest over that of an impact at `impact_speed`, up to which a Hertz bed comes to rest: its stiffness then is
+0.46 of the largest, and hardly depends on the load."""
 
 
 def particle_volume(particles: Particles) -> float:
@@ -69,6 +80,14 @@ def effective(one: float, other: float) -> float:
     return less / (1.0 + less / more)
 
 
+def tangential_law(contact: Contact) -> Literal["no-history", "history"]:
+    """Friction law of the contacts: as the case says, otherwise with history where there is friction at all."""
+    if contact.tangential is not None:
+        return contact.tangential
+    pairs, walls = list_coefficients(contact)
+    return "history" if any(one.friction > 0.0 for one in pairs + walls) else "no-history"
+
+
 def tangential_stiffness(contact: Contact) -> float:
     """k_t/k_n of the tangential spring; 2/7 makes both directions of a rolling sphere equally fast."""
     return 2.0 / 7.0 if contact.tangential_stiffness is None else contact.tangential_stiffness
@@ -79,9 +98,52 @@ def tangential_damping(contact: Contact) -> float:
     return 0.5 if contact.tangential_damping is None else contact.tangential_damping
 
 
+def steps_per_contact(contact: Contact, particles: Particles) -> int:
+    """DEM steps in T_C: as the case says, otherwise as few as let a packed bed come to rest, at least 6."""
+    return contact.steps_per_contact or max(FEWEST_STEPS, math.ceil(least_steps(contact, particles)))
+
+
+def least_steps(contact: Contact, particles: Particles) -> float:
+    """Number of DEM steps in T_C below which a packed bed of these particles cannot come to rest."""
+    kinds, time = list_kinds(particles), pair_contact_time(contact, particles)
+    pairs = []
+    for one, other in combinations_with_replacement(kinds, 2):
+        mass, diameter = effective(one.mass, other.mass), effective(one.diameter, other.diameter)
+        pairs.append(_oscillate(contact, find_pair(contact, one, other), mass, diameter, time))
+    walls = [_oscillate(contact, find_wall(contact, kind), kind.mass, kind.diameter, time) for kind in kinds]
+    return count_steps(pairs, walls, particles.rotation)
+
+
+def _oscillate(contact: Contact, coefficients: Coefficients, mass: float, diameter: float, time: float) -> Contacts:
+    """A resting contact of effective `mass` [kg] and `diameter` [m] as oscillators in units of `time` [s].
+
+    A Hertz contact is as stiff as under `LOADED` of the largest force of an impact at `impact_speed`, and damped as
+    LIGGGHTS does it: sqrt(5/6) of a linear spring as stiff.
+    """
+    spring, loss = contact.stiffness, 1.0
+    across, loss_across = tangential_stiffness(contact), tangential_damping(contact)
+    if contact.model == "hertz":
+        assert contact.impact_speed is not None and contact.poisson_ratio is not None
+        modulus = hertz_modulus(contact)
+        overlap = hertz_overlap(modulus, mass, diameter / 2.0, contact.impact_speed) * LOADED ** (2.0 / 3.0)
+        spring, loss = 2.0 * modulus * math.sqrt(diameter / 2.0 * overlap), math.sqrt(5.0 / 6.0)
+        across = 2.0 * (1.0 - contact.poisson_ratio) / (2.0 - contact.poisson_ratio)
+        loss_across = math.sqrt(across)
+    rate = 2.0 * normal_damping(spring, mass, coefficients.restitution) * loss
+    normal = Oscillator(spring / mass * time**2, rate * time)
+    slides = coefficients.friction > 0.0 and tangential_law(contact) == "history"
+    return Contacts(normal, Oscillator(across * normal.spring, loss_across * normal.damping) if slides else FREE)
+
+
+def viscous_limit(contact: Contact, particles: Particles) -> float:
+    """Rate [1/s] that gives Coulomb friction without history its slope at no slip: `STICK_PER_STEP` of the slip of two
+    particles is gone in a DEM step."""
+    return STICK_PER_STEP / dem_step(contact, particles) / (ROLLING_FACTOR if particles.rotation else 1.0)
+
+
 def dem_step(contact: Contact, particles: Particles) -> float:
-    """Constant DEM step [s]: T_C over `steps_per_contact` (eq. 42)."""
-    return pair_contact_time(contact, particles) / contact.steps_per_contact
+    """Constant DEM step [s]: T_C over the steps of a contact (eq. 42)."""
+    return pair_contact_time(contact, particles) / steps_per_contact(contact, particles)
 
 
 def cell_size(case: Case) -> np.ndarray:

@@ -1,14 +1,18 @@
 """Presets of accuracy: what each sets of the options that a case leaves out.
 
 Chosen from the study `mueller` and from the start of `patil/c2`; what each costs and misses stands in the schema at
-`accuracy`.
+`accuracy`. The steps of a contact are what is wanted at least: a case whose packed bed needs more of them gets them.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-from fbcouple.case.schema import Case
+from pydantic import ValidationError
+
+from fbcouple.case.contact_checks import is_hertz
+from fbcouple.case.derived import steps_per_contact
+from fbcouple.case.schema import Case, Contact, Particles
 
 KEY = "accuracy"
 NONE = "none"
@@ -37,14 +41,34 @@ PRESETS: dict[str, dict[str, Any]] = {
 }
 
 
+_STEPS = "contact.steps_per_contact"
+
+
 def apply_preset(raw: dict[str, Any]) -> None:
     """Fill the options that the preset named in `raw`, a case file's content, sets into the sections that it has; what
     stands there already stays. An unknown preset is for the schema to judge."""
     name = raw.get(KEY)
     for dotted, value in PRESETS.get(name, {}).items() if isinstance(name, str) else ():
         section, key = dotted.split(".")
-        if isinstance(raw.get(section), dict):
-            raw[section].setdefault(key, value)
+        if isinstance(raw.get(section), dict) and key not in raw[section]:
+            raw[section][key] = max(value, _find_steps(raw)) if dotted == _STEPS else value
+
+
+def _find_steps(raw: dict[str, Any]) -> int:
+    """DEM steps in a contact that the packed bed of a case file needs; 0 if they cannot be told from what is there."""
+    try:
+        contact, particles = Contact.model_validate(raw["contact"]), Particles.model_validate(raw["particles"])
+        return steps_per_contact(contact, particles) if contact.model == "hooke" or is_hertz(contact) else 0
+    except (KeyError, ValidationError, ArithmeticError):
+        return 0  # the schema and the checks say what is wrong
+
+
+def _look_up_preset(case: Case, dotted: str) -> Any:
+    """What the preset of a case sets an option to in it."""
+    value = PRESETS[case.accuracy][dotted]
+    if dotted != _STEPS or case.contact is None or case.particles is None:
+        return value
+    return max(value, steps_per_contact(case.contact.model_copy(update={"steps_per_contact": None}), case.particles))
 
 
 def describe_preset(case: Case) -> str:
@@ -53,10 +77,10 @@ def describe_preset(case: Case) -> str:
         return "accuracy = none: every option has its own value or default"
     set_by: list[str] = []
     own: list[str] = []
-    for dotted, value in PRESETS[case.accuracy].items():
+    for dotted in PRESETS[case.accuracy]:
         section, key = dotted.split(".")
         if table := getattr(case, section):
             found = getattr(table, key)
-            (set_by if found == value else own).append(f"{dotted} = {found:g}")
+            (set_by if found == _look_up_preset(case, dotted) else own).append(f"{dotted} = {found:g}")
     text = f"accuracy = {case.accuracy}: {', '.join(set_by) or 'nothing'}"
     return f"{text}; of the case itself: {', '.join(own)}" if own else text

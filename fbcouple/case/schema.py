@@ -22,6 +22,7 @@ from fbcouple.case.section import (
     Section,
     Sides,
     Sizes,
+    SizesOfParticles,
     Walls,
     option,
 )
@@ -60,12 +61,13 @@ class Domain(Section):
         allow_inf_nan=False,
     )
     inlet: str | None = option(
-        "Patch of the mesh, or physical surface, that the gas comes in by; one without a name by its number; absent: "
-        "inlet.",
+        "Patch of the mesh, or physical surface, that the gas comes in by, along the inward normal of each face; one "
+        "without a name by its number; absent: inlet.",
         default=None,
     )
     outlet: str | None = option(
-        "Patch of the mesh that the gas leaves by; absent: outlet. All other patches are walls.", default=None
+        "Patch of the mesh that the gas leaves by; absent: outlet. A wall for particles, as all patches are.",
+        default=None,
     )
     periodic: Sides = option(
         "Axes along which the bed repeats itself in place of two walls, for both phases.", default=()
@@ -81,14 +83,16 @@ class Gas(Section):
     density: float = option("Gas density.", "kg m-3", **Positive)
     viscosity: float = option("Dynamic viscosity.", "Pa s", **Positive)
     inlet_velocity: float | None = option(
-        "Superficial velocity over the WHOLE floor, a closed nozzle included. Give this or `inlet_ramp`.",
+        "Superficial velocity over the whole floor, a closed nozzle included; of a mesh from a file over the patch "
+        "`inlet`, along the inward normal of each face. Give this or `inlet_ramp`.",
         "m s-1",
         None,
         **NonNegative,
     )
     inlet_ramp: Ramp | None = option(
-        "Times [s] and superficial velocities, linear between, the last one from then on; a time given twice is a "
-        "jump, below 0 the gas flows down. Give this or `inlet_velocity`.",
+        "Times [s] and superficial velocities as of `inlet_velocity`, any number of rows, linear between, the last one "
+        "from then on; a time given twice is a jump, below 0 the gas leaves by the inlet. A step has the velocity of "
+        "its end. Give this or `inlet_velocity`.",
         "m s-1",
         None,
     )
@@ -97,7 +101,8 @@ class Gas(Section):
         default=None,
     )
     top: Literal["open", "closed"] = option(
-        "Top of the box: open to gas at pressure 0, or a lid; under a lid no gas may come in.", default="open"
+        "Top of the box: open to gas at pressure 0, or a lid, under which no gas may come in. Particles cannot leave.",
+        default="open",
     )
     walls: Literal["no-slip", "slip"] = option("Gas at the side walls and the closed nozzle.", default="no-slip")
     turbulence: Literal["none", "smagorinsky", "keqn", "dynamic-lagrangian", "localized-dynamic"] = option(
@@ -145,9 +150,15 @@ class Particles(Section):
     mass: float | None = option("Mass of the bed; the count is rounded. Give this or `count`.", "kg", None, **Positive)
     count: int | None = option("Number of particles. Give this or `mass`.", default=None, ge=1, le=10**15)
     positions: str | None = option(
-        "File of start positions (CSV: x, y, z in m; where they start moving also vx, vy, vz in m/s) beside the case; "
-        "absent: the lattice of [start], at rest.",
+        "File of start positions (CSV: x, y, z in m; where they start moving also vx, vy, vz in m/s; of each particle "
+        "also radius or diameter in m, density in kg/m3, kind) beside the case; absent: the lattice of [start], at "
+        "rest.",
         default=None,
+    )
+    sizes: SizesOfParticles = option(
+        "Rows of diameter [m], density [kg m-3] and number of particles, in place of `diameter` and `density`, where "
+        "the file `positions` gives each particle its own; filled in from it, `diameter` then counts for kernels only.",
+        default=(),
     )
     rotation: bool = option("Integrate rotation (the paper does not).", default=False)
 
@@ -167,7 +178,14 @@ class Contact(Section):
     walls: Walls = option(
         "Rows of a species, its restitution and its friction against walls, in place of the common ones.", default=()
     )
-    steps_per_contact: int = option("DEM steps in one contact time T_C (paper: 6).", default=6, ge=3, le=1000)
+    steps_per_contact: int | None = option(
+        "DEM steps in one contact time T_C (paper: 6); absent: as many as a packed bed of this restitution, contact "
+        "model and friction needs to come to rest, at least 6 (hooke with history and rotation: 6 from e = 0.5 on, 9 "
+        "at 0.3, 16 at 0.1; hertz 6 from 0.7 on, 11 at 0.3).",
+        default=None,
+        ge=3,
+        le=1000,
+    )
     skin: float | None = option(
         "Skin of the neighbour lists in diameters of the smallest particle, for speed alone (`fbcouple bench skin`); "
         "absent: 0.3, with a tangential spring 0.4.",
@@ -175,9 +193,11 @@ class Contact(Section):
         ge=0.05,
         le=10.0,
     )
-    tangential: Literal["no-history", "history"] = option(
-        "Friction: Coulomb sliding with a viscous limit (paper), or a tangential spring that remembers the contact.",
-        default="no-history",
+    tangential: Literal["no-history", "history"] | None = option(
+        "Friction: Coulomb sliding with a viscous limit (no-history, the paper's), or a tangential spring that "
+        "remembers the contact (history). Without history nothing sticks: loaded contacts slide slowly, a bed at rest "
+        "flows and packs, a heap spreads; it is for beds that move all over. Absent: history where there is friction.",
+        default=None,
     )
     tangential_stiffness: float | None = option(
         "k_t/k_n of the tangential spring (hooke with history; hertz has it from its moduli); absent: 2/7.",

@@ -31,7 +31,7 @@ def write(file: Path | None, tables: dict[str, list[Row]]) -> None:
     from fbcouple.study.tables import describe_machine
 
     if file:
-        file.write_text(json.dumps({"machine": describe_machine()} | tables, indent=1) + "\n")
+        file.write_text(json.dumps({"machine": describe_machine()} | tables, indent=1) + "\n", encoding="utf-8")
 
 
 @click.group()

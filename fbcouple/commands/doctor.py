@@ -10,6 +10,7 @@ import click
 
 from fbcouple.commands.table import print_table, word_verdict
 from fbcouple.errors import SolverError
+from fbcouple.run_folder import require_plain
 
 
 @click.command()
@@ -23,6 +24,8 @@ def doctor(mends: bool, bundles: bool, run: Path | None) -> None:
     """
     if run and not bundles:
         raise click.UsageError("RUN goes into the archive of --bundle")
+    if run:
+        require_plain(run)
     from fbcouple import doctor as examination
 
     if mends:

@@ -3,24 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from itertools import pairwise
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from fbcouple.case import derived
 from fbcouple.case.mixture import Kind, list_kinds
 from fbcouple.case.pairs import find_pair, find_wall
-from fbcouple.case.region import find_region
+from fbcouple.case.region import Region, find_region
 from fbcouple.case.schema import Case, Contact, Gas, Particles
 from fbcouple.collision import normal_damping
 
 # DIC-preconditioned CG is fastest below this many cells, multigrid above (measured on the three Patil meshes).
 _MULTIGRID_FROM = 10_000
-# Share of the slip that the viscous limit of Coulomb friction takes away in one DEM step; a sphere that may roll
-# feels it 3.5-fold.
-_STICK_PER_STEP = 0.5
-_ROLLING_FACTOR = 3.5
 # Skin of the neighbour lists over diameter: 0.3 is the fastest in a bed that bubbles and within 3 % in one that hardly
 # moves, where 0.5 costs 28 % (patil/c2, `bench skin`); history is copied at each new list.
 _SKIN = 0.3
@@ -48,25 +43,25 @@ def build_context(case: Case, needs: dict[str, bool], folder: Path = Path()) -> 
     """Everything the templates of this case, whose own files lie in `folder`, may name."""
     context: dict[str, Any] = {"case": case, "needs": needs}
     if case.gas:
-        context |= _gas_context(case, case.gas, find_region(case, folder).cells)
+        context |= _gas_context(case, case.gas, find_region(case, folder))
     if case.particles and case.contact:
         context |= _grains_context(case.particles, case.contact)
         context["boundary"] = " ".join("p" if wrapped else "f" for wrapped in derived.wraps(case.domain))
     return context
 
 
-def _gas_context(case: Case, gas: Gas, cells: int) -> dict[str, Any]:
+def _gas_context(case: Case, gas: Gas, region: Region) -> dict[str, Any]:
     context: dict[str, Any] = {
         "kinematic_viscosity": gas.viscosity / gas.density,
         "open_velocity": derived.inlet_ramp(gas)[0][1] * derived.open_share(case),
-        "start_velocity": derived.inlet_ramp(gas)[0][1],
+        "start_velocity": _find_start_velocity(gas, region),
         "wall_faces": [face for axis, faces in _SIDES.items() if axis not in case.domain.periodic for face in faces],
         "cyclic_faces": {axis: faces for axis, faces in _SIDES.items() if axis in case.domain.periodic},
-        "multigrid": cells >= _MULTIGRID_FROM,
+        "multigrid": region.cells >= _MULTIGRID_FROM,
         "first_step": 1e-6,
     }
-    if gas.inlet_ramp:
-        context["inlet_expression"] = write_ramp(gas.inlet_ramp, derived.open_share(case))
+    share = derived.open_share(case)
+    context["inlet_rows"] = [(time, velocity * share) for time, velocity in derived.inlet_ramp(gas)]
     if gas.turbulence != "none":
         context |= {"les_model": _LES_MODELS[gas.turbulence], "start_lm": _START_LM, "start_mm": _START_MM}
     if gas.top == "closed":
@@ -76,19 +71,10 @@ def _gas_context(case: Case, gas: Gas, cells: int) -> dict[str, Any]:
     return context
 
 
-def write_ramp(ramp: Sequence[tuple[float, float]], share: float) -> str:
-    """The ramp (times [s], velocities [m/s]) times `share` as an OpenFOAM expression of time().
-
-    The first velocity, and what each stretch adds to it from its start to its end: a jump is a stretch of no length.
-    """
-    terms = [repr(ramp[0][1] * share)]
-    for (start, before), (end, after) in pairwise(ramp):
-        change = (after - before) * share
-        if change and end == start:
-            terms.append(f"({change!r})*pos0(time() - {end!r})")
-        elif change:
-            terms.append(f"({change / (end - start)!r})*(min(max(time(), {start!r}), {end!r}) - {start!r})")
-    return " + ".join(terms)
+def _find_start_velocity(gas: Gas, region: Region) -> float:
+    """Vertical velocity [m/s] that the gas starts with: the mean one of the column, 0 with an inlet in its side."""
+    upward = region.direction[2] * region.inlet / region.section
+    return derived.inlet_ramp(gas)[0][1] * (1.0 if region.surface is None else upward)
 
 
 def _find_top_point(case: Case) -> tuple[float, ...]:
@@ -110,7 +96,7 @@ def _nozzle_box(case: Case, closed: tuple[int, int]) -> dict[str, float]:
 def _grains_context(particles: Particles, contact: Contact) -> dict[str, Any]:
     """What every contact law shares: the step, neighbour lists as they are fastest with and without history, tables."""
     step = derived.dem_step(contact, particles)
-    remembers = contact.tangential == "history"
+    remembers = derived.tangential_law(contact) == "history"
     kinds = list_kinds(particles)
     skin = contact.skin or (_SKIN_WITH_HISTORY if remembers else _SKIN)
     skin *= min(kind.diameter for kind in kinds)
@@ -134,7 +120,7 @@ def _grains_context(particles: Particles, contact: Contact) -> dict[str, Any]:
     if contact.model == "hertz":
         moduli = {"youngs_moduli": contact.youngs_modulus, "poisson_ratios": contact.poisson_ratio}
         return context | {name: [value] * (len(kinds) + 1) for name, value in moduli.items()}
-    return context | _spring_context(particles, contact, step)
+    return context | _spring_context(particles, contact)
 
 
 def _tabulate(kinds: list[Kind], pair: Callable[[Kind, Kind], float], wall: Callable[[Kind], float]) -> list[float]:
@@ -144,7 +130,7 @@ def _tabulate(kinds: list[Kind], pair: Callable[[Kind, Kind], float], wall: Call
     return [value for row in rows for value in row]
 
 
-def _spring_context(particles: Particles, contact: Contact, step: float) -> dict[str, Any]:
+def _spring_context(particles: Particles, contact: Contact) -> dict[str, Any]:
     """Linear springs as LIGGGHTS wants them: gamman = 2 gamma_n [1/s] of each pair of kinds and of walls (eqs 17-18).
 
     Without history gammat is the viscous limit of Coulomb friction, with history the dashpot beside its spring.
@@ -158,11 +144,10 @@ def _spring_context(particles: Particles, contact: Contact, step: float) -> dict
         return 2 * normal_damping(contact.stiffness, kind.mass, find_wall(contact, kind).restitution)
 
     damping = _tabulate(list_kinds(particles), damp_pair, damp_wall)
-    if contact.tangential == "history":
+    if derived.tangential_law(contact) == "history":
         ratio = derived.tangential_damping(contact)
         spring, tangential = derived.tangential_stiffness(contact) * contact.stiffness, [ratio * g for g in damping]
     else:
-        stick = _STICK_PER_STEP / step / (_ROLLING_FACTOR if particles.rotation else 1.0)
-        spring, tangential = 0.0, [stick] * len(damping)
+        spring, tangential = 0.0, [derived.viscous_limit(contact, particles)] * len(damping)
     springs = {"stiffnesses": [contact.stiffness] * len(damping), "tangential_springs": [spring] * len(damping)}
     return springs | {"dampings": damping, "tangential_dampings": tangential}

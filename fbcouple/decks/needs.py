@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from fbcouple.case.acceleration import choose_acceleration
+from fbcouple.case.derived import tangential_law
 from fbcouple.case.mixture import count_kinds, list_kinds
 from fbcouple.case.pairs import list_coefficients
 from fbcouple.case.presets import NONE, describe_preset
@@ -95,6 +96,16 @@ def _inlet_ramp(case: Case) -> tuple[bool, str]:
 
 
 @_part
+def _superficial_inlet(case: Case) -> tuple[bool, str]:
+    if case.gas is None:
+        return False, "no [gas]: nothing comes in"
+    if case.domain.shape == "file":
+        return True, "each face of the mesh's inlet has its own normal"
+    ramp = case.gas.inlet_ramp is not None
+    return ramp, "gas.inlet_ramp is given" if ramp else "one velocity by a level floor: OpenFOAM's own condition"
+
+
+@_part
 def _turbulence(case: Case) -> tuple[bool, str]:
     model = case.gas.turbulence if case.gas else "none"
     return model != "none", f"gas.turbulence = {model}"
@@ -126,7 +137,7 @@ def _wall_friction(case: Case) -> tuple[bool, str]:
 
 @_part
 def _tangential_history(case: Case) -> tuple[bool, str]:
-    tangential = case.contact.tangential if case.contact else "no-history"
+    tangential = tangential_law(case.contact) if case.contact else "no-history"
     return tangential == "history", f"contact.tangential = {tangential}"
 
 

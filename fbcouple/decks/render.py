@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import os
 import shutil
 from collections.abc import Callable, Iterator
@@ -15,6 +13,8 @@ from jinja2 import FileSystemLoader, StrictUndefined
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 
 from fbcouple import __version__
+from fbcouple.case.changes import list_values
+from fbcouple.case.companions import copy_companions
 from fbcouple.case.lattice import lattice_kinds, lattice_positions
 from fbcouple.case.load import write_case
 from fbcouple.case.mixture import largest_diameter, list_kinds, particle_count
@@ -22,10 +22,12 @@ from fbcouple.case.region import read_mesh
 from fbcouple.case.schema import Case
 from fbcouple.decks.context import build_context
 from fbcouple.decks.needs import explain, find_needs
-from fbcouple.errors import CaseError
+from fbcouple.decks.replace import put_in_place, refuse_foreign
+from fbcouple.manifest import hash_file, write_manifest
 from fbcouple.meshes.polymesh import PolyMesh
 from fbcouple.meshes.stl import write_surface
-from fbcouple.places import TEMPLATES
+from fbcouple.places import START, TEMPLATES, WALLS
+from fbcouple.versions import list_own_versions
 
 # deck file in the run folder -> (template, part of the scene that needs it)
 DECKS: dict[str, tuple[str, str]] = {
@@ -46,11 +48,6 @@ DECKS: dict[str, tuple[str, str]] = {
     "fluid/0/fmm": ("openfoam/0/fmm", "lagrangian_averages"),
     "grains/in.grains": ("liggghts/in.grains", "particles"),
 }
-WALLS = "grains/walls.stl"
-# Where solvers look for decks, and what a run itself puts there.
-_DECK_FOLDERS = ("fluid/system", "fluid/constant", "fluid/0", "grains")
-_WRITTEN_LATER = ("fluid/system/decomposeParDict", "fluid/constant/polyMesh", "grains/particles.data", WALLS)
-_LARGEST_DECK = 1_000_000
 
 
 def format_number(value: float) -> str:
@@ -93,7 +90,7 @@ def format_particles(
     """
     assert case.particles is not None
     known = list_kinds(case.particles)
-    yield f"particles of: {case.title}\n\n{len(positions)} atoms\n{len(known) + 1} atom types\n"
+    yield f"Particles at the start; the title is in case.toml\n\n{len(positions)} atoms\n{len(known) + 1} atom types\n"
     for axis, low, high in zip("xyz", *box.tolist(), strict=True):
         yield f"{format_number(low)} {format_number(high)} {axis}lo {axis}hi\n"
     yield "\nAtoms\n\n"
@@ -115,17 +112,19 @@ def set_up(
     read_positions: Read = lattice_positions,
     read_kinds: Read = lattice_kinds,
     read_velocities: Callable[[Case], np.ndarray | None] = lambda case: None,
-    folder: Path = Path(),
+    folder: Path | None = None,
 ) -> None:
-    """Write the run folder `run` of `case`, whose own files lie in `folder`: effective case, manifest, decks.
+    """Write the run folder `run` of `case`, whose own files lie in `folder` and are copied: effective case, manifest,
+    decks. Without a `folder` they are looked for here, and not copied.
 
     Everything is written beside it first and moved in at the end. Raises CaseError if `run` holds results or
-    anything that an earlier set-up did not write.
+    anything that an earlier set-up did not write and this one would replace.
     """
     run = run.resolve()
     refuse_foreign(run)
-    decks = render_decks(case, folder)
-    mesh = None if case.domain.is_plain_box else read_mesh(case, folder)
+    place = folder or Path()
+    decks = render_decks(case, place)
+    mesh = None if case.domain.is_plain_box else read_mesh(case, place)
     lines: list[str] = []
     if case.particles:
         start = read_positions(case), read_kinds(case), find_box(case, mesh), read_velocities(case)
@@ -135,15 +134,16 @@ def set_up(
         for name, text in decks.items():
             _write(fresh / name, text)
         if case.particles:
-            _write(fresh / "grains/particles.data", "".join(lines))
+            _write(fresh / START, "".join(lines))
         if mesh and find_needs(case)["surface_walls"]:
             _write(fresh / WALLS, "".join(write_surface(mesh)))
         write_case(case, fresh / "case.toml")
-        _write(fresh / "manifest.json", json.dumps(_describe(case, decks), indent=2) + "\n")
+        if folder is not None:
+            copy_companions(case, folder, fresh)
+        manifest = _describe(case, fresh)
         (fresh / "logs").mkdir()
-        if run.exists():
-            shutil.rmtree(run)
-        fresh.rename(run)
+        write_manifest(fresh, manifest)
+        put_in_place(fresh, run, manifest, folder)
     finally:
         shutil.rmtree(fresh, ignore_errors=True)
 
@@ -158,60 +158,19 @@ def find_box(case: Case, mesh: PolyMesh | None) -> np.ndarray:
 
 def _write(place: Path, text: str) -> None:
     place.parent.mkdir(parents=True, exist_ok=True)
-    place.write_text(text)
+    place.write_text(text, encoding="utf-8")
 
 
-def refuse_foreign(run: Path) -> None:
-    """Raise CaseError unless `run` is free or holds an earlier set-up without results."""
-    if not run.exists():
-        return
-    for trace in ("results.nc", "logs/run.jsonl"):
-        if (run / trace).exists():
-            raise CaseError([f"{run}: holds a run ({trace}); give another folder with -o, or remove it first"])
-    if not run.is_dir() or (any(run.iterdir()) and not (run / "manifest.json").exists()):
-        raise CaseError([f"{run}: is not a run folder of fbcouple; give another folder with -o"])
-
-
-def require_own_decks(case: Case, run: Path, trusted: bool) -> None:
-    """Raise CaseError if a solver would read something in `run` that does not follow from its case.
-
-    Decks are programs: OpenFOAM compiles `#codeStream`, loads `libs` and calls what `systemCall` says, LIGGGHTS has
-    `shell`. A run folder may come from anybody: it is checked against its case, and changed decks need `trusted`.
-    """
-    if trusted:
-        return
-    decks = render_decks(case, run)
-    problems = [
-        f"{run / name}: {_word_change(run / name)}" for name, text in decks.items() if _differs(run / name, text)
-    ]
-    expected = {run / name for name in decks} | {run / name for name in _WRITTEN_LATER}
-    for folder in _DECK_FOLDERS:
-        for path in sorted((run / folder).glob("*")):
-            if path not in expected:
-                problems.append(f"{path}: is none of this case's decks; remove it, or read it and say --trust.")
-    if problems:
-        raise CaseError(problems)
-
-
-def _differs(path: Path, text: str) -> bool:
-    if path.is_symlink() or not path.is_file() or path.stat().st_size > _LARGEST_DECK:
-        return True
-    return path.read_bytes() != text.encode()
-
-
-def _word_change(path: Path) -> str:
-    if path.is_symlink() or not path.is_file():
-        return "is missing or is not a plain file; set the run up again."
-    return "is not what the case gives; set the run up again, or read the file and say --trust."
-
-
-def _describe(case: Case, decks: dict[str, str]) -> dict[str, Any]:
+def _describe(case: Case, fresh: Path) -> dict[str, Any]:
     parts = explain(case)
+    files = sorted(path for path in fresh.rglob("*") if path.is_file())
     return {
         "fbcouple": __version__,
         "title": case.title,
         "particles": particle_count(case.particles) if case.particles else 0,
-        "decks": {name: hashlib.sha256(text.encode()).hexdigest() for name, text in decks.items()},
+        "set_up_with": list_own_versions(),
         "in": {part.name: part.why for part in parts if part.is_in},
         "left_out": {part.name: part.why for part in parts if not part.is_in},
+        "case": list_values(case),
+        "files": {path.relative_to(fresh).as_posix(): hash_file(path) for path in files},
     }

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.engines.native import Signature, load_library
+from fbcouple.engines.c_stream import shorten, standard_output_into
+from fbcouple.engines.native import LIGGGHTS, Signature, load_library
 from fbcouple.errors import SolverError
 
 _FUNCTIONS: dict[str, Signature] = {
@@ -29,12 +30,14 @@ _FUNCTIONS: dict[str, Signature] = {
         [ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_int, ctypes.c_int, ctypes.c_int],
     ),
 }
-LIBRARY = "libliggghts.so.3"
 _view_memory = ctypes.pythonapi.PyMemoryView_FromMemory
 _view_memory.restype, _view_memory.argtypes = ctypes.py_object, [ctypes.c_void_p, ctypes.c_ssize_t, ctypes.c_int]
 _WRITABLE = 0x200
 _VIEWS = 64
 """Views kept from step to step: LIGGGHTS moves its arrays seldom."""
+
+_LOOK_EVERY = 1000
+"""Calls of `advance` between two looks at the length of the log; a call adds a kilobyte at most."""
 
 
 class Grains:
@@ -50,13 +53,15 @@ class Grains:
         """Read the deck `deck`, with the particles of the file `restart` in place of its own where one is given. If it
         `remembers`, every `advance` first keeps the velocities; the deck has a place for them."""
         self.remembers = remembers
-        self._library = load_library(LIBRARY, _FUNCTIONS, "sudo apt-get install liggghts")
-        screen = log.with_suffix(".screen")
-        words = [b"liggghts", b"-log", os.fsencode(log), b"-screen", os.fsencode(screen)]
+        self._library = load_library(LIGGGHTS, _FUNCTIONS, "sudo apt-get install liggghts")
+        self._log, self._runs = log if comm.rank == 0 else None, 0
+        words = [b"liggghts", b"-log", b"none"]
         arguments = (ctypes.c_char_p * (len(words) + 1))(*words, None)
         handle = ctypes.c_void_p.from_address(MPI._addressof(comm))
         self._lammps = ctypes.c_void_p()
-        self._library.lammps_open(len(words), arguments, handle, ctypes.byref(self._lammps))
+        # The screen and not the log: what goes wrong on one rank LIGGGHTS tells on its screen alone.
+        with standard_output_into(log):
+            self._library.lammps_open(len(words), arguments, handle, ctypes.byref(self._lammps))
         if restart:
             deck = _put_restart(deck, restart, log.with_name("in.resumed"), comm)
         self._library.lammps_file(self._lammps, os.fsencode(deck))
@@ -143,6 +148,9 @@ class Grains:
         if self.remembers and steps:
             self.last_velocities[:] = self.velocities
         self.command(f"run {steps}" if first else f"run {steps} pre no post no")
+        self._runs += 1
+        if self._log and self._runs % _LOOK_EVERY == 0:
+            shorten(self._log)
 
     def command(self, line: str) -> None:
         """Give one LIGGGHTS command; an error in it ends the process, the words are in its log."""
@@ -185,10 +193,12 @@ class Grains:
 
 def _put_restart(deck: Path, restart: Path, place: Path, comm: MPI.Comm) -> Path:
     """Write `deck` to `place` with `restart` read in place of its data file (collective)."""
+    if not re.fullmatch(r"[\w./-]+", str(restart)):
+        raise SolverError(f"{str(restart)!r} is no path that a LIGGGHTS deck can name")
     if comm.rank == 0:
-        text, found = re.subn(r"(?m)^read_data\b.*$", f"read_restart    {restart}", deck.read_text())
+        text, found = re.subn(r"(?m)^read_data\b.*$", f"read_restart    {restart}", deck.read_text(encoding="utf-8"))
         if found != 1:
             raise SolverError(f"{deck} has {found} read_data lines, 1 is wanted to resume")
-        place.write_text(text)
+        place.write_text(text, encoding="utf-8")
     comm.Barrier()
     return place

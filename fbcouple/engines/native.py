@@ -12,6 +12,7 @@ from fbcouple.errors import SolverError
 
 MPI_LIBRARY = r"libmpi\.so|libmpich|libmpi\.\d"
 """Pattern of the file name of an MPI library."""
+LIGGGHTS = "libliggghts.so.3"
 Signature = tuple[Any, Sequence[Any]]
 
 
@@ -39,6 +40,6 @@ def load_library(name: str | Path, table: Mapping[str, Signature], mend: str) ->
 
 def _find_mpi_libraries() -> list[str]:
     """Files of the MPI libraries in this process: two of them do not know of each other's ranks."""
-    lines = Path("/proc/self/maps").read_text().splitlines()
+    lines = Path("/proc/self/maps").read_text(encoding="utf-8", errors="surrogateescape").splitlines()
     files = {line.split(None, 5)[5] for line in lines if ".so" in line}
     return sorted(file for file in files if re.match(MPI_LIBRARY, Path(file).name))

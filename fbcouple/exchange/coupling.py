@@ -46,7 +46,7 @@ class Coupling:
         self._gas_rows = space.make_field(8)
         self._room = -1
         self._nobody = np.empty((0, 3))
-        self._dt = 0.0
+        self._dt, self._ratio = 0.0, 1.0
         self._layers = self._read_layers = len(self._gas_rows)
         self._state = np.zeros((cells, 6))
 
@@ -63,8 +63,12 @@ class Coupling:
         np.divide(self._solids[:, 0], self.space.volumes, out=self.voidage)
         np.subtract(1.0, self.voidage, out=self.voidage)
 
-    def drag(self, particles: Particles, dt: float) -> None:
-        """The drag of the next gas step from slip and voidage at the particles, averaged over `dt` [s]."""
+    def drag(self, particles: Particles, dt: float, last_dt: float = 0.0) -> None:
+        """The drag of the next gas step from slip and voidage at the particles, averaged over `dt` [s].
+
+        last_dt [s]: length of the step in which the particles came by their velocities, of which what other forces did
+        in it is known; 0: as long as the next.
+        """
         if self._layers > self._read_layers:
             self.plan.refill(self._state, self._fields[6][: self._layers], "gas")
             self._line_up_gas()
@@ -77,7 +81,7 @@ class Coupling:
         driven, self._aim = self._nobody, particles.velocities
         if particles.driven_velocities is not None:
             driven, self._aim = particles.driven_velocities, self._aims[: len(particles.positions)]
-        self._dt = dt
+        self._dt, self._ratio = dt, dt / (last_dt or dt)
         momentum.exert(
             self._law_address,
             self._scheme_address,
@@ -92,11 +96,12 @@ class Coupling:
             dt,
             self.beta,
             driven,
+            self._ratio,
             self._aim,
             rows,
         )
         if self.forces:
-            self.forces.exert(particles, self.mapping, gas_rows, dt, rows)
+            self.forces.exert(particles, self.mapping, gas_rows, (last_dt or dt, dt), rows)
         self.mapping.write(rows, field)
         self._add_up(self.drag_sums)
 
@@ -128,6 +133,7 @@ class Coupling:
             particles.masses,
             self._dt,
             driven,
+            self._ratio,
         )
         if self.forces:
             drag += self.forces.hand_over(self.mapping, self.mapping.read(self._gas_rows, 4), held, current)

@@ -133,10 +133,12 @@ class Forces:
         self._plan.fetch(values, self._field, "forces")
         self._ready = self._smooth(self._field, self._scratch)
 
-    def exert(self, particles: Particles, mapping: Way, gas: np.ndarray, dt: float, rows: np.ndarray) -> None:
+    def exert(
+        self, particles: Particles, mapping: Way, gas: np.ndarray, steps: tuple[float, float], rows: np.ndarray
+    ) -> None:
         """Add K and S of the forces to `rows` (places, 4), beside those of the drag.
 
-        gas (places, >= 3): filtered gas velocity at the start of the step of `dt` [s].
+        gas (places, >= 3): filtered gas velocity; steps [s]: the one that the particles have taken, and the next.
         """
         count = len(particles.positions)
         self._velocity, fields = np.empty((count, 3)), np.empty((count, 3 * len(self._chosen)))
@@ -147,10 +149,12 @@ class Forces:
         for number, chosen in enumerate(self._chosen):
             field = np.ascontiguousarray(fields[:, 3 * number : 3 * number + 3])
             chosen.kernel(slip, field, particles.radii, self._density, self._viscosity, self._force)
-        self._inertia = self._added * 4.0 / 3.0 * np.pi * particles.radii**3 / dt
+        last_dt, dt = steps
+        added = self._added * 4.0 / 3.0 * np.pi * particles.radii**3
+        self._inertia = added / dt
         source = self._inertia[:, None] * self._velocity - self._force
         if particles.last_velocities is not None:
-            moved = -self._inertia[:, None] * (particles.velocities - particles.last_velocities)
+            moved = -(added / last_dt)[:, None] * (particles.velocities - particles.last_velocities)
             source -= moved
             self.moved = moved.sum(axis=0)
         _scatter(*mapping.stencil, np.column_stack([self._inertia, source]), rows)

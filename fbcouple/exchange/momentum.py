@@ -64,9 +64,10 @@ def keep_beta(beta, masses, dt):
 
 
 @inlined
-def foresee(velocities, driven, stiffness, aim):
+def foresee(velocities, driven, ratio, stiffness, aim):
     """Set `aim` (n, 3) to v + c d, so that beta~ (u - aim) is the mean drag over a step on a particle that other forces
-    give the velocity d in it: NEW times what v is beyond `driven` (n, 3), which drag alone would have made of it.
+    give the velocity d in it: NEW times what v is beyond `driven` (n, 3), which drag alone would have made of it, times
+    `ratio`, the step to come over the one in which they gave it.
 
     m dv/dt = beta (u - v) + m d/dt with x = dt beta/m, `stiffness` (n,), has the mean drag beta~ (u - v) - (m/dt) d
     (1 - y/x), where y = 1 - exp(-x) = dt beta~/m: c = 1/y - 1/x, 1/2 for slow drag and 1 for fast.
@@ -77,21 +78,22 @@ def foresee(velocities, driven, stiffness, aim):
         if x > 0.1:
             c = 1.0 / decay(x) - 1.0 / x
         for axis in range(3):
-            aim[p, axis] = velocities[p, axis] + c * NEW * (velocities[p, axis] - driven[p, axis])
+            aim[p, axis] = velocities[p, axis] + c * NEW * ratio * (velocities[p, axis] - driven[p, axis])
     return aim
 
 
 @compiled
 def exert(
     law, scheme, explicit, base, upper, offsets, velocities, radii, masses, gas, density, viscosity, dt, beta, driven,
-    aim, field
+    ratio, aim, field
 ):  # fmt: skip
     """Add beta~ [kg/s] and beta~ w [N] of every particle to patch `field` (places, 4); beta~ stays in `beta` (n,).
 
     `law` and `scheme` are addresses. w is the velocity that the drag acts on: v, or where `driven` (n, 3) [m/s] is
     given, the velocity that drag alone would have made in the last step, the one that makes beta~ exact for other
-    forces too (see `foresee`), which goes into `aim` (n, 3). `gas` (places, >= 4) starts with the filtered gas velocity
-    and the voidage as the cells have it. The explicit scheme has no implicit part: it adds 0 and beta (v - u).
+    forces too (see `foresee`), which goes into `aim` (n, 3); the step to come is `ratio` times the last. `gas`
+    (places, >= 4) starts with the filtered gas velocity and the voidage as the cells have it. The explicit scheme has
+    no implicit part: it adds 0 and beta (v - u).
     Particles go through in blocks that fit the cache.
     """
     eps, slip, size = np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK)
@@ -112,7 +114,7 @@ def exert(
         if len(driven):
             for q in range(n):
                 size[q] = dt * b[q] / masses[first + q]
-            v = foresee(v, driven[first : first + n], size[:n], aim[first : first + n])
+            v = foresee(v, driven[first : first + n], ratio, size[:n], aim[first : first + n])
         call_scheme(scheme, b, masses[first : first + n], dt)
         for q in range(n):
             weights = corner_weights(up[q, 0], up[q, 1], up[q, 2])
@@ -126,7 +128,9 @@ def exert(
 
 
 @compiled
-def react(base, upper, offsets, gas, beta, aim, radii, push, lift, held, current, velocities, masses, dt, driven):
+def react(
+    base, upper, offsets, gas, beta, aim, radii, push, lift, held, current, velocities, masses, dt, driven, ratio
+):  # fmt: skip
     """Put each particle under the force of the gas [N]: beta~ (u - w) - V (push grad P) + V lift.
 
     `aim` (n, 3) is w [m/s], the particle's velocity or what `foresee` made of it.
@@ -135,7 +139,7 @@ def react(base, upper, offsets, gas, beta, aim, radii, push, lift, held, current
     (n, 3), what the sub-steps hold, and its change into `current` (n, 3), the force of the last sub-step, which the
     next half kick starts from. Returns the summed drag magnitude [N]. `driven` (n, 3), or (0, 3)
     where nobody asks, becomes what drag alone makes of `velocities` (n, 3) in the step of `dt` [s] that comes, less the
-    part of the last one's other forces that `foresee` is to keep.
+    part of the last one's other forces that `foresee` is to keep; this step is `ratio` times the last.
     """
     total = 0.0
     for p in range(len(base)):
@@ -157,10 +161,10 @@ def react(base, upper, offsets, gas, beta, aim, radii, push, lift, held, current
         held[p, 2] = fz
         total += np.sqrt(dx * dx + dy * dy + dz * dz)
         if len(driven):
-            share = dt / masses[p]
-            driven[p, 0] = velocities[p, 0] + share * dx - (1.0 - NEW) * (velocities[p, 0] - driven[p, 0])
-            driven[p, 1] = velocities[p, 1] + share * dy - (1.0 - NEW) * (velocities[p, 1] - driven[p, 1])
-            driven[p, 2] = velocities[p, 2] + share * dz - (1.0 - NEW) * (velocities[p, 2] - driven[p, 2])
+            share, kept = dt / masses[p], (1.0 - NEW) * ratio
+            driven[p, 0] = velocities[p, 0] + share * dx - kept * (velocities[p, 0] - driven[p, 0])
+            driven[p, 1] = velocities[p, 1] + share * dy - kept * (velocities[p, 1] - driven[p, 1])
+            driven[p, 2] = velocities[p, 2] + share * dz - kept * (velocities[p, 2] - driven[p, 2])
     return total
 
 

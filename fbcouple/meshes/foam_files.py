@@ -116,11 +116,11 @@ def write_polymesh(mesh: PolyMesh, folder: Path) -> None:
     }
     counts = {"points": len(mesh.points), "faces": len(mesh.faces), "owner": len(mesh.owner)}
     for name, lines in lists.items():
-        with (folder / name).open("w") as file:
+        with (folder / name).open("w", encoding="utf-8") as file:
             file.write(f"{_word_head(name)}{counts.get(name, len(mesh.neighbour))}\n(\n")
             file.writelines(f"{line}\n" for line in lines)
             file.write(")\n")
-    with (folder / "boundary").open("w") as file:
+    with (folder / "boundary").open("w", encoding="utf-8") as file:
         file.write(f"{_word_head('boundary')}{len(mesh.patches)}\n(\n")
         for name, (start, count) in mesh.patches.items():
             kind = "patch" if name in ("inlet", "outlet") else "wall"

@@ -22,6 +22,8 @@ from fbcouple.checkpoint import list_checkpoints
 from fbcouple.errors import DivergedError, SolverError, StoppedError
 from fbcouple.launch import is_complete, launch
 from fbcouple.layout import lay_out
+from fbcouple.products import remove_run
+from fbcouple.run_folder import require_plain
 from fbcouple.study.source import Settings, word_settings
 
 ENDING = "ending.json"
@@ -75,6 +77,7 @@ def run_case(base: str, settings: Settings, run: Path, ranks: int, wall_limit: f
 
     Raises: CaseError if the case is wrong or the folder cannot be written.
     """
+    require_plain(run)
     case = load_case(base, word_settings(settings))
     known = _find_ending(run, case, ranks)
     if known and known.is_final and (known.how == "diverged" or is_complete(run, case)):
@@ -84,12 +87,12 @@ def run_case(base: str, settings: Settings, run: Path, ranks: int, wall_limit: f
     if _holds(run, case) and stopped:
         before = known.seconds if known else 0.0
     else:
-        shutil.rmtree(run, ignore_errors=True)
+        remove_run(run)
         run.parent.mkdir(parents=True, exist_ok=True)
         lay_out(base, run, word_settings(settings), trusted=False, forced=True)
     how, text = _start(run, ranks, wall_limit)
     ending = Ending(how, text, before + time.monotonic() - begin, ranks)
-    (run / ENDING).write_text(json.dumps(asdict(ending)) + "\n")
+    (run / ENDING).write_text(json.dumps(asdict(ending)) + "\n", encoding="utf-8")
     return ending
 
 
@@ -106,15 +109,16 @@ def run_from_middle(run: Path, again: Path, ranks: int, wall_limit: float) -> En
     known = _read_ending(again, ranks)
     if known and known.is_final and (again / ENDING).stat().st_mtime > (run / ENDING).stat().st_mtime:
         return known
-    shutil.rmtree(again, ignore_errors=True)
+    require_plain(again)
+    remove_run(again)
     later = [checkpoint.name for checkpoint in checkpoints[:-1]]
     kept = shutil.ignore_patterns(ENDING, "results.nc", "logs", *later)
-    shutil.copytree(run, again, ignore=kept)
-    (again / "logs").mkdir()
+    shutil.copytree(run, again, ignore=kept, dirs_exist_ok=True)
+    (again / "logs").mkdir(exist_ok=True)
     begin = time.monotonic()
     how, text = _start(again, ranks, wall_limit)
     ending = Ending(how, text, time.monotonic() - begin, ranks)
-    (again / ENDING).write_text(json.dumps(asdict(ending)) + "\n")
+    (again / ENDING).write_text(json.dumps(asdict(ending)) + "\n", encoding="utf-8")
     return ending
 
 
@@ -137,7 +141,7 @@ def _holds(run: Path, case: Case) -> bool:
         return False
     wanted = run / ".wanted.toml"
     write_case(case, wanted)
-    same = wanted.read_text() == (run / "case.toml").read_text()
+    same = wanted.read_text(encoding="utf-8") == (run / "case.toml").read_text(encoding="utf-8")
     wanted.unlink()
     return same
 
@@ -146,7 +150,7 @@ def _read_ending(run: Path, ranks: int) -> Ending | None:
     """How the run in `run` ended on so many ranks, if it is known."""
     if not (run / ENDING).is_file():
         return None
-    ending = Ending(**json.loads((run / ENDING).read_text()))
+    ending = Ending(**json.loads((run / ENDING).read_text(encoding="utf-8")))
     return ending if ending.ranks == ranks else None
 
 

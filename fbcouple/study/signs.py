@@ -15,8 +15,8 @@ from typing import Any, Literal
 import numpy as np
 
 from fbcouple.case import derived
+from fbcouple.case.drag_balance import EXPANDED
 from fbcouple.case.mixture import count_kinds, list_kinds
-from fbcouple.case.preflight import EXPANDED
 from fbcouple.case.schema import Case
 
 Row = dict[str, Any]
@@ -152,6 +152,24 @@ def find_energy_gain(case: Case, rows: list[Row]) -> float:
     weight = _mass(case) * case.gravity
     energies = [row["kinetic_energy"] + weight * row["solids_centre_z"] for row in rows]
     return (max(energies) - energies[0]) / (weight * case.domain.size[2])
+
+
+SETTLED_AFTER = 4.0
+"""Falls through the box after which a bed without gas has come to rest, if it ever does."""
+LAST = 5
+"""History rows that say whether it has."""
+
+
+@sign("unrest", 3e-3, 5e-2)
+def find_unrest(case: Case, rows: list[Row]) -> float:
+    """Without gas, long after the fall: speed of the particles that does not decay, over sqrt(g d) (collective creep
+    and the heat of too few contact steps)."""
+    if case.particles is None or case.gas or case.gravity == 0.0:
+        return math.nan
+    if rows[-1]["time"] < SETTLED_AFTER * math.sqrt(2.0 * case.domain.size[2] / case.gravity):
+        return math.nan
+    energy = float(np.mean([row["kinetic_energy"] for row in rows[-LAST:]]))
+    return math.sqrt(2.0 * energy / _mass(case) / (case.gravity * case.particles.diameter))
 
 
 def find_speed(case: Case) -> float:

@@ -82,7 +82,7 @@ def _bare(row: Row) -> Row:
 def _read_rows(run: Path) -> list[Row]:
     """History rows of a run, also of one that blew up."""
     log = run / "logs/run.jsonl"
-    lines = log.read_text().splitlines() if log.is_file() else []
+    lines = log.read_text(encoding="utf-8", errors="replace").splitlines() if log.is_file() else []
     return [row for line in lines if (row := read_line(line))]
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ from fbcouple.worker import choose_step, exert_drag, map_solids, move, react, st
 GLASS: dict[str, Any] = {"diameter": 1e-3, "density": 2500.0}
 GAS: dict[str, Any] = {"density": 1.165, "viscosity": 2e-5, "inlet_velocity": 0.0}
 FRICTIONLESS: dict[str, Any] = {"restitution": 0.97, "wall_restitution": 0.97, "friction": 0.0, "wall_friction": 0.0}
+FRICTIONLESS["tangential"] = "no-history"
 BOX: dict[str, Any] = {"size": [0.02, 0.02, 0.04], "cells": [5, 5, 10]}
 
 Edit = Callable[[str], str]
@@ -54,7 +56,7 @@ def open_bench(
         )
         copy_companions(case, folder, run)
         for deck, edit in (edits or {}).items():
-            (run / deck).write_text(edit((run / deck).read_text()))
+            (run / deck).write_text(edit((run / deck).read_text(encoding="utf-8")), encoding="utf-8")
         if case.gas:
             prepare_mesh(case, run, comm.size)
     comm.Barrier()
@@ -79,6 +81,26 @@ def take_same_step(bench: Scene) -> None:
     move(bench)
     bench.clock.tick()
     map_solids(bench)
+    exert_drag(bench)
+
+
+def take_steps(bench: Scene, substeps: Iterable[int]) -> Iterator[None]:
+    """Coupling steps of so many DEM steps each, whatever the gas would have; yields after each (collective)."""
+    dem_step = bench.clock.dt / bench.clock.substeps
+    wanted = iter(substeps)
+    _set_step(bench, next(wanted), dem_step)
+    for following in itertools.chain(wanted, [1]):
+        step_gas(bench)
+        react(bench)
+        move(bench)
+        bench.clock.tick()
+        map_solids(bench)
+        _set_step(bench, following, dem_step)
+        yield
+
+
+def _set_step(bench: Scene, substeps: int, dem_step: float) -> None:
+    bench.clock.substeps, bench.clock.dt = substeps, substeps * dem_step
     exert_drag(bench)
 
 

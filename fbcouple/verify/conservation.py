@@ -97,7 +97,7 @@ def conserve(
         way += float(bench.grains.velocities[:, 0].sum()) * bench.dt
         momentum = max(momentum, bench.balance.momentum_error)
         solids = max(solids, abs(_solids_volume(bench) - 1.0))
-        gas = max(gas, bench.gas_state.mass_error)
+        gas = max(gas, bench.gas_state.lost / bench.gas_state.inflow)
     yield Number("momentum, of the drag", momentum, 0.0, 1e-10)
     yield Number("solids volume", solids, 0.0, 1e-12)
     yield Number("gas mass, of the inflow", gas, 0.0, 1e-8)

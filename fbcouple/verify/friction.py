@@ -145,3 +145,18 @@ def tangential_spring(place: Path, comm: MPI.Comm) -> Iterator[Number]:
         grains.advance(3000)
         found = look(grains).positions[0, 0] - start[0, 0]
         yield Number(f"displacement {moment}", found, expected, 0.01, "m", relative=True)
+
+
+@scene("creep-without-history")
+def creep_without_history(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+    """On an incline flatter than atan(mu) a sphere without history never stops: g sin over the rate of its viscous
+    limit, in proportion to the DEM step (`fbcouple check` tells it for two spheres, as sliding at rest)."""
+    angle = math.radians(10)
+    contact = FRICTIONLESS | {"wall_friction": 0.5}
+    grains = _lay(place, comm, contact, {})
+    tilt_gravity(grains, angle)
+    throw(grains, np.zeros((1, 3)), positions=rest_on_floor(_sink(contact, angle)))
+    expected = GRAVITY * math.sin(angle) / derived.viscous_limit(*parts(contact))
+    for moment in ("at once", "a while later"):
+        grains.advance(1000)
+        yield Number(f"speed {moment}", look(grains).velocities[0, 0], expected, 0.01, "m s-1", relative=True)

@@ -54,7 +54,7 @@ def impact_mixture(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     assert grains is not None
     throw(grains, velocities)
     # The slowest contact, of the heaviest with the floor, takes 3.5 times as long as the shortest.
-    grains.advance(round(4.5 * contact.steps_per_contact))
+    grains.advance(round(4.5 * _CONTACT["steps_per_contact"]))
     found = look(grains).velocities[:, 2]
     for n, (a, b) in enumerate(pairs):
         low, high = found[2 * n : 2 * n + 2]

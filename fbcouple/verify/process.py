@@ -25,7 +25,7 @@ def main() -> None:
         sys.stderr.flush()
         MPI.COMM_WORLD.Abort(3)
     if MPI.COMM_WORLD.rank == 0:
-        (place / NUMBERS).write_text(json.dumps([asdict(number) for number in numbers]))
+        (place / NUMBERS).write_text(json.dumps([asdict(number) for number in numbers]), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -15,6 +15,8 @@ MODULES = (
     "contact",
     "single_impact",
     "friction",
+    "rest",
+    "packed",
     "oblique",
     "hertz",
     "gas",
@@ -27,10 +29,12 @@ MODULES = (
     "kernels",
     "fluidization",
     "inlet",
+    "inlet_faces",
     "mixture",
     "cylinder",
     "weight",
     "vessel",
+    "unequal_steps",
     "mesh_file",
 )
 

@@ -59,8 +59,10 @@ def _run_process(scene: Scene, ranks: int, variant: list[str]) -> list[Number]:
         program = [sys.executable, "-m", "fbcouple.verify.process", scene.name, place, *variant]
         environment = mpi_environment() | {"PWD": os.getcwd()}
         command = mpi_command(ranks, program)
-        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+        done = subprocess.run(
+            command, env=environment, capture_output=True, text=True, check=False, encoding="utf-8", errors="replace"
+        )
         if done.returncode:
             words = "\n".join((done.stdout + done.stderr).strip().splitlines()[-_TAIL:])
             raise SolverError(f"verify {scene.name} on {ranks} ranks failed:\n{words}")
-        return [Number(**row) for row in json.loads((Path(place) / NUMBERS).read_text())]
+        return [Number(**row) for row in json.loads((Path(place) / NUMBERS).read_text(encoding="utf-8"))]

@@ -112,7 +112,7 @@ def _vortices() -> Flow:
 def _read(name: str, cells: tuple[int, int, int], margin: int = 0) -> np.ndarray:
     """The written scalar field `name` as (z, y, x), without `margin` cells at each wall."""
     newest = max((path for path in Path("fluid").iterdir() if re.fullmatch(r"[\d.e+-]+", path.name)), key=_as_time)
-    text = (newest / name).read_text()
+    text = (newest / name).read_text(encoding="utf-8")
     inside = text[text.index("internalField") : text.index("boundaryField")]
     if "nonuniform" in inside:
         values = np.array(inside[inside.index("(") + 1 : inside.rindex(")")].split(), float)

@@ -82,6 +82,7 @@ BED = (
     "[gas]\ndensity = 1.165\nviscosity = 2e-5\ninlet_velocity = 0.5\n"
     "[particles]\ndiameter = 1e-3\ndensity = 2500.0\ncount = 50\n"
     "[contact]\nrestitution = 0.97\nwall_restitution = 0.97\nfriction = 0.1\nwall_friction = 0.1\n"
+    'tangential = "no-history"\n'
     "[start]\n[exchange]\n"
 )
 

@@ -56,7 +56,12 @@ def test_options_that_fit_together(sets):
         ([*HERTZ, "contact.tangential_stiffness=0.5"], "contact.tangential_stiffness: 0.5 is given, which only"),
         (["contact.tangential_damping=0.5"], "contact.tangential_damping: 0.5 is given, which only model"),
         (
-            ["contact.tangential=history", "contact.tangential_damping=20", "contact.restitution=0.5"],
+            [
+                "contact.tangential=history",
+                "contact.tangential_damping=20",
+                "contact.restitution=0.5",
+                "contact.steps_per_contact=6",
+            ],
             "at most 1 is allowed; give at most",
         ),
         (["contact.rolling_friction=0.01"], "contact.rolling_friction: 0.01 is given and the particles do not rotate"),
@@ -71,7 +76,7 @@ def test_options_that_do_not_fit_together(sets, words):
 
 
 def test_damping_that_is_named_as_the_most_is_allowed():
-    sets = ["contact.tangential=history", "contact.restitution=0.5"]
+    sets = ["contact.tangential=history", "contact.restitution=0.5", "contact.steps_per_contact=6"]
     (problem,) = problems_of(*sets, "contact.tangential_damping=20")
     most = float(problem.split("at most ")[-1].split(",")[0])
     load_case("patil/c2", [*sets, f"contact.tangential_damping={0.99 * most}"])

@@ -86,7 +86,7 @@ def test_a_mesh_from_a_file_is_the_same_region(with_mesh, tmp_path):
     case = load_case(with_mesh)
     found, made = find_region(case, tmp_path), find_region(load_case(write(tmp_path)))
     assert found.cells == made.cells and found.volume == pytest.approx(made.volume, rel=1e-12)
-    assert found.floor == pytest.approx(made.floor, rel=1e-12)
+    assert found.inlet == pytest.approx(made.inlet, rel=1e-12)
 
 
 def test_setup_takes_the_mesh_along(with_mesh, tmp_path):
@@ -112,7 +112,7 @@ def test_a_box_of_tetrahedra_is_counted_in_tetrahedra(tmp_path):
     case = load_case(write(tmp_path, ('shape = "cylinder"', 'elements = "tetrahedra"')))
     region = find_region(case)
     assert region.cells == read_mesh(case).count == 6 * 6 * 6 * 12
-    assert region.volume == pytest.approx(0.03 * 0.03 * 0.06) and region.floor == pytest.approx(0.03 * 0.03)
+    assert region.volume == pytest.approx(0.03 * 0.03 * 0.06) and region.inlet == pytest.approx(0.03 * 0.03)
 
 
 @pytest.mark.parametrize(
@@ -230,7 +230,7 @@ def test_a_narrow_end_is_filled_layer_by_layer(tmp_path):
     mesh = make_cylinder(0.03, 0.06, 8, 24, "tetrahedra")
     points = mesh.points.copy()
     points[:, :2] = 0.015 + (points[:, :2] - 0.015) * (0.2 + 10.0 * points[:, 2:] / 0.06)
-    places = fill_region(load_case(write(tmp_path)), replace(mesh, points=points))
+    places, _ = fill_region(load_case(write(tmp_path)), replace(mesh, points=points))
     layers = np.round((places[:, 2] - 0.515e-3) / 1.03e-3)
     found, counts = np.unique(layers, return_counts=True)
     assert len(places) == 2000 and (np.diff(found) == 1).all() and (np.diff(counts[:-1]) > 0).all()
@@ -272,5 +272,5 @@ def test_more_particles_than_sites_are_told_at_setup(tmp_path):
 def test_positions_outside_of_the_cylinder_are_told(tmp_path):
     (tmp_path / "beads.csv").write_text("x,y,z\n0.015,0.015,0.03\n0.001,0.001,0.03\n")
     case = write(tmp_path, ("count = 2000", 'count = 2\npositions = "beads.csv"'), ("[start]\n", ""))
-    with pytest.raises(CaseError, match=r"1 particles are not inside the mesh, first is particle 2"):
+    with pytest.raises(CaseError, match=r"1 particles are not inside the cylinder, first is particle 2"):
         load_case(case)

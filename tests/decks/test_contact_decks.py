@@ -63,6 +63,19 @@ def test_history_goes_only_where_friction_is():
     assert deck.count("wall/gran model hooke/stiffness tangential history primitive") == 6
 
 
+def test_friction_has_history_where_the_case_says_nothing():
+    assert deck_of(contact__tangential=None) == deck_of(contact__tangential="history")
+    smooth = {"contact__friction": 0.0, "contact__wall_friction": 0.0}
+    assert deck_of(contact__tangential=None, **smooth) == deck_of(**smooth)
+
+
+def test_the_dem_step_follows_from_what_a_packed_bed_needs():
+    low = {"contact__tangential": "history", "contact__restitution": 0.3, "contact__wall_restitution": 0.3}
+    (step,) = numbers_after(deck_of(**low), "timestep +")
+    (six,) = numbers_after(deck_of(**low, contact__steps_per_contact=6), "timestep +")
+    assert six / step == pytest.approx(9 / 6)
+
+
 def test_numbers_of_the_tangential_spring():
     """k_t = ratio k_n; its dashpot is the ratio times the normal one, for pairs and walls by their own e."""
     deck = deck_of(contact__tangential="history", contact__tangential_stiffness=0.75, contact__tangential_damping=7.0)

@@ -15,20 +15,21 @@ from fbcouple.exchange.momentum import NEW, foresee
 STIFFNESS = [1e-6, 1e-3, 0.0999, 0.1001, 1.0, 10.0, 1e3]
 
 
-def aim_for(x, velocity, drift):
-    """Foresee one particle of unit mass over a unit step with dt beta/m = x: aim and beta~."""
+def aim_for(x, velocity, drift, ratio=1.0):
+    """Foresee one particle of unit mass over a unit step, `ratio` times the last, with dt beta/m = x: aim and beta~."""
     aim = np.empty((1, 3))
-    foresee(np.full((1, 3), velocity), np.full((1, 3), velocity - drift / NEW), np.array([x]), aim)
+    foresee(np.full((1, 3), velocity), np.full((1, 3), velocity - drift / NEW / ratio), ratio, np.array([x]), aim)
     return aim[0, 0], -np.expm1(-x)
 
 
+@pytest.mark.parametrize("ratio", [1.0, 0.25, 3.0])
 @pytest.mark.parametrize("x", STIFFNESS)
-def test_mean_drag_is_that_of_the_exact_path(x):
-    """dv/dt = x (u - v) + a from v0 over a unit step: the impulse of the drag is v1 - v0 - a."""
+def test_mean_drag_is_that_of_the_exact_path(x, ratio):
+    """dv/dt = x (u - v) + a from v0 over a unit step, `ratio` times the last: the drag's impulse is v1 - v0 - a."""
     u, v0, a = 1.3, -0.4, 2.5
     end = u + a / x
     change = (end - v0) * -np.expm1(-x)
-    aim, beta = aim_for(x, v0, a)
+    aim, beta = aim_for(x, v0, a, ratio)
     assert beta * (u - aim) == pytest.approx(change - a, rel=1e-9 if x > 0.01 else 1e-9 / x)
 
 

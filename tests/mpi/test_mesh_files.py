@@ -91,10 +91,15 @@ def judge(results, cells):
     assert results["momentum_error"].max() < 1e-10 and (results["particles"] == 900).all()
     assert np.abs(results["solids_volume"] / VOLUME - 1.0).max() < 1e-12
     assert float((results["solids_fraction"] * results["cell_volume"]).sum()) == pytest.approx(VOLUME, rel=1e-12)
-    assert results.attrs["floor"] == pytest.approx(find_section(0.016, 6), rel=1e-9)
+    assert results.attrs["bed_section"] == pytest.approx(find_section(0.016, 6), rel=1e-9)
+    assert float(results["gas_inflow_error"].max()) < 1e-12 and (results["particles_at_outlet"] == 0).all()
+    assert float(results["gas_flux_error"][1:].max()) < 1e-6
     assert float(results["cell_z"].min()) < 0.0 and float(results["cell_x"].min()) < -0.006
     assert float(results["z"][0]) == pytest.approx(-0.001) and abs(float(results["x"].mean())) < 1e-12
     assert 0.0 < float(results["bed_height"][-1]) < 0.02
+    centre = float((results["solids_fraction"] * results["cell_volume"] * results["cell_z"]).sum()) / VOLUME
+    told = float(results["solids_centre_z"][-1])
+    assert told - 0.002 == pytest.approx(centre, abs=5e-4), "heights are above the floor, which is at z = -2 mm"
 
 
 def test_gmsh_file_on_two_ranks(tmp_path):

@@ -60,6 +60,13 @@ MUTATIONS = {
         ),
         ("wall-restitution",),
     ),
+    "six steps for every contact": Mutation(
+        (("fbcouple/case/contact_steps.py", "SPINNING = 12.5", "SPINNING = 3.0"),),
+        ("settled-bed-hooke", "settled-bed-hertz"),
+    ),
+    "friction that forgets its contacts": Mutation(
+        (("fbcouple/decks/context.py", '"history" if remembers', '"no_history" if remembers'),), ("heap-history",)
+    ),
     "no reflection of the filter at walls": Mutation(
         (("fbcouple/exchange/filter.py", "0.75 * wall[q]", "0.5 * wall[q]"),), ("filter",)
     ),
@@ -77,6 +84,12 @@ MUTATIONS = {
             ("fbcouple/exchange/forces.py", "ADDED_MASS = 0.5", "ADDED_MASS = 1.0"),
         ),
         ("lift-force", "viscous-force", "virtual-mass"),
+    ),
+    "what other forces did in a step of another length": Mutation(
+        (("fbcouple/exchange/coupling.py", "dt / (last_dt or dt)", "1.0"),), ("unequal-steps", "unequal-steps-water")
+    ),
+    "the voidage's change over the gas's own step": Mutation(
+        (("fbcouple/engines/openfoam/gas.cpp", "displaced_ = dt/moved", "displaced_ = 1"),), ("unequal-steps",)
     ),
 }
 

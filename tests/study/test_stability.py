@@ -117,6 +117,18 @@ def test_energy_gain_needs_a_scene_without_gas():
     assert SIGNS["energy gained"].function(alone, rows) == pytest.approx(0.5)
 
 
+def test_unrest_is_what_moves_long_after_a_bed_without_gas_fell():
+    """504 beads of 1.309e-6 kg at 3 mm/s, sqrt(g d) = 0.099 m/s; the box is fallen through in 0.061 s."""
+    case = load_case(str(CASES / "studies/stability/settled.toml"))
+    energy = 0.5 * 504 * 1.309e-6 * 3e-3**2
+    late = [{"time": t, "kinetic_energy": energy} for t in (0.1, 0.26, 0.27, 0.28, 0.29, 0.3)]
+    unrest = SIGNS["unrest"].function
+    assert unrest(case, late) == pytest.approx(3e-3 / math.sqrt(9.81e-3), rel=1e-3)
+    assert judge({"unrest": unrest(case, late)})[0] == "inaccurate"
+    assert math.isnan(unrest(case, late[:1])), "it still falls"
+    assert math.isnan(unrest(load_case(str(CASES / "studies/stability/case.toml")), late)), "gas keeps a bed moving"
+
+
 def test_mass_error_counts_only_while_gas_flows_in():
     case = load_case(str(CASES / "studies/stability/ramp.toml"))
     rows = [{"time": t, "gas_mass_error": e} for t, e in [(0.0, 0.0), (0.005, 0.5), (0.011, 0.3), (0.012, 1e-7)]]

@@ -71,9 +71,9 @@ const char* gas_time_name()
 int64_t gas_cell_count() { return gas->nCells(); }
 int gas_cells(double* centres, double* volumes) { return guarded([&] { gas->cells(centres, volumes); }); }
 int gas_start(const double* voidage) { return guarded([&] { gas->start(voidage); }); }
-int gas_step(double dt, const double* voidage, const double* drag)
+int gas_step(double dt, double moved, const double* voidage, const double* drag)
 {
-    return guarded([&] { gas->step(dt, voidage, drag); });
+    return guarded([&] { gas->step(dt, moved, voidage, drag); });
 }
 int gas_fields(double* state, double* pressure, double* voidage, double* totals)
 {

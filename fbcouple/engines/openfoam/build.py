@@ -65,7 +65,11 @@ def find_installation() -> Installation:
 def _site_installation(project: Path) -> Installation:
     """Read a full OpenFOAM's version and flags from its tree and the variables that its bashrc set."""
     about = project / "META-INFO" / "api-info"
-    api = re.search(r"^api=(\d+)", about.read_text(), re.MULTILINE) if about.is_file() else None
+    api = (
+        re.search(r"^api=(\d+)", about.read_text(encoding="utf-8", errors="replace"), re.MULTILINE)
+        if about.is_file()
+        else None
+    )
     if api is None or int(api[1]) < _OLDEST:
         found = f"api={api[1]}" if api else "no META-INFO/api-info"
         raise SolverError(
@@ -75,7 +79,7 @@ def _site_installation(project: Path) -> Installation:
     if not (project / "src" / "OpenFOAM" / "lnInclude").is_dir():
         raise SolverError(f"{project}/src/OpenFOAM has no lnInclude: run wmakeLnIncludeAll in {project}")
     rules = [project / "wmake" / "rules" / place / "c++" for place in ("General/Gcc", "linux64Gcc")]
-    words = " ".join(path.read_text() for path in rules if path.is_file())
+    words = " ".join(path.read_text(encoding="utf-8", errors="replace") for path in rules if path.is_file())
     standard = re.search(r"-std=\S+", words)
     settings = os.environ
     options = settings.get("WM_OPTIONS", "linux64GccDPInt32Opt")
@@ -217,7 +221,7 @@ def _short_hash(*parts: bytes) -> str:
 @contextmanager
 def _lock(folder: Path) -> Iterator[None]:
     """Hold the folder's lock file; the system frees it even if this process is killed."""
-    with (folder / "build.lock").open("w") as file:
+    with (folder / "build.lock").open("w", encoding="utf-8") as file:
         fcntl.flock(file, fcntl.LOCK_EX)
         yield
 

@@ -37,6 +37,7 @@ def run_command(
             text=True,
             errors="replace",
             check=False,
+            encoding="utf-8",
         )
     except FileNotFoundError as error:
         raise SolverError(f"program '{command[0]}' is not on PATH; {mend}") from error

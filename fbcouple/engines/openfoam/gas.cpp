@@ -55,7 +55,8 @@ Gas::Gas(int argc, char** argv, double rho, int correctors)
     mendsVelocity_(mesh_.solutionDict().subOrEmptyDict("PISO").lookupOrDefault<bool>("velocityFromMomentum", false)),
     pRefCell_(0),
     pRefValue_(0),
-    iterations_(0)
+    iterations_(0),
+    displaced_(1)
 {
     // The name of a time directory has 12 digits; a gas that goes on from one needs the time itself.
     const IOdictionary stored
@@ -164,7 +165,7 @@ void Gas::correctPressure(const fvVectorMatrix& UEqn)
             if (Up.coupled() || p_.boundaryField()[patchi].fixesValue()) continue;
             predicted.boundaryFieldRef()[patchi] = epsf.boundaryField()[patchi]*(Up & Up.patch().Sf());
         }
-        fvScalarMatrix pEqn(fvm::laplacian(conductance, p_) == fvc::ddt(eps_) + fvc::div(predicted));
+        fvScalarMatrix pEqn(fvm::laplacian(conductance, p_) == displaced_*fvc::ddt(eps_) + fvc::div(predicted));
         if (p_.needReference()) pEqn.setReference(pRefCell_, pRefValue_);
         const bool last = corr == correctors_ - 1;
         iterations_ += pEqn.solve(mesh_.solver(p_.select(last))).nIterations();
@@ -178,9 +179,13 @@ void Gas::correctPressure(const fvVectorMatrix& UEqn)
     phi_ = epsPhi_/epsf;
 }
 
-// Advance time first, touch the old levels, then write the new voidage: written earlier it would be taken for the old.
-void Gas::step(double dt, const double* voidage, const double* drag)
+// The voidage changed while the particles moved, for `moved` [s], a step that was longer or shorter than `dt`: what they
+// displace a second is that change over `moved`, dt/moved times what fvc::ddt makes of it. The momentum equation has no
+// part in this, since its d(eps)/dt cancels. Advance time first, touch the old levels, then write the new voidage:
+// written earlier it would be taken for the old.
+void Gas::step(double dt, double moved, const double* voidage, const double* drag)
 {
+    displaced_ = dt/moved;
     time_.setDeltaT(dt);
     ++time_;
     U_.oldTime();
@@ -252,8 +257,8 @@ void Gas::fields(double* state, double* pressure, double* voidage, double* total
     totals[7] = pressures;
 }
 
-// Courant and Fourier number of the last step, gas volume that continuity lost in it over the volume that came in,
-// pressure at the inlet [Pa], pressure iterations. The same on every rank.
+// Courant and Fourier number of the last step, gas volume that continuity lost in it [m3/s], gas volume that came in by
+// the inlet [m3/s], pressure there [Pa], pressure iterations. The same on every rank.
 void Gas::measure(double* values) const
 {
     const scalar dt = time_.deltaTValue();
@@ -266,23 +271,25 @@ void Gas::measure(double* values) const
     forAll(mesh_.boundary(), patchi)
     {
         if (mesh_.boundary()[patchi].coupled()) continue;
-        const scalarField& flux = epsPhi_.boundaryField()[patchi];
-        in -= sum(min(flux, scalar(0)));
-        out += sum(flux);
-        if (mesh_.boundary()[patchi].name() != "inlet") continue;
-        const fvPatch& floor = mesh_.boundary()[patchi];
-        const scalarField rise((gradP_.boundaryField()[patchi].patchInternalField() & floor.nf())/floor.deltaCoeffs());
-        pIn += sum((p_.boundaryField()[patchi].patchInternalField() + rise)*floor.magSf());
-        area += sum(floor.magSf());
+        const fvPatch& patch = mesh_.boundary()[patchi];
+        const scalar flux = sum(epsPhi_.boundaryField()[patchi]);
+        out += flux;
+        if (patch.name() != "inlet") continue;
+        in -= flux;
+        const scalarField rise((gradP_.boundaryField()[patchi].patchInternalField() & patch.nf())/patch.deltaCoeffs());
+        pIn += sum((p_.boundaryField()[patchi].patchInternalField() + rise)*patch.magSf());
+        area += sum(patch.magSf());
     }
-    const scalar stored = gSum((eps_.primitiveField() - eps_.oldTime().primitiveField())*mesh_.V().field())/dt;
+    const scalar stored =
+        displaced_*gSum((eps_.primitiveField() - eps_.oldTime().primitiveField())*mesh_.V().field())/dt;
     reduce(in, sumOp<scalar>());
     reduce(out, sumOp<scalar>());
     reduce(pIn, sumOp<scalar>());
     reduce(area, sumOp<scalar>());
-    values[2] = in > 0 ? mag(stored + out)/in : mag(stored + out);
-    values[3] = area > 0 ? rho_.value()*pIn/area : 0;
-    values[4] = iterations_;
+    values[2] = mag(stored + out);
+    values[3] = in;
+    values[4] = area > 0 ? rho_.value()*pIn/area : 0;
+    values[5] = iterations_;
 }
 
 void Gas::write()

@@ -39,6 +39,8 @@ class Gas
     label pRefCell_;
     scalar pRefValue_;
     int iterations_;
+    // Step of the gas over the step that the voidage changed in: 1 where steps are equal.
+    scalar displaced_;
 
     void fill(volScalarField& field, const double* values);
     void fillDrag(const double* sums);
@@ -50,7 +52,7 @@ public:
 
     Gas(int argc, char** argv, double rho, int correctors);
     void start(const double* voidage);
-    void step(double dt, const double* voidage, const double* drag);
+    void step(double dt, double moved, const double* voidage, const double* drag);
     void cells(double* centres, double* volumes) const;
     void fields(double* state, double* pressure, double* voidage, double* totals) const;
     void measure(double* values) const;

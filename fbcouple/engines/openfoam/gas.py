@@ -6,7 +6,9 @@ import ctypes
 import math
 import os
 import re
+import shutil
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -19,6 +21,7 @@ from fbcouple.errors import DivergedError, SolverError
 from fbcouple.meshes.polyhedra import Polyhedra, take_apart
 from fbcouple.meshes.polymesh import PolyMesh
 from fbcouple.meshes.ragged import pile_up
+from fbcouple.run_folder import is_same, word_moved
 
 _double = ctypes.POINTER(ctypes.c_double)
 _whole = ctypes.POINTER(ctypes.c_int64)
@@ -34,7 +37,7 @@ _FUNCTIONS: dict[str, Signature] = {
     "gas_mesh_sizes": (ctypes.c_int, [_whole]),
     "gas_mesh": (ctypes.c_int, [_double, *[_whole] * 6]),
     "gas_start": (ctypes.c_int, [_double]),
-    "gas_step": (ctypes.c_int, [ctypes.c_double, _double, _double]),
+    "gas_step": (ctypes.c_int, [ctypes.c_double, ctypes.c_double, _double, _double]),
     "gas_fields": (ctypes.c_int, [_double, _double, _double, _double]),
     "gas_derive": (ctypes.c_int, [ctypes.c_char_p, _double]),
     "gas_measure": (ctypes.c_int, [_double]),
@@ -50,10 +53,12 @@ class GasState:
 
     courant: float
     fourier: float
-    mass_error: float
-    """Gas volume rate that continuity lost over the one that came in."""
+    lost: float
+    """Gas volume that continuity lost [m3/s]."""
+    inflow: float
+    """Gas volume that came in by the inlet [m3/s], below 0 where it went out."""
     inlet_pressure: float
-    """Mean dynamic pressure over the open floor [Pa]."""
+    """Mean dynamic pressure at the faces of the inlet [Pa]."""
     iterations: int
 
 
@@ -70,6 +75,7 @@ class Gas:
     def __init__(self, case: Path, log: Path, density: float, correctors: int, rank: int | None) -> None:
         """`rank` of several, for each of which `case` holds a part of the mesh; None where one has it all."""
         os.environ.setdefault("WM_PROJECT_DIR", _SYSTEM_PROJECT)
+        self._case, self._place = case, case.resolve()
         self._folder = case if rank is None else case / f"processor{rank}"
         # OpenFOAM would trap floating-point exceptions in all of Python; a gas that is not finite is caught by checks.
         os.environ["FOAM_SIGFPE"] = "false"
@@ -116,24 +122,27 @@ class Gas:
         self._check(self._library.gas_start(_pointer(voidage)))
         self._read_fields()
 
-    def step(self, dt: float, voidage: np.ndarray, drag: np.ndarray) -> None:
+    def step(self, dt: float, voidage: np.ndarray, drag: np.ndarray, moved: float = 0.0) -> None:
         """Advance by `dt` [s] with the new voidage (n,) and the sums (n, 4) over the particles of each cell of beta
         [kg/s] and beta v [N]: V K and V S of the drag S - K u.
 
+        moved [s]: length of the step in which the particles made the voidage change, so that d(eps)/dt is their own;
+        0: as long as this one.
+
         Raises DivergedError if the solution is not finite, SolverError if OpenFOAM fails otherwise.
         """
-        status = self._library.gas_step(dt, _pointer(voidage), _pointer(drag))
+        status = self._library.gas_step(dt, moved or dt, _pointer(voidage), _pointer(drag))
         if status and re.search(r"'-?(nan|inf)'", words := self._library.gas_error().decode(errors="replace")):
             raise DivergedError(f"the gas step of {dt:.6g} s gave numbers that are none; OpenFOAM: {words}")
         self._check(status)
         self._read_fields()
 
     def measure(self) -> GasState:
-        """Courant and Fourier number, mass error, inlet pressure and iterations of the last step (collective)."""
-        values = np.empty(5)
+        """Courant and Fourier number, lost gas, inflow, inlet pressure and iterations of the last step (collective)."""
+        values = np.empty(6)
         self._check(self._library.gas_measure(_pointer(values)))
-        courant, fourier, mass_error, pressure, iterations = values.tolist()
-        return GasState(courant, fourier, mass_error, pressure, int(iterations))
+        courant, fourier, lost, inflow, pressure, iterations = values.tolist()
+        return GasState(courant, fourier, lost, inflow, pressure, int(iterations))
 
     def derive(self, names: Sequence[str]) -> np.ndarray:
         """Fields of the velocity as it is now, shape (n, 3 names), of "curl" [1/s], "convection" u.grad(u) and
@@ -147,14 +156,29 @@ class Gas:
         """Write this rank's fields as an OpenFOAM time directory (collective).
 
         Every registered field with AUTO_WRITE is in it, in binary; one that a later step starts from needs no more.
-        Returns the directory. Raises SolverError if a file in it is cut short, as on a full disk.
+        Returns the directory. Raises SolverError if a file in it is cut short, as on a full disk, or the case was
+        moved: OpenFOAM goes by the path that it had at the start, and would make it again.
         """
+        self._require_in_place()
         self._check(self._library.gas_write())
         folder = self._folder / self._library.gas_time_name().decode()
+        self._require_in_place(folder)
         for file in folder.rglob("*"):
             if file.is_file() and not file.read_bytes().rstrip().endswith(_END_OF_FILE):
                 raise SolverError(f"OpenFOAM: {file} is cut short; is the disk full?")
         return folder
+
+    def _require_in_place(self, written: Path | None = None) -> None:
+        """Raise SolverError if the case was moved; `written`, which went to the old place then, is removed there."""
+        if is_same(self._place, self._case):
+            return
+        if written:
+            there = self._place / written.relative_to(self._case)
+            shutil.rmtree(there, ignore_errors=True)
+            with suppress(OSError):  # what is not empty was there
+                for folder in there.parents[: len(there.parents) - len(self._place.parents) + 1]:
+                    folder.rmdir()
+        raise SolverError(word_moved(self._place.parent))
 
     def _read_fields(self) -> None:
         self._check(self._library.gas_fields(*map(_pointer, (self.state, self.pressure, self.voidage, self._totals))))

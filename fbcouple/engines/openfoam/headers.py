@@ -89,7 +89,11 @@ def _private_apt(scratch: Path) -> list[str]:
     etc = Path("/etc/apt")
     for path in [etc / "sources.list", *sorted((etc / "sources.list.d").glob("*"))]:
         if path.is_file() and path.suffix in (".list", ".sources"):
-            (parts / path.name).write_text(as_source_list(path.read_text(), path.suffix))
+            (parts / path.name).write_text(
+                as_source_list(path.read_text(encoding="utf-8", errors="surrogateescape"), path.suffix),
+                encoding="utf-8",
+                errors="surrogateescape",
+            )
     places = {
         "Dir::Etc::sourcelist": "/dev/null",
         "Dir::Etc::sourceparts": parts,

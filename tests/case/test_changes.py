@@ -1,0 +1,47 @@
+"""What has become of a case since its run was set up, told option by option."""
+
+import pytest
+
+from fbcouple.case.changes import list_changes, list_values
+from fbcouple.case.load import load_case
+
+NAME = "van-wachem/0.9"
+
+
+@pytest.fixture(scope="module")
+def before():
+    return list_values(load_case(NAME))
+
+
+@pytest.mark.parametrize(
+    ("setting", "words"),
+    [
+        ("gas.inlet_velocity=1.3", "gas.inlet_velocity was 0.9 and is 1.3 now"),
+        ("output.particles_every=0.1", "output.particles_every was not given and is 0.1 now"),
+        ("output.tracked=[1]", "output.tracked was [] and is [1] now"),
+        ("start.seed=7", "start.seed was 1 and is 7 now"),
+        ("title=other", 'and is "other" now'),
+    ],
+)
+def test_an_option_that_was_changed_is_named(before, setting, words):
+    (change,) = list_changes(before, load_case(NAME, [setting]))
+    assert words in str(change)
+
+
+@pytest.mark.parametrize(
+    "setting", ["output.save_every=5.0", "checkpoint.wall_every=60.0", "end_time=50.0", "monitors.overlap=0.5"]
+)
+def test_when_a_run_ends_and_how_often_it_is_saved_may_change(before, setting):
+    assert list_changes(before, load_case(NAME, [setting])) == []
+
+
+def test_an_option_that_is_younger_than_the_run_had_its_default(before):
+    older = {key: value for key, value in before.items() if key not in ("output.tracked", "gas.top")}
+    assert list_changes(older, load_case(NAME)) == []
+    assert [change.key for change in list_changes(older, load_case(NAME, ["output.tracked=[3]"]))] == ["output.tracked"]
+
+
+def test_a_section_that_comes_or_goes_is_a_change(before):
+    without = {key: value for key, value in before.items() if key.partition(".")[0] != "averages"} | {"averages": None}
+    assert "averages" in {change.key for change in list_changes(without, load_case(NAME))}
+    assert "start" in {change.key for change in list_changes(before | {"start": None}, load_case(NAME))}
