@@ -21,6 +21,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage, imread
 from PIL import Image
 
+from fbcouple.environment import child_environment
 from postproc.dataset import NotDrawableError, Results, open_results, velocity_scale
 from postproc.figures import figure
 from postproc.frames import choose_frames, list_frames, read_frame
@@ -95,9 +96,8 @@ def render(
     }
     (folder / "request.json").write_text(json.dumps(request))
     command = [sys.executable, "-m", "postproc.render", str(folder / "request.json")]
-    place = os.pathsep.join([str(Path(__file__).resolve().parents[1]), os.environ.get("PYTHONPATH", "")])
     done = subprocess.run(
-        command, env={**os.environ, "PYTHONPATH": place}, capture_output=True, text=True, errors="replace", check=False
+        command, env=child_environment(), capture_output=True, text=True, errors="replace", check=False
     )
     if done.returncode:
         words = re.sub(r"\x1b\[[0-9;]*m", "", done.stderr).splitlines()

@@ -18,6 +18,7 @@ from fbcouple.case.problems import show
 from fbcouple.case.schema import Case
 from fbcouple.case.source import FILE_NAME
 from fbcouple.decks.render import make_environment
+from fbcouple.environment import find_package
 from fbcouple.errors import CaseError
 
 # Resident memory of a rank with Python, numba and both solvers before it holds anything (measured: 320 MB) [MiB].
@@ -95,6 +96,7 @@ def write_job(place: Path, scheduler: str, request: Request) -> tuple[Path, Path
         "queue": request.queue,
         "account": request.account,
         "python": sys.executable,
+        "package": ":".join(find_package()),
         "jobs": request.chain or 1,
         "first": first,
         "next": then,

@@ -3,6 +3,20 @@ module load {{ module }}
 {% endfor %}
 set -u
 
+# Neither code nor programs come from the folder that the job starts in: empty and relative entries mean that folder.
+for name in PATH LD_LIBRARY_PATH PYTHONPATH; do
+    given=${!name-} kept=
+    if [ "$name" = LD_LIBRARY_PATH ]; then given=${given//;/:}; fi
+    while IFS= read -r -d : entry; do
+        case "$entry" in /*) kept="$kept:$entry" ;; esac
+    done <<< "$given:"
+    export "$name=${kept#:}"
+done
+export PATH="${PATH:-/usr/local/bin:/usr/bin:/bin}" PYTHONSAFEPATH=1
+{% if package %}
+export PYTHONPATH={{ package | shell }}"${PYTHONPATH:+:$PYTHONPATH}"
+{% endif %}
+
 runs=(
 {% for run in runs %}
     {{ run | shell }}

@@ -2,17 +2,16 @@
 
 import shlex
 import subprocess
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
+from fbcouple.environment import child_environment
 from fbcouple.errors import SolverError
 
 _LAST_LINES = 30
 
 
-def run_command(
-    command: Sequence[str], *, mend: str, folder: Path | None = None, environment: Mapping[str, str] | None = None
-) -> str:
+def run_command(command: Sequence[str], *, mend: str, folder: Path | None = None) -> str:
     """Run one outside program and return what it printed.
 
     Parameters
@@ -20,7 +19,6 @@ def run_command(
     command : the program and its arguments
     mend : what the user can do if the program is missing or fails, ends the error's text
     folder : where it runs, the present folder if not given
-    environment : its whole environment, this process's if not given
 
     Raises
     ------
@@ -30,7 +28,7 @@ def run_command(
         done = subprocess.run(
             command,
             cwd=folder,
-            env=environment,
+            env=child_environment(),
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
