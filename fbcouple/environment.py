@@ -33,6 +33,7 @@ _OUTER_JOB = ("OMPI_COMM_WORLD_RANK", "OMPI_MCA_orte_launch", "PMIX_RANK", "PMIX
 _OF_OUTER_JOB = re.compile(
     r"OMPI_(?!MCA_|ALLOW_RUN_AS_ROOT)\w+"
     r"|OMPI_MCA_(ess(_\w+)?|pmix|initial_wdir|mpi_oversubscribe|shmem_RUNTIME_QUERY_hint)"
+    r"|OMPI_MCA_(rmaps|ras|plm|hwloc_base)_\w+"
     r"|OMPI_MCA_orte_(app_num|bound_at_launch|ess_\w+|hnp_uri|jobfam_session_dir|launch|local_daemon_uri|num_nodes"
     r"|precondition_transports|top_session_dir)"
     r"|PMIX_(?!MCA_)\w+|PRTE_(?!MCA_)\w+|PMI2?_\w+|HYDI_\w+|MPI_LOCAL(NRANKS|RANKID)"

@@ -19,12 +19,13 @@ from fbcouple.case.load import load_case
 from fbcouple.case.schema import Case
 from fbcouple.checkpoint import FOLDER, Checkpoint
 from fbcouple.environment import mpi_command
-from fbcouple.errors import CaseError, SolverError
+from fbcouple.errors import CaseError, SolverError, StoppedError
 from fbcouple.failure import SOLVER_LOGS, prepare_failure
-from fbcouple.job import Job, Requests, Watch
+from fbcouple.job import Job, Watch
 from fbcouple.lock import hold
-from fbcouple.mesh import prepare_mesh, resume_mesh
+from fbcouple.mesh import Guard, prepare_mesh, resume_mesh
 from fbcouple.places import FRAMES, PULSE
+from fbcouple.stop_signals import Requests
 
 PATIENCE = 600.0
 _PRODUCTS = ("results.nc", FRAMES, FOLDER, "figures", "report.html", "report.json")
@@ -56,20 +57,24 @@ def launch(
     checkpoints; SolverError with the solver's own last words; DivergedError if a check of the run failed;
     StoppedError if it stopped early with a checkpoint.
     """
-    begin = time.time()
+    deadline = time.monotonic() + wall_limit
     if not (run / "manifest.json").exists():
         raise CaseError([f"{run}: is not a run folder; make one with: fbcouple setup CASE -o {run}"])
-    with hold(run) as lock, Requests() as requests:
+    with hold(run, say) as lock, Requests() as requests:
         try:
-            command = _prepare(run, ranks, until, fresh, resume, begin + wall_limit, say)
+            command = _prepare(run, ranks, until, fresh, resume, deadline, say, Guard(lock, requests))
         except OSError as error:
             raise SolverError(f"{run}: cannot be made ready: {error}") from error
+        if command and requests.first:
+            raise StoppedError(f"stopped by {requests.first} before the first step")
         if command:
             Job(command, run, patience, lock, requests).follow(watch)
+            if requests.first:
+                say(f"{run}: {requests.first} came too late to stop the run: its last step was taken")
 
 
 def _prepare(
-    run: Path, ranks: int, until: float | None, fresh: bool, resume: bool, deadline: float, say: Say
+    run: Path, ranks: int, until: float | None, fresh: bool, resume: bool, deadline: float, say: Say, guard: Guard
 ) -> list[str] | None:
     """Make the folder ready and return the command of the job; None if there is nothing left to do."""
     case = _read_run(run, fresh, resume)
@@ -83,9 +88,9 @@ def _prepare(
     _clear(run, checkpoint)
     prepare_failure(run)
     if case.gas and checkpoint:
-        resume_mesh(case, run, ranks, checkpoint)
+        resume_mesh(case, run, ranks, checkpoint, guard)
     elif case.gas:
-        prepare_mesh(case, run, ranks)
+        prepare_mesh(case, run, ranks, guard)
     options = ["--ranks", str(ranks), "--deadline", repr(deadline)]
     if until is not None:
         options += ["--until", repr(until)]

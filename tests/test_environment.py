@@ -113,7 +113,12 @@ def test_an_outer_mpi_job_does_not_reach_the_inner_one(monkeypatch):
     assert "OMPI_COMM_WORLD_RANK" in outer and "PMIX_RANK" in outer
     inner = child_environment(outer)
     left = {name for name in inner if name.startswith(("OMPI_", "PMI", "PRTE_"))}
-    assert left - set(settings) <= {"OMPI_MCA_orte_tmpdir_base", "PMIX_MCA_mca_base_component_show_load_errors"}
+    ours = {
+        "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM",
+        "OMPI_MCA_orte_tmpdir_base",
+        "PMIX_MCA_mca_base_component_show_load_errors",
+    }
+    assert left - set(settings) <= ours
     assert {name: inner[name] for name in settings} == settings
 
 
