@@ -10,6 +10,7 @@ import shutil
 import sys
 import time
 from collections.abc import Callable
+from contextlib import nullcontext
 from pathlib import Path
 
 import xarray as xr
@@ -46,12 +47,14 @@ def launch(
     wall_limit: float = math.inf,
     patience: float = PATIENCE,
     say: Say = lambda text: None,
+    requests: Requests | None = None,
 ) -> None:
     """Run the case in `run` on `ranks` MPI ranks to its end; `watch` sees each history row.
 
     until [s]: stop, with a checkpoint, at the first moment for one at or after it; resume: from the newest checkpoint
     that is whole; wall_limit [s]: wall time by which it has to be over; patience [s]: wall time without a coupling step
-    after which it is taken for hanging; say: told what is refused.
+    after which it is taken for hanging; say: told what is refused; requests: to stop, by default the signals that come
+    while it is under way.
 
     Raises CaseError if `run` is no run folder, holds what neither `fresh` nor `resume` speaks of, or has only damaged
     checkpoints; SolverError with the solver's own last words; DivergedError if a check of the run failed;
@@ -60,17 +63,15 @@ def launch(
     deadline = time.monotonic() + wall_limit
     if not (run / "manifest.json").exists():
         raise CaseError([f"{run}: is not a run folder; make one with: fbcouple setup CASE -o {run}"])
-    with hold(run, say) as lock, Requests() as requests:
+    with hold(run, say) as lock, nullcontext(requests) if requests else Requests() as asked:
         try:
-            command = _prepare(run, ranks, until, fresh, resume, deadline, say, Guard(lock, requests))
+            command = _prepare(run, ranks, until, fresh, resume, deadline, say, Guard(lock, asked))
         except OSError as error:
             raise SolverError(f"{run}: cannot be made ready: {error}") from error
-        if command and requests.first:
-            raise StoppedError(f"stopped by {requests.first} before the first step")
+        if command and asked.first:
+            raise StoppedError(f"stopped by {asked.first} before the first step")
         if command:
-            Job(command, run, patience, lock, requests).follow(watch)
-            if requests.first:
-                say(f"{run}: {requests.first} came too late to stop the run: its last step was taken")
+            Job(command, run, patience, lock, asked).follow(watch)
 
 
 def _prepare(
