@@ -9,10 +9,12 @@ checkpoints/step-000001200/   index.json       step, time, ranks, case, size and
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 import os
 import shutil
+import stat
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,6 +30,7 @@ REFUSED = ".refused"
 _FORMAT = 2
 _KEPT = 2
 _CHUNK = 1 << 20
+_NO_FOLDER_SYNC = (errno.EINVAL, errno.ENOSYS, errno.EOPNOTSUPP)
 _UNFINISHED = ".unfinished-"
 # Options that came after checkpoints did: where they stand at their default, older checkpoints stand.
 _YOUNGER = (
@@ -180,10 +183,16 @@ def _read_index(folder: Path) -> dict[str, Any]:
 
 
 def _flush(path: Path) -> None:
-    """Bring a file or folder to the disk; a write that failed unseen is told here."""
+    """Bring a file or folder to the disk; a write that failed unseen is told here.
+
+    A file system that cannot do that with a folder (CIFS, some of FUSE) brings its names to the disk in its own time.
+    """
     number = os.open(path, os.O_RDONLY)
     try:
         os.fsync(number)
+    except OSError as error:
+        if error.errno not in _NO_FOLDER_SYNC or not stat.S_ISDIR(os.fstat(number).st_mode):
+            raise
     finally:
         os.close(number)
 

@@ -21,7 +21,7 @@ from fbcouple.case.schema import Case
 from fbcouple.checkpoint import FOLDER, Checkpoint
 from fbcouple.environment import mpi_command
 from fbcouple.errors import CaseError, SolverError, StoppedError
-from fbcouple.failure import SOLVER_LOGS, prepare_failure
+from fbcouple.failure import SOLVER_LOGS, give_room_back, prepare_failure
 from fbcouple.job import Job, Watch
 from fbcouple.lock import hold
 from fbcouple.mesh import Guard, prepare_mesh, resume_mesh
@@ -68,7 +68,11 @@ def launch(
             command = _prepare(run, ranks, until, fresh, resume, deadline, say, Guard(lock, asked))
         except OSError as error:
             raise SolverError(f"{run}: cannot be made ready: {error}") from error
+        except StoppedError:
+            give_room_back(run)
+            raise
         if command and asked.first:
+            give_room_back(run)
             raise StoppedError(f"stopped by {asked.first} before the first step")
         if command:
             Job(command, run, patience, lock, asked).follow(watch)

@@ -25,7 +25,7 @@ from fbcouple.places import PULSE
 NAME = "lock"
 STALE_AFTER = 120.0
 """Wall time [s] without a heartbeat after which the holder is taken for dead, where the system cannot tell."""
-_NO_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
+NO_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
 """What a file system without locks answers: NFS without its lock daemon, Lustre mounted without `flock`, ..."""
 _SETTLE = 1.0
 """Wall time [s] after which a claim that nobody has written over is ours, where there are no locks."""
@@ -113,7 +113,7 @@ def _take(run: Path, file: Any, lock: Lock, say: Say) -> None:
     except BlockingIOError:
         raise CaseError([_word(run, holder)]) from None
     except OSError as error:
-        if error.errno not in _NO_LOCKS:
+        if error.errno not in NO_LOCKS:
             raise
         locked = False
         say(f"{run}: no file locks here ({error.strerror}): two runs in it are told apart by their heartbeats")

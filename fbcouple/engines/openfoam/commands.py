@@ -12,7 +12,7 @@ _LAST_LINES = 30
 
 
 def run_command(command: Sequence[str], *, mend: str, folder: Path | None = None) -> str:
-    """Run one outside program and return what it printed.
+    """Run one outside program and return what it printed on stdout; what it and the loader warn of is not part of it.
 
     Parameters
     ----------
@@ -30,8 +30,7 @@ def run_command(command: Sequence[str], *, mend: str, folder: Path | None = None
             cwd=folder,
             env=child_environment(),
             stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
+            capture_output=True,
             text=True,
             errors="replace",
             check=False,
@@ -39,7 +38,7 @@ def run_command(command: Sequence[str], *, mend: str, folder: Path | None = None
     except FileNotFoundError as error:
         raise SolverError(f"program '{command[0]}' is not on PATH; {mend}") from error
     if done.returncode != 0:
-        words = "\n".join(done.stdout.splitlines()[-_LAST_LINES:])
+        words = "\n".join((done.stdout + done.stderr).splitlines()[-_LAST_LINES:])
         raise SolverError(
             f"command failed with exit code {done.returncode} (0 is allowed): {shlex.join(command)}\n{words}\n{mend}"
         )
