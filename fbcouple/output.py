@@ -43,7 +43,7 @@ class SteadyStream:
 
 @contextmanager
 def steady_output() -> Iterator[SteadyStream]:
-    """Let stdout and stderr go away without an end to the block; yields what stands for stdout."""
+    """Let stdout and stderr, which must be open, go away without an end to the block; yields what stands for stdout."""
     before = sys.stdout, sys.stderr
     steady = SteadyStream(sys.stdout), SteadyStream(sys.stderr)
     sys.stdout, sys.stderr = steady  # type: ignore[assignment]
@@ -87,6 +87,7 @@ def open_standard_streams() -> None:
             os.fstat(number)
         except OSError:
             os.open(os.devnull, os.O_RDWR)
-    for stream in (sys.stdout, sys.stderr):
-        if stream is not None:
-            stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
+    for name, number in (("stdout", 1), ("stderr", 2)):
+        stream = getattr(sys, name) or os.fdopen(number, "w")
+        stream.reconfigure(errors="backslashreplace")
+        setattr(sys, name, stream)
