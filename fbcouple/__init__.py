@@ -27,3 +27,6 @@ def _name_compiled() -> str:
 # A place of the user's own stands; that of an fbcouple that started this one does not.
 if Path(os.environ.get("NUMBA_CACHE_DIR", _PREFIX)).name.startswith(_PREFIX):
     os.environ["NUMBA_CACHE_DIR"] = _name_compiled()
+# Results are written beside their name and renamed, so nobody meets a file that is being written; HDF5's own locks only
+# keep them from being read or written on file systems that have none.
+os.environ.setdefault("HDF5_USE_FILE_LOCKING", "FALSE")

@@ -9,9 +9,11 @@ checkpoints/step-000001200/   index.json       step, time, ranks, case, inputs, 
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import shutil
+import stat
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -29,6 +31,7 @@ from fbcouple.run_folder import word_path
 FOLDER = "checkpoints"
 REFUSED = ".refused"
 _KEPT = 2
+_NO_FOLDER_SYNC = (errno.EINVAL, errno.ENOSYS, errno.EOPNOTSUPP)
 _UNFINISHED = ".unfinished-"
 _REST = re.compile(r"\.unfinished-(step-)?\d+")
 _MOST_NAMED = 3
@@ -198,9 +201,15 @@ def _read_words(run: Path) -> Words:
 
 
 def _flush(path: Path) -> None:
-    """Bring a file or folder to the disk; a write that failed unseen is told here."""
+    """Bring a file or folder to the disk; a write that failed unseen is told here.
+
+    A file system that cannot do that with a folder (CIFS, some of FUSE) brings its names to the disk in its own time.
+    """
     number = os.open(path, os.O_RDONLY)
     try:
         os.fsync(number)
+    except OSError as error:
+        if error.errno not in _NO_FOLDER_SYNC or not stat.S_ISDIR(os.fstat(number).st_mode):
+            raise
     finally:
         os.close(number)

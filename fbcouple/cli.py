@@ -1,7 +1,8 @@
 """The command line: the only place that prints and chooses exit codes.
 
 Exit codes: 0 done; 1 the case or the input is wrong; 2 usage; 3 a solver or the machine failed; 4 the simulation
-diverged or broke a conservation check; 75 stopped early with a checkpoint. Heavy modules load inside commands.
+diverged or broke a conservation check; 75 stopped early, `--resume` goes on; 130 interrupted; 141 the reader of the
+output went away. Heavy modules load inside commands.
 """
 
 # ruff: noqa: PLC0415  (a command loads only what it needs)
@@ -10,6 +11,7 @@ from __future__ import annotations
 
 import math
 import re
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from shlex import quote
@@ -23,33 +25,20 @@ from fbcouple import __version__
 from fbcouple.batch.schedulers import SCHEDULERS
 from fbcouple.commands.bench import bench
 from fbcouple.commands.doctor import doctor
+from fbcouple.commands.group import Commands, finish
 from fbcouple.commands.pictures import claims, post, report
 from fbcouple.commands.study import study
 from fbcouple.commands.table import print_table
-from fbcouple.errors import CaseError, FbcoupleError
+from fbcouple.errors import CaseError
+from fbcouple.output import open_standard_streams, outlive_output
 from fbcouple.places import require_usable
 from fbcouple.run_folder import require_plain
+from fbcouple.stop_signals import Requests
 
-INTERRUPTED = 130
 DIVERGED = 4
 PROGRESS_EVERY = 5.0
 """Wall time [s] between lines of progress."""
 COLOURS = {"fit": "green", "warn": "yellow", "unfit": "bold red"}
-
-
-class Commands(click.Group):
-    """The commands, with errors of fbcouple turned into one line a problem on stderr and their exit code."""
-
-    def invoke(self, ctx: click.Context) -> Any:
-        try:
-            return super().invoke(ctx)
-        except FbcoupleError as error:
-            for problem in error.problems if isinstance(error, CaseError) else [str(error)]:
-                click.echo(problem, err=True)
-            ctx.exit(error.exit_code)
-        except KeyboardInterrupt:
-            click.echo("interrupted", err=True)
-            ctx.exit(INTERRUPTED)
 
 
 def require_finite(ctx: click.Context, parameter: click.Parameter, value: float | None) -> float | None:
@@ -187,12 +176,23 @@ def setup(case: str, output: Path | None, sets: tuple[str, ...], explained: bool
 )
 @click.option("--accept-update", is_flag=True, help="Resume also what another version of fbcouple or a solver began.")
 @take_trust
+@outlive_output
 def run(run: Path, ranks: int, resume: bool, fresh: bool, trusted: bool, **limits: Any) -> None:
-    """Run the simulation that lies in the folder RUN; exit code 75 if it stopped early with a checkpoint."""
+    """Run the simulation that lies in the folder RUN; exit code 75 if it stopped early, for --resume to go on."""
     require_plain(run)
     require_run(run)
     if resume and fresh:
         raise click.UsageError("--resume goes on, --fresh starts again: give one of them")
+    with Requests() as requests:  # from here to the last word, a signal is a request to stop
+        run_on(run, ranks, resume, fresh, trusted, requests, limits)
+        if requests.first:
+            click.echo(f"{run}: {requests.first} came too late to stop the run: it had taken its last step")
+
+
+def run_on(
+    run: Path, ranks: int, resume: bool, fresh: bool, trusted: bool, requests: Requests, limits: dict[str, Any]
+) -> None:
+    """Run what lies in `run` as far as it is asked to, with a display of its progress."""
     from fbcouple.case.drag_file import require_trust
     from fbcouple.case.load import load_case
     from fbcouple.decks.unchanged import require_unchanged
@@ -208,9 +208,8 @@ def run(run: Path, ranks: int, resume: bool, fresh: bool, trusted: bool, **limit
     go_on = f"`fbcouple run {quote(str(run))} -n {ranks} --resume`"
     try:
         with RunProgress(console, end) as progress:
-            launch(
-                run, ranks, fresh=fresh, resume=resume, watch=progress.show, say=click.echo, trusted=trusted, **limits
-            )
+            options: dict[str, Any] = {"fresh": fresh, "resume": resume, "requests": requests} | limits
+            launch(run, ranks, watch=progress.show, say=click.echo, trusted=trusted, **options)
     except StoppedError as error:
         raise StoppedError(f"{run}: {error}; go on with {go_on}") from error
     console.print(progress.tabulate())
@@ -285,7 +284,13 @@ for command in (post, report, claims, study, bench, doctor):
 
 def main() -> None:
     """Entry point of the `fbcouple` command."""
-    cli(prog_name="fbcouple")
+    open_standard_streams()
+    code: Any = 0
+    try:
+        cli(prog_name="fbcouple")
+    except SystemExit as end:
+        code = end.code
+    sys.exit(finish(code))
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from fbcouple.engines.native import MPI_LIBRARY
 from fbcouple.engines.openfoam.build import adapter_path, build_adapter, compiler_version
+from fbcouple.environment import child_environment
 from fbcouple.errors import SolverError
 
 _FIX = "fbcouple doctor --fix"
@@ -147,10 +148,16 @@ def _load(name: str) -> _Loaded:
 
 def _try_out(program: str, *words: str) -> _Loaded:
     """Run a small Python program whose first line says what it got, whose others are the files it loaded."""
-    environment = {"WM_PROJECT_DIR": _SYSTEM_PROJECT} | os.environ
     command = [sys.executable, "-c", program, *words]
     done = subprocess.run(
-        command, env=environment, capture_output=True, text=True, errors="replace", check=False, encoding="utf-8"
+        command,
+        cwd="/",  # a library's settings file in the current folder is not for it
+        env={"WM_PROJECT_DIR": _SYSTEM_PROJECT} | child_environment(),
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        errors="replace",
+        check=False,
     )
     lines = done.stdout.splitlines()
     if done.returncode != 0 or not lines:
@@ -190,7 +197,7 @@ def _library(name: str, mpi: _Loaded, mend: str) -> Row:
 
 
 def _program(name: str) -> Row:
-    found = shutil.which(name)
+    found = shutil.which(name, path=child_environment().get("PATH", os.defpath))
     return Row(name, found or "not on PATH", "on PATH", found is not None, f"{_INSTALL} openfoam")
 
 
@@ -263,7 +270,15 @@ def _disk() -> Row:
 
 def _first_line(command: list[str]) -> str:
     try:
-        done = subprocess.run(command, capture_output=True, text=True, errors="replace", check=False, encoding="utf-8")
+        done = subprocess.run(
+            command,
+            env=child_environment(),
+            capture_output=True,
+            text=True,
+            encoding="utf-8",
+            errors="replace",
+            check=False,
+        )
     except FileNotFoundError:
         return "not on PATH"
     lines = (done.stdout or done.stderr).splitlines()

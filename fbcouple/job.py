@@ -10,47 +10,26 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
-from types import FrameType
 from typing import Any
 
-from fbcouple.environment import mpi_environment
+from fbcouple.environment import missing_program, mpi_environment
 from fbcouple.errors import CaseError, DivergedError, FbcoupleError, SolverError, StoppedError
 from fbcouple.failure import give_room_back, read_failure
-from fbcouple.lock import beat
+from fbcouple.lock import Lock
 from fbcouple.places import PULSE
 from fbcouple.results import read_line
+from fbcouple.stop_signals import Requests
 
 ERRORS: dict[int, type[FbcoupleError]] = {4: DivergedError, 75: StoppedError}
-SIGNALS = (signal.SIGTERM, signal.SIGUSR1, signal.SIGINT)
 PASSED_ON = signal.SIGUSR1
 """The signal that mpirun hands on to the ranks, whichever of them this process was sent."""
 _PAUSE = 0.25
+_LONGEST_PASS = 1.0
+"""Wall time [s] of a pass of the loop that counts as waiting at most: a longer one was not given, but suspended."""
 _GRACE = 5.0
 _PARENT_DIES = 1  # PR_SET_PDEATHSIG
 
 Watch = Callable[[dict[str, Any]], None]
-
-
-class Requests:
-    """Signals to this process (SIGTERM, SIGUSR1, SIGINT) that ask a run to stop, counted while in the context."""
-
-    def __init__(self) -> None:
-        self.count = 0
-        self.first = ""
-        """Name of the first of them."""
-        self._before: dict[signal.Signals, Any] = {}
-
-    def __enter__(self) -> Requests:
-        self._before = {number: signal.signal(number, self._hear) for number in SIGNALS}
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        for number, handler in self._before.items():
-            signal.signal(number, handler)
-
-    def _hear(self, number: int, frame: FrameType | None) -> None:
-        self.count += 1
-        self.first = self.first or signal.Signals(number).name
 
 
 class Job:
@@ -60,14 +39,14 @@ class Job:
     process, whatever ended it, is a first request.
     """
 
-    def __init__(self, command: list[str], run: Path, patience: float, lock: int, requests: Requests) -> None:
-        """`patience` [s] of wall time without a coupling step, after which the job is taken for hanging; `lock`: file
-        number of the run folder's lock, which the job holds on if this process dies."""
+    def __init__(self, command: list[str], run: Path, patience: float, lock: Lock, requests: Requests) -> None:
+        """`patience` [s] of wall time without a coupling step, after which the job is taken for hanging; `lock`: of
+        the run folder, which the job holds on if this process dies."""
         self._requests = requests
         self._command, self._run, self._patience = command, run, patience
         self._words = run / "logs/launcher.log"
         self._lock = lock
-        self._seen, self._moved = 0, time.monotonic()
+        self._seen, self._waited, self._looked = 0, 0.0, time.monotonic()
 
     def follow(self, watch: Watch) -> None:
         """Run the job to its end; `watch` sees each new history row.
@@ -79,10 +58,13 @@ class Job:
             try:
                 for row in self._read_rows(job):
                     watch(row)
+            except OSError as error:
+                _end(job)
+                raise SolverError(f"{self._run}: cannot be followed any more: {error}; the run was ended") from error
             except BaseException:
                 _end(job)
                 raise
-        beat(self._run, self._lock)
+        self._lock.beat()
         self._judge(job)
 
     def _start(self, words: Any) -> subprocess.Popen:
@@ -94,11 +76,11 @@ class Job:
                 stdout=words,
                 stderr=subprocess.STDOUT,
                 start_new_session=True,
-                pass_fds=(self._lock,),
+                pass_fds=(self._lock.number,),
                 preexec_fn=_stop_with_parent,  # noqa: PLW1509  (no threads here)
             )
         except FileNotFoundError as error:
-            raise SolverError("mpirun is not on the PATH; mend: sudo apt-get install openmpi-bin") from error
+            raise missing_program("mpirun", "openmpi-bin") from error
 
     def _judge(self, job: subprocess.Popen) -> None:
         give_room_back(self._run)
@@ -130,8 +112,9 @@ class Job:
             if not over:
                 told = self._tell(job, told)
                 self._require_progress(job)
-                beat(self._run, self._lock)
-                time.sleep(_PAUSE)
+                self._lock.beat()
+                with suppress(subprocess.TimeoutExpired):
+                    job.wait(_PAUSE)
 
     def _tell(self, job: subprocess.Popen, told: int) -> int:
         """Pass on what this process was asked, once the ranks listen: first a signal for a checkpoint, then the end."""
@@ -145,14 +128,24 @@ class Job:
         return asked
 
     def _require_progress(self, job: subprocess.Popen) -> None:
-        """Raise SolverError if the job has not moved for longer than it may; the caller ends it."""
+        """Raise SolverError if the job has not moved for longer than it may; the caller ends it.
+
+        Time in which this process, or every process of the job with its launcher, was stopped from outside does not
+        count: the job goes on when they do.
+        """
         pulse = self._run / PULSE
         seen = pulse.stat().st_mtime_ns if pulse.exists() else 0
         now = time.monotonic()
+        self._waited += min(now - self._looked, _LONGEST_PASS)
+        self._looked = now
         if seen != self._seen:
-            self._seen, self._moved = seen, now
-        if now - self._moved > self._patience:
-            stopped = [number for number, state in _find_session(job.pid).items() if state in "Tt"]
+            self._seen, self._waited = seen, 0.0
+        if self._waited > self._patience:
+            states = _find_session(job.pid)
+            stopped = [number for number, state in states.items() if state in "Tt"]
+            if len(stopped) == len(states):
+                self._waited = 0.0
+                return
             which = f"; stopped: process {', '.join(map(str, stopped))}" if stopped else ""
             raise SolverError(f"no coupling step for {self._patience:g} s of wall time: the job was ended{which}")
 

@@ -40,7 +40,7 @@ class Limits:
     until: float = math.inf
     """Simulated time [s] at or after which to stop."""
     deadline: float = math.inf
-    """Wall time (seconds since the epoch) before which it has to be over."""
+    """Before which it has to be over: on the clock of this machine that runs on evenly (time.monotonic) [s]."""
 
 
 class Summons:
@@ -103,7 +103,7 @@ class Keeper:
         self._stretch = max(self._stretch, moment - self._last)
         self._last = moment
         room = _ROOM * (self._stretch + self._writing)
-        late = time.time() + room > self._limits.deadline
+        late = comm.rank == 0 and moment + room > self._limits.deadline  # on the host of the launcher
         due = moment - self._written > self._wall
         caught, late, due = comm.allreduce((self._summons.caught, late, due), _merge)
         if self._cadence and self._cadence.due(now):

@@ -8,6 +8,7 @@ import shutil
 import sys
 import time
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,16 +21,17 @@ from fbcouple.case.schema import Case
 from fbcouple.checkpoint import Checkpoint
 from fbcouple.decks.unchanged import require_own_decks, require_unchanged
 from fbcouple.environment import mpi_command
-from fbcouple.errors import CaseError, SolverError
-from fbcouple.failure import SOLVER_LOGS, prepare_failure
-from fbcouple.job import Job, Requests, Watch
+from fbcouple.errors import CaseError, SolverError, StoppedError
+from fbcouple.failure import SOLVER_LOGS, give_room_back, prepare_failure
+from fbcouple.job import Job, Watch
 from fbcouple.lock import hold
 from fbcouple.making import Versions, list_makers
 from fbcouple.manifest import read_manifest, write_manifest
-from fbcouple.mesh import prepare_mesh, resume_mesh
+from fbcouple.mesh import Guard, prepare_mesh, resume_mesh
 from fbcouple.places import PULSE
 from fbcouple.products import remove_products
 from fbcouple.run_folder import require_plain, word_path
+from fbcouple.stop_signals import Requests
 from fbcouple.versions import list_versions
 
 PATIENCE = 600.0
@@ -52,22 +54,24 @@ def launch(
     say: Say = lambda text: None,
     trusted: bool = False,
     accept_update: bool = False,
+    requests: Requests | None = None,
 ) -> None:
     """Run the case in `run` on `ranks` MPI ranks to its end; `watch` sees each history row.
 
     until [s]: stop, with a checkpoint, at the first moment for one at or after it; resume: from the newest checkpoint
     that is whole; wall_limit [s]: wall time by which it has to be over; patience [s]: wall time without a coupling step
     after which it is taken for hanging; say: told what is refused; trusted: also with decks and files that were changed
-    since set-up; accept_update: resume also what another version of fbcouple or of a solver began.
+    since set-up; accept_update: resume also what another version of fbcouple or of a solver began; requests: to stop,
+    by default the signals that come while it is under way.
 
     Raises CaseError if `run` is no run folder, was changed, holds what neither `fresh` nor `resume` speaks of, or has
     only damaged checkpoints; SolverError with the solver's own last words; DivergedError if a check of the run failed;
     StoppedError if it stopped early with a checkpoint.
     """
-    begin = time.time()
+    deadline = time.monotonic() + wall_limit
     require_plain(run)
     read_manifest(run)
-    with hold(run) as lock, Requests() as requests:
+    with hold(run, say) as lock, nullcontext(requests) if requests else Requests() as asked:
         try:
             case = _read_run(run, fresh, resume)
             require_trust(case, trusted)
@@ -75,15 +79,21 @@ def launch(
             going_on = _choose(run, case, until, accept_update, say) if resume else Start(list_versions(case))
             command: list[str] = []
             if going_on:
-                _prepare(run, case, ranks, going_on.checkpoint)
+                _prepare(run, case, ranks, going_on.checkpoint, Guard(lock, asked))
                 if not trusted:
                     require_own_decks(case, run)
-                command = _word_job(run, ranks, until, begin + wall_limit, going_on.checkpoint)
+                command = _word_job(run, ranks, until, deadline, going_on.checkpoint)
                 _note_run(run, ranks, command, going_on, changed)
         except OSError as error:
             raise SolverError(f"{run}: cannot be made ready: {error}") from error
+        except StoppedError:
+            give_room_back(run)
+            raise
+        if command and asked.first:
+            give_room_back(run)
+            raise StoppedError(f"stopped by {asked.first} before the first step")
         if command:
-            Job(command, run, patience, lock, requests).follow(watch)
+            Job(command, run, patience, lock, asked).follow(watch)
 
 
 @dataclass(frozen=True)
@@ -95,14 +105,14 @@ class Start:
     updates: tuple[str, ...] = ()
 
 
-def _prepare(run: Path, case: Case, ranks: int, checkpoint: Checkpoint | None) -> None:
+def _prepare(run: Path, case: Case, ranks: int, checkpoint: Checkpoint | None, guard: Guard) -> None:
     """Make the folder ready: what earlier runs left is gone, and mesh and fields are there."""
     _clear(run, checkpoint)
     prepare_failure(run)
     if case.gas and checkpoint:
-        resume_mesh(case, run, ranks, checkpoint)
+        resume_mesh(case, run, ranks, checkpoint, guard)
     elif case.gas:
-        prepare_mesh(case, run, ranks)
+        prepare_mesh(case, run, ranks, guard)
 
 
 def _word_job(run: Path, ranks: int, until: float | None, deadline: float, checkpoint: Checkpoint | None) -> list[str]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import math
 import os
+import signal
 import sys
 import traceback
 from pathlib import Path
@@ -25,6 +26,7 @@ from fbcouple.monitors import require_finite_gas, require_sound_exchange
 from fbcouple.recorder import Recorder
 from fbcouple.scene import Scene, open_scene
 from fbcouple.state import RESTART, read_checkpoint
+from fbcouple.unexpected import describe as describe_error
 
 
 def simulate(scene: Scene, recorder: Recorder, keeper: Keeper) -> None:
@@ -181,6 +183,8 @@ def work(run: Path, limits: Limits, resume: Path | None, comm: MPI.Comm, summons
         scene.grains.close()
     if stopped_early and comm.rank == 0:
         write_failure(here, word_stop(scene), StoppedError.exit_code)
+    if summons.caught and not stopped_early:
+        print(f"{signal.Signals(summons.caught).name} came after the last moment to stop: the run went on to its end")
 
 
 def word_stop(scene: Scene) -> str:
@@ -199,7 +203,9 @@ def main() -> None:
     except FbcoupleError as error:
         end_all(run, str(error), error.exit_code)
     except BaseException as error:
-        end_all(run, f"{type(error).__name__}: {error}\n{traceback.format_exc()}", SolverError.exit_code)
+        traceback.print_exc()
+        text = f"unexpected error in rank {MPI.COMM_WORLD.rank}: {describe_error(error)}; traceback: logs/launcher.log"
+        end_all(run, text, SolverError.exit_code)
 
 
 def end_all(run: Path, text: str, exit_code: int) -> None:

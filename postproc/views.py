@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import subprocess
 import sys
@@ -21,6 +20,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage, imread
 from PIL import Image
 
+from fbcouple.environment import child_environment
 from postproc.dataset import NotDrawableError, Results, open_results
 from postproc.figures import figure
 from postproc.files import write_whole
@@ -98,15 +98,14 @@ def render(
     }
     (folder / "request.json").write_text(json.dumps(request), encoding="utf-8")
     command = [sys.executable, "-m", "postproc.render", str(folder / "request.json")]
-    place = os.pathsep.join([str(Path(__file__).resolve().parents[1]), os.environ.get("PYTHONPATH", "")])
     done = subprocess.run(
         command,
-        env={**os.environ, "PYTHONPATH": place},
+        env=child_environment(),
         capture_output=True,
         text=True,
+        encoding="utf-8",
         errors="replace",
         check=False,
-        encoding="utf-8",
     )
     if done.returncode:
         words = re.sub(r"\x1b\[[0-9;]*m", "", done.stderr).splitlines()

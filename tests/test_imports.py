@@ -99,7 +99,7 @@ def test_all_files_are_read():
     assert "fbcouple.exchange.plan.Plan" in GRAPH["fbcouple.scene"] and "mpi4py.MPI" in reach("fbcouple.worker")
 
 
-def test_postproc_knows_only_errors_and_names_of_results():
+def test_postproc_knows_only_errors_names_of_results_and_how_a_child_is_started():
     own = {name for name in reach("postproc") if lies_in(name, "fbcouple")}
     allowed = (
         "fbcouple.errors",
@@ -111,6 +111,7 @@ def test_postproc_knows_only_errors_and_names_of_results():
         "fbcouple.companion_files",
         "fbcouple.collision",
         "fbcouple.places",
+        "fbcouple.environment",
         "fbcouple.__version__",
     )
     assert {name for name in own if name != "fbcouple" and not lies_in(name, *allowed)} == set()

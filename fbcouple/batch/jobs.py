@@ -18,6 +18,7 @@ from fbcouple.case.problems import show
 from fbcouple.case.schema import Case
 from fbcouple.case.source import FILE_NAME
 from fbcouple.decks.render import make_environment
+from fbcouple.environment import find_package
 from fbcouple.errors import CaseError
 from fbcouple.run_folder import require_plain
 
@@ -98,6 +99,7 @@ def write_job(place: Path, scheduler: str, request: Request) -> tuple[Path, Path
         "queue": request.queue,
         "account": request.account,
         "python": sys.executable,
+        "package": ":".join(find_package()),
         "jobs": request.chain or 1,
         "first": first,
         "next": then,

@@ -9,6 +9,7 @@ from pathlib import Path
 import click
 
 from fbcouple.commands.table import print_table
+from fbcouple.output import outlive_output
 
 
 def choose_folder(study: str, output: Path | None) -> Path:
@@ -54,6 +55,7 @@ def list_shipped() -> None:
 @click.option("--done", "only_done", is_flag=True, help="Run nothing: tables and plot of the members that are done.")
 @click.option("--only", multiple=True, metavar="MEMBER", help="Run only this member; may be given several times.")
 @take_jobs
+@outlive_output
 def error_vs_time(name: str, output: Path | None, dry: bool, only_done: bool, only: tuple[str, ...], jobs: int) -> None:
     """Run the members of STUDY that are not done, and tell what accuracy costs."""
     from fbcouple.study.error_vs_time import plan_members, run_members, tabulate
@@ -87,6 +89,7 @@ def error_vs_time(name: str, output: Path | None, dry: bool, only_done: bool, on
 @take_output
 @click.option("--dry", is_flag=True, help="Only list the scenes.")
 @take_jobs
+@outlive_output
 def stability(name: str, output: Path | None, dry: bool, jobs: int) -> None:
     """Run the stiff and extreme scenes of STUDY that are not done, and tell which exchange form stands which."""
     from fbcouple.study.map import draw_map

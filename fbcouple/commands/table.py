@@ -11,11 +11,19 @@ from rich.text import Text
 NARROWEST_PIPE = 150
 
 
+class TableConsole(Console):
+    """A console that leaves it to the command what a reader that went away means."""
+
+    def on_broken_pipe(self) -> None:
+        """Raise the BrokenPipeError that led here."""
+        raise  # noqa: PLE0704
+
+
 def print_table(columns: Iterable[str], rows: Iterable[Iterable[str | Text]]) -> None:
     """Print a table; piped output is wide enough for a row a line in most cases."""
-    console = Console(soft_wrap=False)
+    console = TableConsole(soft_wrap=False)
     if not console.is_terminal:
-        console = Console(width=NARROWEST_PIPE)
+        console = TableConsole(width=NARROWEST_PIPE)
     table = Table(box=None, pad_edge=False)
     for column in columns:
         table.add_column(column, overflow="fold")

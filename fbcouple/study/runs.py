@@ -19,6 +19,7 @@ from typing import Any, Literal, TypeVar
 from fbcouple.case.load import load_case, write_case
 from fbcouple.case.schema import Case
 from fbcouple.checkpoint import list_checkpoints
+from fbcouple.environment import child_environment, hand_down
 from fbcouple.errors import DivergedError, SolverError, StoppedError
 from fbcouple.launch import is_complete, launch
 from fbcouple.layout import lay_out
@@ -58,9 +59,12 @@ def run_side_by_side(work: Callable[..., T], calls: Sequence[tuple[Any, ...]], j
     if jobs == 1:
         yield from (work(*call) for call in calls)
         return
-    context, environment = get_context("spawn"), dict(os.environ)
-    with ProcessPoolExecutor(jobs, context, initializer=_take_environment, initargs=(environment,)) as pool:
-        yield from pool.map(work, *zip(*calls, strict=True))
+    context, environment = get_context("spawn"), child_environment()
+    with hand_down():
+        pool = ProcessPoolExecutor(jobs, context, initializer=_take_environment, initargs=(environment,))
+        found = pool.map(work, *zip(*calls, strict=True))
+    with pool:
+        yield from found
 
 
 def _take_environment(environment: dict[str, str]) -> None:

@@ -3,6 +3,20 @@ module load {{ module }}
 {% endfor %}
 set -u
 
+# Neither code nor programs come from the folder that the job starts in: empty and relative entries mean that folder.
+for name in PATH LD_LIBRARY_PATH PYTHONPATH; do
+    given=${!name-} kept=
+    if [ "$name" = LD_LIBRARY_PATH ]; then given=${given//;/:}; fi
+    while IFS= read -r -d : entry; do
+        case "$entry" in /*) kept="$kept:$entry" ;; esac
+    done <<< "$given:"
+    export "$name=${kept#:}"
+done
+export PATH="${PATH:-/usr/local/bin:/usr/bin:/bin}" PYTHONSAFEPATH=1
+{% if package %}
+export PYTHONPATH={{ package | shell }}"${PYTHONPATH:+:$PYTHONPATH}"
+{% endif %}
+
 runs=(
 {% for run in runs %}
     {{ run | shell }}
@@ -27,11 +41,12 @@ elif [ -n "$left" ]; then
 fi
 echo running > "$state"
 
-job=
+job= noticed=
 trap 'noticed=1; [ -z "$job" ] || kill -USR1 "$job" 2>/dev/null' USR1
 trap 'noticed=1; [ -z "$job" ] || kill -TERM "$job" 2>/dev/null' TERM
 {{ python | shell }} -m fbcouple.cli run "$run" -n {{ ranks }}{{ options }} ${how[@]+"${how[@]}"} &
 job=$!
+if [ -n "$noticed" ]; then kill -USR1 "$job"; fi # it came before there was anybody to hand it on to
 # A trapped signal ends `wait` early, with a code above 128; the run's own code is still to come.
 while :; do
     noticed=
@@ -39,4 +54,7 @@ while :; do
     code=$?
     if [ "$code" -le 128 ] || [ -z "$noticed" ]; then break; fi
 done
+case "$code" in
+    138 | 143) code=75 ;; # ended by the notice before it could listen: no step was taken
+esac
 echo "$code" > "$state"

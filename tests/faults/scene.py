@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -97,22 +98,43 @@ def poison(monkeypatch: pytest.MonkeyPatch, name: str, step: int) -> None:
     monkeypatch.setattr(fbcouple.launch, "mpi_command", start_poisoned)
 
 
+PATIENCE = 180.0
+"""Wall time [s] that a test waits for what must come, on a machine that does much else."""
+
+
 def start(run: Path, *words: str) -> subprocess.Popen:
     """`fbcouple run` in a process of its own; without what MPI, once started in this process, told the environment."""
-    command = [sys.executable, "-m", "fbcouple.cli", "run", str(run), *words]
+    return start_program(["-m", "fbcouple.cli", "run"], run, *words)
+
+
+def start_held(run: Path, where: str, number: int, *words: str) -> subprocess.Popen:
+    """`fbcouple run` that waits at a step or in a checkpoint until a signal comes; returns when it is there."""
+    job = start_to_hold(run, where, number, *words)
+    await_true(lambda: list(run.glob("held-*")), job)
+    return job
+
+
+def start_to_hold(run: Path, where: str, number: int, *words: str) -> subprocess.Popen:
+    """The same, without waiting until it is there."""
+    return start_program([str(Path(__file__).with_name("held_run.py")), where, str(number)], run, *words)
+
+
+def start_program(program: list[str], run: Path, *words: str) -> subprocess.Popen:
+    command = [sys.executable, *program, str(run), *words]
     return subprocess.Popen(command, env={**os.environ}, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
-def await_checkpoint(run: Path, parent: subprocess.Popen) -> None:
-    limit = time.monotonic() + 60
-    while not list((run / "checkpoints").glob("step-*")):
-        assert parent.poll() is None, parent.communicate()
-        assert time.monotonic() < limit, "no checkpoint within a minute"
-        time.sleep(0.01)
+def await_true(is_so: Callable[[], object], job: subprocess.Popen | None = None) -> None:
+    """Wait until something is so; fail if it is not in time, or if the job is over before."""
+    limit = time.monotonic() + PATIENCE
+    while not is_so():
+        assert job is None or job.poll() is None, job.communicate()
+        assert time.monotonic() < limit, "it did not come about in time"
+        time.sleep(0.005)
 
 
 def find_ranks(run: Path) -> list[int]:
     """Process numbers of the ranks of `run`."""
-    pattern = f"^[^ ]*python[^ ]* -m fbcouple.worker {run}"
+    pattern = f"^[^ ]*python[^ ]* (-m fbcouple.worker|[^ ]*/held_worker.py [a-z]+ [0-9]+) {run}"
     found = subprocess.run(["pgrep", "-f", pattern], capture_output=True, text=True, check=False)
     return [int(number) for number in found.stdout.split()]

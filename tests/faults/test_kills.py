@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from scene import find_differences, find_ranks, prepare, start
+from scene import PATIENCE, await_true, find_differences, find_ranks, prepare, start_held, start_to_hold
 
 from fbcouple.case.load import load_case
 from fbcouple.checkpoint import list_checkpoints, read
@@ -24,28 +24,31 @@ from fbcouple.results import read_line
 SETS = ["checkpoint.every=2e-4", "checkpoint.moment_steps=1", "output.save_every=1e-3"]
 """A checkpoint and results at every step, so that kills meet unfinished ones."""
 VICTIMS = ("one rank", "all ranks", "the parent", "a rank that writes a checkpoint", "a parent while one is written")
+PARTS = ("checkpoint", "finish")
+"""Where a checkpoint that is being written is held: files written, and all of them on the disk but without an index."""
 FAST = (3, 2)
 SEEDS = [seed if seed in FAST else pytest.param(seed, marks=pytest.mark.slow) for seed in range(20)]
 
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
-    """The uninterrupted run, and how many rows its history has."""
+    """The uninterrupted run, and the steps of its history."""
     run = prepare(tmp_path_factory.mktemp("whole"), SETS)
     rows: list[dict] = []
     launch(run, 2, rows.append)
-    return run, len(rows)
+    return run, [row["steps"] for row in rows]
 
 
-def await_moment(run: Path, job: subprocess.Popen, dice: random.Random, rows: int, in_checkpoint: bool) -> None:
-    """Wait for a random moment of the run: behind some row, in the next checkpoint if asked for, and a bit later."""
-    log, limit, row = run / "logs/run.jsonl", time.monotonic() + 120, dice.randrange(1, 3 * rows // 4)
-    while not log.exists() or log.read_bytes().count(b"\n") < row:
-        assert job.poll() is None and time.monotonic() < limit
-        time.sleep(0.005)
-    while in_checkpoint and not list((run / "checkpoints").glob(".unfinished-*")):
-        assert job.poll() is None
-    time.sleep(dice.uniform(0.0, 0.01 if in_checkpoint else 0.1))
+def start_for(run: Path, victim: str, dice: random.Random, steps: list[int]) -> subprocess.Popen:
+    """Start the run and wait for a random moment of it: in a checkpoint, where it is held, or a bit behind some row; it
+    is held then before its last row, however late the kill comes."""
+    if "checkpoint" in victim or "written" in victim:
+        return start_held(run, dice.choice(PARTS), dice.randrange(1, 20), "-n", "2")
+    job, log = start_to_hold(run, "step", steps[-2], "-n", "2"), run / "logs/run.jsonl"
+    row = dice.randrange(1, len(steps) - 1)
+    await_true(lambda: log.exists() and log.read_bytes().count(b"\n") >= row, job)
+    time.sleep(dice.uniform(0.0, 0.1))
+    return job
 
 
 def kill(run: Path, job: subprocess.Popen, victim: str, dice: random.Random) -> None:
@@ -72,10 +75,9 @@ def require_whole_files(run: Path) -> None:
 def test_kill(tmp_path, whole, seed):
     dice, victim = random.Random(seed), VICTIMS[seed % len(VICTIMS)]
     run = prepare(tmp_path, SETS)
-    job = start(run, "-n", "2")
-    await_moment(run, job, dice, whole[1], "checkpoint" in victim or "written" in victim)
+    job = start_for(run, victim, dice, whole[1])
     kill(run, job, victim, dice)
-    _, words = job.communicate(timeout=60)
+    _, words = job.communicate(timeout=PATIENCE)
     if "parent" in victim:
         assert job.returncode == -signal.SIGKILL
     else:
@@ -87,10 +89,8 @@ def test_kill(tmp_path, whole, seed):
 
 def resume(run: Path) -> None:
     """Go on; a job whose parent was killed ends by itself, and holds the folder and its checkpoints until then."""
-    limit = time.monotonic() + 30
-    while find_ranks(run):
-        assert time.monotonic() < limit
-        time.sleep(0.05)
+    limit = time.monotonic() + PATIENCE
+    await_true(lambda: not find_ranks(run))
     require_whole_files(run)
     while True:
         try:

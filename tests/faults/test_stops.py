@@ -9,10 +9,11 @@ import time
 from pathlib import Path
 
 import pytest
-from scene import await_checkpoint, find_differences, find_ranks, prepare, start
+from scene import PATIENCE, await_true, find_differences, find_ranks, prepare, start, start_held
 
 from fbcouple.errors import CaseError
 from fbcouple.launch import launch
+from fbcouple.results import read_line
 
 LONG = ["checkpoint.every=5e-4"]
 
@@ -38,10 +39,9 @@ def whole(tmp_path_factory):
 )
 def test_signal_ends_with_a_checkpoint(tmp_path, whole, number, whom):
     run = prepare(tmp_path, LONG)
-    parent = start(run)
-    await_checkpoint(run, parent)
+    parent = start_held(run, "step", 23)
     os.kill(parent.pid if whom == "the parent" else find_ranks(run)[0], number)
-    _, words = parent.communicate(timeout=60)
+    _, words = parent.communicate(timeout=PATIENCE)
     assert parent.returncode == 75, words
     assert f"stopped by {signal.Signals(number).name} at t = " in words and "--resume" in words
     launch(run, 1, lambda row: None, resume=True)
@@ -49,30 +49,83 @@ def test_signal_ends_with_a_checkpoint(tmp_path, whole, number, whom):
 
 
 def test_signal_before_the_first_step_is_not_lost(tmp_path):
-    """The mesh is still being made, or the solvers are starting: the job is told when it can listen."""
+    """The solvers are starting: the job is told when it can listen."""
     run = prepare(tmp_path, ["checkpoint.moment_steps=1", "end_time=10.0"])
     parent = start(run)
-    limit = time.monotonic() + 60
-    while not (run / "logs/mesh.log").exists():
-        assert parent.poll() is None and time.monotonic() < limit
-        time.sleep(0.002)
+    await_true((run / "logs/launcher.log").exists, parent)
     parent.send_signal(signal.SIGTERM)
-    _, words = parent.communicate(timeout=60)
-    assert parent.returncode == 75 and "stopped by SIGTERM" in words, words
+    _, words = parent.communicate(timeout=PATIENCE)
+    assert parent.returncode == 75 and "stopped by SIGTERM at t = " in words, words
     assert list((run / "checkpoints").glob("step-*"))
+
+
+def test_signal_after_the_last_moment_is_told(tmp_path, whole):
+    """It can stop nothing any more: the run comes to its end, is complete, and says that the signal came too late."""
+    run = prepare(tmp_path, LONG)
+    parent = start_held(run, "step", find_last_step(whole))
+    parent.send_signal(signal.SIGUSR1)
+    said, words = parent.communicate(timeout=PATIENCE)
+    assert parent.returncode == 0 and "SIGUSR1 came too late to stop the run" in said, said + words
+    assert "SIGUSR1 came after the last moment to stop" in (run / "logs/launcher.log").read_text()
+    assert find_differences(whole, run) == []
+
+
+def find_last_step(run: Path) -> int:
+    return int(read_line((run / "logs/run.jsonl").read_text().splitlines()[-1])["steps"])
+
+
+@pytest.fixture
+def slow_tool(tmp_path, monkeypatch) -> Path:
+    """A blockMesh that does not come to an end; returns the file in which it says its number."""
+    (tmp_path / "bin").mkdir()
+    tool, place = tmp_path / "bin/blockMesh", tmp_path / "number"
+    tool.write_text(f"#!/bin/sh\necho $$ > {place}.part && mv {place}.part {place}\nexec sleep {2 * PATIENCE:g}\n")
+    tool.chmod(0o755)
+    monkeypatch.setenv("PATH", str(tool.parent), prepend=os.pathsep)
+    return place
+
+
+def is_running(number: int) -> bool:
+    try:
+        return Path(f"/proc/{number}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
+    except FileNotFoundError:
+        return False
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_signal_ends_a_mesh_tool_and_the_run(tmp_path, slow_tool, number):
+    run = prepare(tmp_path)
+    parent = start(run)
+    await_true(slow_tool.exists, parent)
+    parent.send_signal(number)
+    _, words = parent.communicate(timeout=PATIENCE)
+    name = signal.Signals(number).name
+    assert parent.returncode == 75 and f"stopped by {name} before the first step, while blockMesh was at work" in words
+    assert "--resume" in words and not is_running(int(slow_tool.read_text()))
+    assert not (run / "results.nc").exists() and not (run / "logs/failure.room").exists()
+
+
+def test_mesh_tool_ends_with_a_killed_parent(tmp_path, slow_tool):
+    """Left behind it would go on writing into a folder that the next run takes."""
+    run = prepare(tmp_path)
+    parent = start(run)
+    await_true(slow_tool.exists, parent)
+    parent.kill()
+    parent.communicate()
+    await_true(lambda: not is_running(int(slow_tool.read_text())))
 
 
 @pytest.mark.slow
 def test_wall_limit_ends_with_a_checkpoint(tmp_path):
-    """A bed that would take minutes is given seconds: its checkpoint is there before they are over."""
+    """A bed that would take many minutes is given one: its checkpoint is there before it is over."""
     run = prepare(tmp_path, ["end_time=10.0"])
     began = time.time()
-    parent = start(run, "--wall-limit", "12")
-    _, words = parent.communicate(timeout=60)
+    parent = start(run, "--wall-limit", "60")
+    _, words = parent.communicate(timeout=PATIENCE)
     assert parent.returncode == 75 and "stopped by the wall limit at t = " in words, words
     (newest,) = (run / "checkpoints").glob("step-*")
     started = (run / "logs/mesh.log").stat().st_mtime
-    assert began < newest.stat().st_mtime < started + 12.0
+    assert began < newest.stat().st_mtime < started + 60.0
     rows: list[dict] = []
     launch(run, 1, rows.append, resume=True, until=1e-4)
     assert rows == [] and list((run / "checkpoints").glob("step-*"))
@@ -83,25 +136,21 @@ def test_second_signal_ends_at_once(tmp_path):
     """No moment for a checkpoint comes before it; what was written stands."""
     run = prepare(tmp_path, ["checkpoint.moment_steps=100000", "end_time=10.0"])
     parent = start(run)
-    limit = time.monotonic() + 60
-    while not (run / "logs/pulse").exists():
-        assert parent.poll() is None and time.monotonic() < limit
-        time.sleep(0.01)
+    await_true((run / "logs/pulse").exists, parent)
     for _ in range(2):
         parent.send_signal(signal.SIGTERM)
         time.sleep(0.6)
-    _, words = parent.communicate(timeout=30)
+    _, words = parent.communicate(timeout=PATIENCE)
     assert parent.returncode == 3 and "ended at once by a second signal (SIGTERM was the first)" in words, words
     assert find_ranks(run) == []
 
 
 def test_killed_parent_leaves_a_run_that_goes_on(tmp_path, whole):
     run = prepare(tmp_path, LONG)
-    parent = start(run)
-    await_checkpoint(run, parent)
+    parent = start_held(run, "step", 23)
     os.kill(parent.pid, signal.SIGKILL)
     parent.communicate()
-    limit = time.monotonic() + 30
+    limit = time.monotonic() + PATIENCE
     while True:
         try:
             launch(run, 1, lambda row: None, resume=True)

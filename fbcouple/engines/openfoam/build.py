@@ -20,6 +20,7 @@ from pathlib import Path
 from fbcouple.engines.openfoam.commands import run_command
 from fbcouple.engines.openfoam.headers import debian_headers, include_folders
 from fbcouple.errors import FbcoupleError, SolverError
+from fbcouple.lock import NO_LOCKS
 from fbcouple.places import cache_folder
 
 SOURCES = Path(__file__).resolve().parent
@@ -103,7 +104,7 @@ def _debian_installation() -> Installation:
     query = ["dpkg-query", "-W", "-f", "${db:Status-Status} ${source:Version}", "libopenfoam"]
     try:
         status, version = run_command(query, mend=_ABSENT).split()
-    except SolverError as error:
+    except (SolverError, ValueError) as error:
         raise SolverError(_ABSENT) from error
     api = version.split(".")[0]
     if status != "installed" or not api.isdecimal() or int(api) < _OLDEST:
@@ -220,9 +221,16 @@ def _short_hash(*parts: bytes) -> str:
 
 @contextmanager
 def _lock(folder: Path) -> Iterator[None]:
-    """Hold the folder's lock file; the system frees it even if this process is killed."""
+    """Hold the folder's lock file; the system frees it even if this process is killed.
+
+    Where the file system has no locks two builds may do the same work; each names its library when it is whole.
+    """
     with (folder / "build.lock").open("w", encoding="utf-8") as file:
-        fcntl.flock(file, fcntl.LOCK_EX)
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX)
+        except OSError as error:
+            if error.errno not in NO_LOCKS:
+                raise
         yield
 
 

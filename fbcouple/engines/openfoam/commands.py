@@ -2,25 +2,23 @@
 
 import shlex
 import subprocess
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
+from fbcouple.environment import child_environment
 from fbcouple.errors import SolverError
 
 _LAST_LINES = 30
 
 
-def run_command(
-    command: Sequence[str], *, mend: str, folder: Path | None = None, environment: Mapping[str, str] | None = None
-) -> str:
-    """Run one outside program and return what it printed.
+def run_command(command: Sequence[str], *, mend: str, folder: Path | None = None) -> str:
+    """Run one outside program and return what it printed on stdout; what it and the loader warn of is not part of it.
 
     Parameters
     ----------
     command : the program and its arguments
     mend : what the user can do if the program is missing or fails, ends the error's text
     folder : where it runs, the present folder if not given
-    environment : its whole environment, this process's if not given
 
     Raises
     ------
@@ -30,10 +28,9 @@ def run_command(
         done = subprocess.run(
             command,
             cwd=folder,
-            env=environment,
+            env=child_environment(),
             stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
+            capture_output=True,
             text=True,
             errors="replace",
             check=False,
@@ -42,7 +39,7 @@ def run_command(
     except FileNotFoundError as error:
         raise SolverError(f"program '{command[0]}' is not on PATH; {mend}") from error
     if done.returncode != 0:
-        words = "\n".join(done.stdout.splitlines()[-_LAST_LINES:])
+        words = "\n".join((done.stdout + done.stderr).splitlines()[-_LAST_LINES:])
         raise SolverError(
             f"command failed with exit code {done.returncode} (0 is allowed): {shlex.join(command)}\n{words}\n{mend}"
         )

@@ -1,0 +1,31 @@
+"""The signals that ask a run to stop, as the process hears them that the user started."""
+
+from __future__ import annotations
+
+import signal
+from types import FrameType
+from typing import Any
+
+SIGNALS = (signal.SIGTERM, signal.SIGUSR1, signal.SIGINT)
+
+
+class Requests:
+    """Signals to this process (SIGTERM, SIGUSR1, SIGINT) that ask a run to stop, counted while in the context."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self.first = ""
+        """Name of the first of them."""
+        self._before: dict[signal.Signals, Any] = {}
+
+    def __enter__(self) -> Requests:
+        self._before = {number: signal.signal(number, self._hear) for number in SIGNALS}
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+
+    def _hear(self, number: int, frame: FrameType | None) -> None:
+        self.count += 1
+        self.first = self.first or signal.Signals(number).name
