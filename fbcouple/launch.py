@@ -16,6 +16,7 @@ from shlex import quote
 import xarray as xr
 
 import fbcouple.checkpoint
+from fbcouple.cache import prepare_compiled
 from fbcouple.case.load import load_case
 from fbcouple.case.schema import Case
 from fbcouple.checkpoint import FOLDER, Checkpoint
@@ -73,6 +74,7 @@ def _prepare(
     run: Path, ranks: int, until: float | None, fresh: bool, resume: bool, deadline: float, say: Say
 ) -> list[str] | None:
     """Make the folder ready and return the command of the job; None if there is nothing left to do."""
+    prepare_compiled()
     case = _read_run(run, fresh, resume)
     if resume and is_complete(run, case):
         say(f"{run}: is complete: nothing is left to do")
