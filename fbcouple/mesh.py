@@ -67,7 +67,7 @@ def _run_tool(run: Path, *tool: str) -> None:
         done = subprocess.run(
             command,
             cwd=run,
-            env=mpi_environment(),
+            env=mpi_environment() | {"PWD": str(run.resolve())},
             capture_output=True,
             text=True,
             check=False,
