@@ -37,7 +37,7 @@ _YOUNGER = (
     "exchange.accelerated",
     "output.particles_every",
     "output.tracked",
-    *(f"domain.{key}" for key in ("shape", "elements", "mesh", "inlet", "outlet")),
+    *(f"domain.{key}" for key in ("shape", "elements", "mesh", "scale", "inlet", "outlet")),
 )
 
 Sums = dict[str, tuple[int, str]]

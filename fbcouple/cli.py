@@ -209,6 +209,8 @@ def run(run: Path, ranks: int, resume: bool, fresh: bool, trusted: bool, **limit
     except StoppedError as error:
         raise StoppedError(f"{run}: {error}; go on with {go_on}") from error
     console.print(progress.tabulate())
+    for warning in progress.list_warnings():
+        click.echo(f"{run}: warning: {warning}")
     if not is_complete(run, case):
         place = f"at or after {end:g} s of {case.end_time:g} s"
         click.echo(f"{run}: stopped at a moment for a checkpoint {place}; go on with {go_on}")

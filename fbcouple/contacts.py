@@ -15,18 +15,35 @@ def find_max_overlap(positions: np.ndarray, radii: np.ndarray, count: int) -> fl
     return find_worst_overlap(positions, radii, count)[0]
 
 
-def find_worst_overlap(positions: np.ndarray, radii: np.ndarray, count: int) -> tuple[float, int]:
-    """The same, and the row of a particle that has it; row -1 if none touch."""
+def find_worst_overlap(positions: np.ndarray, radii: np.ndarray, count: int) -> tuple[float, int, int]:
+    """The same, and the rows of the two that have it, the lower first; -1 if none touch."""
     if count == 0:
-        return 0.0, -1
+        return 0.0, -1, -1
     low, high = find_bounds(positions)
     extent = np.maximum(high - low, 2.0 * radii.max())
     # Bins no smaller than a contact, and no more of them than particles.
     reach = max(2.0 * float(radii.max()), float(np.prod(extent) / len(positions)) ** (1 / 3))
     shape = np.floor((high - low) / reach).astype(np.int64) + 1
     starts, order, sorted_rows = _sort(positions, radii, low, 1.0 / reach, shape)
-    worst, row = _scan(sorted_rows, order, count, starts, shape)
-    return float(worst), int(row)
+    worst, row, other = _scan(sorted_rows, order, count, starts, shape)
+    return float(worst), int(row), int(other)
+
+
+def add_images(positions: np.ndarray, period: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
+    """Particles and, behind them, their images across periodic sides that a particle at most `reach` [m] off can meet.
+
+    positions: (n, 3) [m]; period: (3,) [m], 0 along axes that are not periodic.
+    Returns: positions (m, 3) [m] and of each the row of its particle, int (m,).
+    """
+    rows = np.arange(len(positions))
+    for axis in np.flatnonzero(period):
+        low = np.flatnonzero(positions[:, axis] < reach)
+        high = np.flatnonzero(positions[:, axis] > period[axis] - reach)
+        images = positions[np.concatenate([low, high])]
+        images[: len(low), axis] += period[axis]
+        images[len(low) :, axis] -= period[axis]
+        positions, rows = np.concatenate([positions, images]), np.concatenate([rows, rows[low], rows[high]])
+    return positions, rows
 
 
 @njit(cache=True)
@@ -66,19 +83,22 @@ def _sort(positions, radii, low, scale, shape):
 @njit(cache=True)
 def _scan(rows, order, count, starts, shape):
     """Each pair once: a particle with those behind it in its bin and with the bins after it."""
-    worst, worst_row = 0.0, -1
+    worst, row, other = 0.0, -1, -1
     for i in range(shape[0]):
         for j in range(shape[1]):
             for k in range(shape[2]):
                 here = (i * shape[1] + j) * shape[2] + k
                 if starts[here] == starts[here + 1]:
                     continue
-                worst, worst_row = _scan_bin(rows, order, count, starts, shape, i, j, k, worst, worst_row)
-    return worst, worst_row
+                found = _scan_bin(rows, order, count, starts, shape, i, j, k, worst)
+                if found[0] > worst:
+                    worst, row, other = found
+    return worst, row, other
 
 
 @njit(cache=True)
-def _scan_bin(rows, order, count, starts, shape, i, j, k, worst, worst_row):
+def _scan_bin(rows, order, count, starts, shape, i, j, k, worst):
+    worst_row, worst_other = -1, -1
     own = (i * shape[1] + j) * shape[2] + k
     for a in range(i, min(i + 2, shape[0])):
         for b in range(max(j - 1, 0) if a > i else j, min(j + 2, shape[1])):
@@ -93,5 +113,6 @@ def _scan_bin(rows, order, count, starts, shape, i, j, k, worst, worst_row):
                     if square < (touch * (1.0 - worst)) ** 2:
                         row = min(order[p], order[q])
                         if row < count:
-                            worst, worst_row = 1.0 - np.sqrt(square) / touch, row
-    return worst, worst_row
+                            worst = 1.0 - np.sqrt(square) / touch
+                            worst_row, worst_other = row, max(order[p], order[q])
+    return worst, worst_row, worst_other

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from fbcouple.case.derived import fastest_inlet, inlet_range
+from fbcouple.case.derived import fastest_inlet
 from fbcouple.cells import BoxCells
 from fbcouple.scene import Scene
 
@@ -38,16 +38,16 @@ class HeightFlux:
         """Largest error over the fastest inflow, and its height [m]; nothing where there is no inflow or the step was
         not prepared for (collective)."""
         gas, grid = scene.case.gas, scene.grid
-        if scene.gas is None or gas is None or self._step != scene.clock.steps or fastest_inlet(gas) == 0.0:
+        if scene.gas_state is None or self._step != scene.clock.steps or gas is None or fastest_inlet(gas) == 0.0:
             return {}
+        assert scene.gas is not None
         voidage = scene.gas.voidage
         change = self._add_layers(scene, voidage) - self._before
         flux = self._add_layers(scene, voidage * scene.gas.velocity[:, 2])
         floor = grid.size[0] * grid.size[1]
         change *= grid.cell_volume / scene.moved / floor
         flux *= grid.cell_volume / grid.spacing[2] / floor
-        bounds = inlet_range(gas, scene.clock.time - scene.dt, scene.clock.time)
-        inflow = float(np.clip(flux[0] + change[0] / 2, *bounds))
+        inflow = scene.gas_state.inflow / floor
         errors = np.abs(flux - (inflow - np.cumsum(change) + change / 2)) / fastest_inlet(gas)
         worst = int(errors.argmax())
         return {"gas_flux_error": float(errors[worst]), "gas_flux_height": float(grid.centres(2)[worst])}

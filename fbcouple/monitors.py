@@ -208,8 +208,9 @@ def _find_voidage(scene: Scene, sign: float) -> Place:
 
 def _find_overlap(scene: Scene) -> Place:
     assert scene.grains is not None
-    overlap, row = find_worst_overlap(scene.grains.ghost_positions(), scene.grains.ghost_radii(), scene.grains.count)
-    return overlap, name_particle(scene, row) if row >= 0 else ""
+    positions = scene.grains.ghost_positions()
+    overlap, row, other = find_worst_overlap(positions, scene.grains.ghost_radii(), scene.grains.count)
+    return overlap, f"{name_particle(scene, row)}, the other at {_word_point(positions[other])}" if row >= 0 else ""
 
 
 MONITORS: dict[str, Monitor] = {
@@ -221,6 +222,11 @@ MONITORS: dict[str, Monitor] = {
         "courant_ratio",
         "the Courant number is {courant_ratio:.4g} times gas.max_courant, allowed {limit:g}; fastest gas: {place}",
         find_place=_find_fastest_gas,
+    ),
+    "inflow": Monitor(
+        "inflow_error",
+        "gas comes in by the inlet at {inflow:.6g} m/s over its area and the case asks for {inflow_asked:.6g} m/s: "
+        "{inflow_error:.3g} of the fastest, allowed {limit:g}; set the run up again, or mend the inlet in fluid/0/U",
     ),
     "substeps": Monitor("substeps", "a fluid step has {substeps} DEM steps, allowed {limit}"),
     "voidage": Monitor(

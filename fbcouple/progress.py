@@ -23,6 +23,7 @@ class RunProgress:
         self._said = time.monotonic()
         self._first: tuple[float, float] | None = None
         self._walls: dict[str, float] = {}
+        self._at_outlet = 0
         self._bar = Progress(
             TextColumn("t = {task.completed:.3f} s of {task.total:g}"),
             BarColumn(),
@@ -52,6 +53,7 @@ class RunProgress:
         if self._first is None:  # a resumed run does not start at 0
             self._first = row["time"], now
             self._bar.reset(self._task, completed=row["time"])
+        self._at_outlet = max(self._at_outlet, row.get("particles_at_outlet", 0))
         state = self._describe(row, now)
         self._bar.update(self._task, completed=row["time"], state=state)
         if not self._console.is_terminal and now - self._said > _LINE_EVERY:
@@ -68,7 +70,16 @@ class RunProgress:
             parts.append(f"bed {1e3 * row['bed_height']:.1f} mm")
         if math.isfinite(row.get("pressure_drop", math.nan)):
             parts.append(f"dp {row['pressure_drop']:.0f} Pa")
+        if row.get("particles_at_outlet"):
+            parts.append(f"{row['particles_at_outlet']} at the outlet")
         return ", ".join(parts)
+
+    def list_warnings(self) -> list[str]:
+        """What the rows shown tell that the run goes on with and a person has to know."""
+        if not self._at_outlet:
+            return []
+        text = "reached the outlet, which lets gas through and is a wall for particles: they gather below it"
+        return [f"up to {self._at_outlet} particles {text}; use a higher region or less gas"]
 
     def tabulate(self) -> Table:
         """Wall seconds of the slowest rank by stage, and their shares."""

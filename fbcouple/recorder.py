@@ -16,13 +16,17 @@ from fbcouple.averages.means import Means
 from fbcouple.averages.snapshots import Snapshots
 from fbcouple.case.mixture import mean_density, solids_volume
 from fbcouple.case.region import find_region
+from fbcouple.case.schema import Case
+from fbcouple.case.speeds import SETTLED
 from fbcouple.checkpoint import word_newest
 from fbcouple.clock import Cadence
 from fbcouple.errors import SolverError
 from fbcouple.flux import HeightFlux
 from fbcouple.frames import Frames, look_at
+from fbcouple.inflow import Inflow
 from fbcouple.measures import find_weight, measure_grains, measure_height, measure_voidage
 from fbcouple.monitors import JUDGED_ONLY, RollCall, find_breaches, judge, require_finite, require_inside
+from fbcouple.outlet import Outlet
 from fbcouple.places import FRAMES
 from fbcouple.results import append_line, read_log, write_results
 from fbcouple.scene import Scene
@@ -31,6 +35,7 @@ from fbcouple.scene import Scene
 _NUMBERS = (
     "_momentum_error",
     "_mass_error",
+    "_inflow_error",
     "_courant",
     "_elapsed",
     "_pressure_time",
@@ -46,10 +51,10 @@ class Recorder:
         self._case_text = case_text
         self._rows: list[dict[str, Any]] = []
         self._cadence = Cadence(scene.case.output.record_every)
-        self._momentum_error = self._mass_error = self._courant = 0.0
+        self._momentum_error = self._mass_error = self._inflow_error = self._courant = 0.0
         self._elapsed = self._pressure_time = self._support_time = 0.0
         self._roll = RollCall(scene)
-        self._flux = HeightFlux()
+        self._flux, self._inflow, self._outlet = HeightFlux(), Inflow(scene, run), Outlet(scene, run)
         self._inspected: tuple[int, dict[str, Any]] = (-1, {})
         self._begin = self._saved = time.monotonic()
         self._busy_begin, self._busy_earlier = time.process_time(), 0.0
@@ -85,11 +90,11 @@ class Recorder:
         require_finite(scene)
         if scene.grains:
             require_inside(scene)
-            numbers |= measure_grains(scene) | measure_height(scene)
+            numbers |= measure_grains(scene) | measure_height(scene) | self._outlet.measure(scene)
         if scene.coupling:
             numbers |= measure_voidage(scene)
         if scene.gas:
-            numbers |= self._flux.measure(scene)
+            numbers |= self._flux.measure(scene) | self._inflow.measure_outlet(scene)
         judge(scene, numbers)
         self._inspected = scene.clock.steps, numbers
         if scene.grains:
@@ -117,17 +122,18 @@ class Recorder:
     def _check(self, scene: Scene) -> None:
         """Keep the extremes since the last row; raise DivergedError if a number of the step breaks its limit."""
         state, balance = scene.gas_state, scene.balance
-        if state:
+        numbers: dict[str, Any] = {}
+        if state and scene.case.gas:
+            numbers = self._inflow.judge(scene.case.gas, state, scene.clock.time)
+            numbers["courant_ratio"] = state.courant / scene.case.gas.max_courant
+            self._inflow_error = max(self._inflow_error, numbers["inflow_error"])
             self._courant = max(self._courant, state.courant)
-            self._mass_error = max(self._mass_error, state.mass_error)
+            self._mass_error = max(self._mass_error, self._inflow.find_loss(state, scene.dt))
             self._elapsed += scene.dt
             self._pressure_time += state.inlet_pressure * scene.dt
             self._support_time += balance.support * scene.dt
         self._momentum_error = max(self._momentum_error, balance.momentum_error)
         self._roll.require_all(scene)
-        numbers: dict[str, Any] = {}
-        if state and scene.case.gas:
-            numbers["courant_ratio"] = state.courant / scene.case.gas.max_courant
         if scene.coupling:
             numbers |= {"momentum_error": balance.momentum_error, "substeps": scene.substeps}
         if find_breaches(scene, numbers):
@@ -142,10 +148,11 @@ class Recorder:
             row.setdefault("gas_flux_error", float("nan"))
             mean = self._pressure_time / self._elapsed if self._elapsed else float("nan")
             row |= {"pressure_drop": mean, "gas_mass_error": self._mass_error, "max_courant": self._courant}
+            row["gas_inflow_error"] = self._inflow_error
         if scene.coupling:
             row["momentum_error"] = self._momentum_error
             row["gas_support"] = self._support_time / self._elapsed / find_weight(scene) if self._elapsed else 0.0
-        self._momentum_error = self._mass_error = self._courant = 0.0
+        self._momentum_error = self._mass_error = self._inflow_error = self._courant = 0.0
         self._elapsed = self._pressure_time = self._support_time = 0.0
         return row
 
@@ -227,14 +234,17 @@ class Recorder:
             "core_seconds": self._count_core_seconds(scene),
             "cpu_seconds": self._count_cpu_seconds(scene),
             "ranks": scene.comm.size,
-            **(
-                {"solids_mass": mean_density(bed) * solids_volume(bed), "solids_volume": solids_volume(bed)}
-                if bed
-                else {}
-            ),
-            **({} if scene.case.domain.is_plain_box else {"floor": find_region(scene.case, self._run).floor}),
+            **(_describe_bed(scene.case, self._run) if bed else {}),
             "complete": int(now >= scene.case.end_time * (1 - 1e-9)),
         }
+
+
+def _describe_bed(case: Case, run: Path) -> dict[str, float]:
+    """Mass [kg], volume [m3] and, at rest, mean horizontal cross-section [m2] of the bed."""
+    assert case.particles is not None
+    solids = solids_volume(case.particles)
+    section = solids / SETTLED / find_region(case, run).find_level(solids / SETTLED)
+    return {"solids_mass": mean_density(case.particles) * solids, "solids_volume": solids, "bed_section": section}
 
 
 def _gather(scene: Scene, means: Means) -> dict[str, np.ndarray]:

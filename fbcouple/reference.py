@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import csv
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from fbcouple.errors import CaseError
+from fbcouple.number_table import LENGTHS, SPEEDS, Form, guess_frame, read_table
 
 QUANTITIES: dict[str, str] = {
     "solids_fraction": "1",
@@ -23,6 +24,22 @@ QUANTITIES: dict[str, str] = {
     "pressure": "Pa",
 }
 """Time means that can be compared, with the unit of the measured values; of a vector the vertical component."""
+
+PARTS = ("solids_fraction", "voidage")
+"""Quantities that are parts of 1; points read off a figure may lie outside by SLACK."""
+SLACK = 0.1
+
+_VALUE_UNITS: dict[str, dict[str, float]] = {
+    "1": {"1": 1.0, "-": 1.0, "": 1.0, "%": 1e-2},
+    "m s-1": SPEEDS,
+    "m2 s-2": {"m2 s-2": 1.0, "m2/s2": 1.0, "m^2/s^2": 1.0, "m²/s²": 1.0},
+    "kg m-2 s-1": {"kg m-2 s-1": 1.0, "kg/m2s": 1.0, "kg/(m2 s)": 1.0, "kg/m2/s": 1.0, "kg/m^2/s": 1.0},
+    "Pa": {"Pa": 1.0, "kPa": 1e3},
+}
+_UNCLEAR = {
+    word: "if it is the half width of an error bar call it `error`, else remove it"
+    for word in ("err", "errors", "std", "sd", "sigma", "stderr", "uncertainty", "dev", "deviation")
+}
 
 LARGEST = 10_000_000
 """Bytes that a file of measured points may have."""
@@ -70,40 +87,42 @@ def parse_reference(text: str) -> Reference:
     return Reference(quantity.strip(), metres, file.strip())
 
 
-def read_points(path: Path) -> Points:
-    """Read the columns `x`, `value` and, if there is one, `error` of a CSV file with a header line.
+def read_points(path: Path, unit: str = "1") -> Points:
+    """Read the columns `x`, `value` and, if there is one, `error` of a file of measured points.
 
+    unit: that of the values, an entry of QUANTITIES; the head may name it, or another that is converted.
     Returns: the points in the order of x.
     Raises: CaseError (one text) naming the file and the line that is wrong.
     """
-    try:
-        if path.stat().st_size > LARGEST:
-            raise CaseError([f"{path.name} is larger than {LARGEST / 1e6:g} MB; a measured line has a few points."])
-        with path.open(encoding="utf-8", newline="") as file:
-            rows = list(csv.reader(line for line in file if not line.startswith("#")))
-    except OSError as error:
-        raise CaseError([f"{path} cannot be read: {error.strerror}; give a CSV file with columns x, value."]) from None
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise CaseError([f"{path} is not CSV text ({error}); give columns x, value, and error if known."]) from None
-    header = [name.strip() for name in rows[0]] if rows else []
-    if not {"x", "value"} <= set(header):
-        raise CaseError([f"{path} has no columns x and value; start it with the line `x,value` or `x,value,error`."])
-    columns: list[str] = [name for name in ("x", "value", "error") if name in header]
-    points = [_read_row(path, number, row, header, columns) for number, row in enumerate(rows[1:], 1) if any(row)]
-    if not points:
-        raise CaseError([f"{path} holds no points; add a row for each below the header."])
-    table = np.array(points)
-    table = table[np.argsort(table[:, 0], kind="stable")].T
-    if "error" in columns and table[2].min() < 0.0:
-        raise CaseError([f"{path} holds an error below zero; give half widths in the unit of the value."])
-    return Points(table[0], table[1], table[2] if "error" in columns else None)
+    values = _VALUE_UNITS[unit]
+    form = Form({"x": LENGTHS, "value": values, "error": values}, ("x", "value"), "points", LARGEST, {}, _UNCLEAR)
+    columns = read_table(path, form).columns
+    order = np.argsort(columns["x"], kind="stable")
+    x, value, error = (columns[name][order] if name in columns else None for name in form.columns)
+    assert x is not None and value is not None
+    if error is not None and error.min() < 0.0:
+        raise CaseError([f"{path.name} holds an error below zero; give half widths in the unit of the value."])
+    return Points(x, value, error)
 
 
-def _read_row(path: Path, number: int, row: list[str], header: list[str], names: list[str]) -> list[float]:
-    try:
-        values = [float(row[header.index(name)]) for name in names]
-    except (ValueError, IndexError):
-        values = [math.nan]
-    if not all(math.isfinite(value) for value in values):
-        raise CaseError([f"{path}: row {number} below the header, `{','.join(row)[:60]}`, has no finite {names}."])
-    return values
+def read_line(reference: Reference, path: Path, size: Sequence[float]) -> Points:
+    """The points of `reference`, read from `path`, for a box of width, depth and height `size` [m].
+
+    Raises: CaseError (one text) as `read_points`, and if the line or a point lies outside of the box, or a value is
+    none that the quantity can have.
+    """
+    points = read_points(path, QUANTITIES[reference.quantity])
+    width, _, height = size
+    if reference.height > height:
+        raise CaseError([f"{reference} is at {reference.height:g} m, the box is {height:g} m high; give m."])
+    low, high = float(points.x[0]), float(points.x[-1])
+    if low < 0.0 or high > width:
+        given = f"{path.name} has x from {low:g} to {high:g} m"
+        mend = "give x in m from the left wall (another unit in the head, as `x [mm]`)."
+        raise CaseError([f"{given}, 0 to {width:g} m is allowed (domain.size){guess_frame(low, high, width)}; {mend}"])
+    wrong = np.flatnonzero(np.abs(points.value - 0.5) > 0.5 + SLACK)
+    if wrong.size and reference.quantity in PARTS:
+        given = f"{path.name} has {points.value[wrong[0]]:g} at x = {points.x[wrong[0]]:g} m"
+        text = f"{given}, {reference.quantity} is 0 to 1"
+        raise CaseError([f"{text}; give it as a part of 1 (percent with the head `value [%]`)."])
+    return points

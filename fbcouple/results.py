@@ -30,16 +30,32 @@ MEANS: dict[str, tuple[str, str]] = {
     "pressure": ("Pa", "time-mean dynamic pressure"),
 }
 HISTORIES: dict[str, tuple[str, str]] = {
-    "bed_height": ("m", "height up to which the layer-mean solids fraction exceeds 0.2"),
-    "pressure_drop": ("Pa", "dynamic pressure over the open floor against the outlet, mean since the last row"),
+    "bed_height": ("m", "height above the floor of the uppermost layer whose mean solids fraction exceeds 0.2"),
+    "pressure_drop": (
+        "Pa",
+        "dynamic pressure at the inlet against the outlet, mean since the last row (none at the start)",
+    ),
     "gas_support": ("1", "upward force of the gas over the weight of the particles, mean since the last row"),
     "solids_volume": ("m3", "solids volume that the gas sees"),
-    "solids_centre_z": ("m", "height of the particles' centre of mass"),
+    "solids_centre_z": ("m", "height of the particles' centre of mass above the floor"),
     "particles": ("1", "number of particles"),
     "momentum_error": ("1", "largest imbalance of a step over its impulse since the last row"),
     "kinetic_energy": ("J", "kinetic energy of the particles' translation"),
-    "gas_mass_error": ("1", "largest gas volume rate lost by continuity over the inflow, since the last row"),
-    "gas_flux_error": ("1", "gas flux at a height against continuity, farthest off, over the fastest inflow"),
+    "gas_mass_error": (
+        "1",
+        "gas volume lost by continuity in a step, largest since the last row, over what the fastest inlet velocity "
+        "brings in that time; where nothing ever comes in, over all the gas",
+    ),
+    "gas_inflow_error": (
+        "1",
+        "superficial velocity at the inlet against the case's, farthest off since the last row, over the fastest one",
+    ),
+    "gas_flux_error": (
+        "1",
+        "gas flux at a height (in a mesh of polyhedra: at the outlet) against continuity, farthest off, over the "
+        "fastest inflow",
+    ),
+    "particles_at_outlet": ("1", "particles within a radius of the outlet, which is a wall for them"),
     "max_courant": ("1", "largest Courant number since the last row"),
     "min_voidage": ("1", "least voidage of a cell"),
     "cells_over_packed": ("1", "cells with a solids fraction above 0.74, the closest packing of equal spheres"),

@@ -6,8 +6,9 @@ import logging
 from pathlib import Path
 
 from postproc import bubbles, cost, depth, history, impact, maps, profiles, snapshots, spectrum, views
-from postproc.dataset import NotDrawableError, Results, open_results
+from postproc.dataset import NotDrawableError, NotMeantError, Results, open_results
 from postproc.figures import COMPARISONS, FIGURES
+from postproc.files import remove
 from postproc.style import journal_style, save
 
 __all__ = [
@@ -33,18 +34,19 @@ __all__ = [
 _log = logging.getLogger(__name__)
 
 
-def draw(run: Path) -> list[Path]:
+def draw(run: Path, folder: Path | None = None) -> list[Path]:
     """Draw every figure of `FIGURES` that the results allow.
 
     A figure whose quantities the scene does not have (no gas, no particles) is left out with a warning that says
-    why, and an older picture of that name is removed, for it would show other results.
+    why, one that is meant for another kind of case without a word; an older picture of that name is removed, for it
+    would show other results.
 
-    Parameters: `run`, the folder that holds results.nc.
-    Returns: the PNG files written under RUN/figures/, in the order of the registry.
-    Raises: CaseError if results.nc is missing, is not readable, or allows no figure at all.
+    Parameters: `run`, the folder that holds results.nc; `folder` of the figures, by default RUN/figures.
+    Returns: the PNG files written, in the order of the registry.
+    Raises: CaseError if results.nc is missing, is not readable, or allows no figure, or if a file cannot be written.
     """
     results = open_results(run)
-    folder = Path(run) / "figures"
+    folder = folder or Path(run) / "figures"
     written: list[Path] = []
     left_out: list[str] = []
     for name, make in FIGURES.items():
@@ -52,8 +54,10 @@ def draw(run: Path) -> list[Path]:
         try:
             with journal_style():
                 written.append(save(make(results), path, results.title))
+        except NotMeantError:
+            remove(path)
         except NotDrawableError as reason:
-            path.unlink(missing_ok=True)
+            remove(path)
             left_out.append(f"{path.name} left out: {reason}")
             _log.warning(left_out[-1])
     if not written:

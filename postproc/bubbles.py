@@ -10,10 +10,10 @@ from matplotlib.ticker import MaxNLocator
 from scipy import ndimage
 from scipy.optimize import linear_sum_assignment
 
-from postproc.dataset import NotDrawableError, Results
+from postproc.dataset import NotDrawableError, Results, word_without
 from postproc.figures import figure
 from postproc.statistics import find_steady_time
-from postproc.style import BLUE, COLUMN, VERMILION, inset_axes, new_figure
+from postproc.style import BLUE, COLUMN, GREY, VERMILION, inset_axes, new_figure
 
 EDGE = 0.7
 """Depth-mean voidage that bounds a bubble."""
@@ -21,6 +21,10 @@ SMALLEST = 5.0
 """Equivalent diameter, in particle diameters, below which a void is no bubble."""
 SHORTEST_TRACK = 3
 """Snapshots that a bubble must be followed over for its rise to count."""
+STANDING = 0.1
+"""Share of the rise velocity of a lone bubble, 0.711 sqrt(g d) (Davidson and Harrison 1963), below which a void that is
+followed stands still: a corner without particles, no bubble that rises."""
+_LONE = 0.711
 _AREA_CHANGE = 2.0
 
 
@@ -58,36 +62,42 @@ class Track:
 
 @dataclass(frozen=True)
 class Bubbling:
-    """All bubbles of a run after its start-up: `found` at each of `times` [s], and the long enough `tracks`."""
+    """All bubbles of a run after its start-up: `found` at each of `times` [s], the long enough `tracks` of those that
+    rise and of those that stand still, and how many voids at the floor were no bubbles yet."""
 
     times: np.ndarray
     found: list[list[Bubble]]
     tracks: list[Track]
+    standing: list[Track]
+    at_floor: int
 
 
-def find_bubbles(voidage: np.ndarray, spacing: tuple[float, float], smallest: float) -> list[Bubble]:
-    """Bubbles of one snapshot.
+def find_bubbles(voidage: np.ndarray, spacing: tuple[float, float], smallest: float) -> tuple[list[Bubble], int]:
+    """Bubbles of one snapshot, their places counted from the lower left corner; and how many voids touch the floor.
 
     A bubble is a set of cells, joined by their edges, with a voidage over `EDGE` and no way to the top of the box:
-    what is open to the top is freeboard. Its equivalent diameter is that of the circle of its area, at least
-    `smallest` [m]. Its centre is weighted with the voidage above the edge, so that it moves less in jumps of a cell.
+    what is open to the top is freeboard. What reaches into the layer of cells at the floor has not left it: the gas
+    comes in there, and no bubble has formed yet. The equivalent diameter is that of the circle of its area, at least
+    `smallest` [m]. The centre is weighted with the voidage above the edge, so that it moves less in jumps of a cell.
 
     voidage: depth mean (z, x); spacing: dz, dx [m].
     """
     labels, count = ndimage.label(voidage > EDGE)
-    freeboard = set(np.unique(labels[-1]))
+    freeboard, floor = (set(np.unique(row)) - {0} for row in (labels[-1], labels[0]))
     names = [name for name in range(1, count + 1) if name not in freeboard]
     if not names:
-        return []
+        return [], 0
     dz, dx = spacing
     areas = ndimage.sum_labels(np.ones_like(voidage), labels, names) * dz * dx
     centres = ndimage.center_of_mass(np.maximum(voidage - EDGE, 0.0), labels, names)
-    diameters = np.sqrt(4.0 * areas / np.pi)
-    return [
-        Bubble((column + 0.5) * dx, (row + 0.5) * dz, float(diameter))
-        for (row, column), diameter in zip(centres, diameters, strict=True)
-        if diameter >= smallest
+    diameters = dict(zip(names, np.sqrt(4.0 * areas / np.pi).tolist(), strict=True))
+    large = {name for name, diameter in diameters.items() if diameter >= smallest}
+    free = [
+        Bubble((column + 0.5) * dx, (row + 0.5) * dz, diameters[name])
+        for name, (row, column) in zip(names, centres, strict=True)
+        if name in large - floor
     ]
+    return free, len(large & floor)
 
 
 def follow(times: np.ndarray, found: list[list[Bubble]]) -> list[Track]:
@@ -131,7 +141,7 @@ def find_bubbling(results: Results) -> Bubbling:
     Raises: NotDrawableError without snapshots after the start-up.
     """
     if "voidage_snapshots" not in results.data:
-        raise NotDrawableError([f"{results.path} has no `voidage_snapshots` (ask for them by output.snapshots_every)."])
+        raise NotDrawableError([word_without(results, "voidage_snapshots", "output.snapshots_every")])
     snapshots = results.data["voidage_snapshots"].transpose("snapshot_time", "z", "x")
     times = snapshots["snapshot_time"].values.astype(float)
     steady = times >= find_steady_time(results)
@@ -140,15 +150,28 @@ def find_bubbling(results: Results) -> Bubbling:
     width, _, height = results.size
     spacing = height / snapshots.sizes["z"], width / snapshots.sizes["x"]
     smallest = SMALLEST * float(results.case["particles"]["diameter"])
-    found = [find_bubbles(field, spacing, smallest) for field in snapshots.values[steady].astype(float)]
-    return Bubbling(times[steady], found, follow(times[steady], found))
+    shots = [find_bubbles(field, spacing, smallest) for field in snapshots.values[steady].astype(float)]
+    found = [bubbles for bubbles, _ in shots]
+    tracks = follow(times[steady], found)
+    rising, standing = part_tracks(tracks, float(results.case["gravity"]))
+    return Bubbling(times[steady], found, rising, standing, sum(count for _, count in shots))
+
+
+def part_tracks(tracks: list[Track], gravity: float) -> tuple[list[Track], list[Track]]:
+    """Those that rise, and those slower than `STANDING` of a lone bubble of their size, with `gravity` [m s-2]."""
+    rising: list[Track] = []
+    standing: list[Track] = []
+    for track in tracks:
+        lone = _LONE * float(np.sqrt(gravity * track.diameter))
+        (rising if track.rise > STANDING * lone else standing).append(track)
+    return rising, standing
 
 
 def summarise_bubbles(bubbling: Bubbling) -> dict[str, float]:
     """Numbers of a run's bubbles: snapshots, mean number at a time, mean diameter [m], tracks, rise velocity [m/s].
 
-    Diameters are of all bubbles seen, rise velocities of the tracks, each with the standard deviation over them; nan
-    where there is none.
+    Diameters are of all bubbles seen, rise velocities of the tracks that rise, each with the standard deviation over
+    them; nan where there is none.
     """
     diameters = np.array([bubble.diameter for bubbles in bubbling.found for bubble in bubbles])
     rises = np.array([track.rise for track in bubbling.tracks])
@@ -156,9 +179,11 @@ def summarise_bubbles(bubbling: Bubbling) -> dict[str, float]:
     return {
         "snapshots": len(bubbling.times),
         "bubbles at a time": len(diameters) / len(bubbling.times),
+        "voids at the floor at a time, left out": bubbling.at_floor / len(bubbling.times),
         "diameter": float(diameters.mean()) if seen else np.nan,
         "diameter, deviation": float(diameters.std()) if seen else np.nan,
-        "tracks": len(rises),
+        "tracks that rise": len(rises),
+        "tracks that stand still, left out": len(bubbling.standing),
         "rise velocity": float(rises.mean()) if followed else np.nan,
         "rise velocity, deviation": float(rises.std()) if followed else np.nan,
     }
@@ -172,7 +197,9 @@ def bubbles(results: Results) -> Figure:
     if not seen:
         raise NotDrawableError([f"no bubble in the {len(bubbling.times)} snapshots after the start-up."])
     times = bubbling.times
-    note = f"{len(times)} snapshots, t = {times[0]:.3g}–{times[-1]:.3g} s; edge: voidage {EDGE:g}"
+    note = (
+        f"{len(times)} snapshots, t = {times[0]:.3g}–{times[-1]:.3g} s; edge: voidage {EDGE:g}; no voids at the floor"
+    )
     picture = new_figure(results.title, COLUMN, 4.05, note)
     height = results.size[2]
     upper = inset_axes(picture, 0.56, 2.42, COLUMN - 0.7, 1.5)
@@ -181,6 +208,10 @@ def bubbles(results: Results) -> Figure:
     upper.set(ylabel="Equivalent diameter [mm]", ylim=(0.0, None), xlabel="$z/H$ [–]")
     upper.xaxis.set_major_locator(MaxNLocator(5))
     sizes, rises = [1e3 * t.diameter for t in bubbling.tracks], [t.rise for t in bubbling.tracks]
-    lower.plot(sizes, rises, "o", color=VERMILION, markersize=3, alpha=0.7)
+    lower.plot(sizes, rises, "o", color=VERMILION, markersize=3, alpha=0.7, label="rises")
+    if bubbling.standing:
+        still = [(1e3 * track.diameter, track.rise) for track in bubbling.standing]
+        lower.plot(*zip(*still, strict=True), "o", color=GREY, fillstyle="none", markersize=3, label="stands still")
+        lower.legend(loc="best", handlelength=1.0)
     lower.set(xlabel="Equivalent diameter [mm]", ylabel="Rise velocity [m s$^{-1}$]", xlim=(0.0, None))
     return picture

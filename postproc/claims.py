@@ -52,13 +52,14 @@ def tabulate_claims(folders: Iterable[Path]) -> list[dict[str, Any]]:
 
 def _word_run(need: str, runs: Runs) -> str:
     """The name of a bed of the paper, with what the run of it does not take from the paper."""
-    differences = name_differences(runs[need]) if need in runs else []
+    differences = name_differences(runs[need])
     return f"{need} ({', '.join(differences)})" if differences else need
 
 
 def _judge(name: str, numerics: str, runs: Runs, left_out: dict[str, str]) -> Row:
     stated = CLAIMS[name]
-    used = ", ".join(_word_run(need, runs) for need in stated.needs)
+    given = [need for need in stated.needs if need in runs or need in left_out]
+    used = ", ".join(_word_run(need, runs) if need in runs else f"{need} (left out)" for need in given)
     missing = [need for need in stated.needs if need not in runs]
     if not stated.needs:
         finding = stated.judge(runs)

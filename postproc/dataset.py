@@ -14,10 +14,19 @@ import numpy as np
 import xarray as xr
 
 from fbcouple.errors import CaseError
+from postproc.expected import find_faults
+from postproc.inflow import find_fastest
+from postproc.stored import load
+
+_ROUNDING = 1e-9
 
 
 class NotDrawableError(CaseError):
     """The results lack what a figure needs; the text names it."""
+
+
+class NotMeantError(NotDrawableError):
+    """A figure of another kind of case: nothing is missing, and there is nothing to tell a user of."""
 
 
 @dataclass(frozen=True)
@@ -36,9 +45,39 @@ class Results:
 
     @property
     def size(self) -> tuple[float, float, float]:
-        """Width L, depth D and height H of the bed [m]."""
-        width, depth, height = self.case["domain"]["size"]
-        return float(width), float(depth), float(height)
+        """Width L, depth D and height H [m] of the bed, of a mesh those of the box around it."""
+        width, depth, height = (self._extent(axis)[1] for axis in "xyz")
+        return width, depth, height
+
+    @property
+    def corner(self) -> tuple[float, float, float]:
+        """Lower left front corner [m] of that box: zero, or wherever a mesh has it."""
+        x, y, z = (self._extent(axis)[0] for axis in "xyz")
+        return x, y, z
+
+    def share(self, axis: str, places: Any = None) -> np.ndarray:
+        """x/L, y/D or z/H of `places` [m], counted from the bed's corner; by default of the cell centres, (n,)."""
+        start, length = self._extent(axis)
+        values = self.data[axis].values if places is None else places
+        return (np.asarray(values, dtype=float) - start) / length
+
+    def level(self, share: float) -> float:
+        """The coordinate z [m] at z/H = `share`."""
+        start, length = self._extent("z")
+        return start + share * length
+
+    def _extent(self, axis: str) -> tuple[float, float]:
+        """Where the cells of `axis` begin, and how long they are together [m].
+
+        By their centres; the case's size and a corner at zero are taken for these where they differ by rounding only.
+        """
+        centres = self.data[axis].values.astype(float)
+        length = float(self.case["domain"]["size"]["xyz".index(axis)])
+        if centres.size > 1:
+            seen = float(centres[-1] - centres[0]) * centres.size / (centres.size - 1)
+            length = length if math.isclose(length, seen, rel_tol=_ROUNDING) else seen
+        start = float(0.5 * (centres[0] + centres[-1])) - 0.5 * length
+        return (0.0 if abs(start) < _ROUNDING * length else start), length
 
     @property
     def complete(self) -> bool:
@@ -52,39 +91,55 @@ class Results:
         return (start, end) if math.isfinite(start) and math.isfinite(end) else None
 
     @property
-    def gas_flux(self) -> float | None:
-        """Inlet mass flux of the gas, rho U_f [kg m-2 s-1], the paper's unit of flux; None without an inlet flow.
+    def is_box(self) -> bool:
+        """Whether the gas has the cells of a plain box; frames and snapshots are kept of no other."""
+        return "inside" not in self.data.coords
 
-        A ramp counts with its last velocity.
+    @property
+    def inlet_speed(self) -> float | None:
+        """Superficial speed U_f [m s-1] of the gas at the inlet, without sign; None without an inlet flow.
+
+        Of a ramp the largest in the averaging window, up or down; without one, in the whole record.
         """
         gas = self.case.get("gas")
         if gas is None:
             return None
-        velocity = gas["inlet_velocity"] if "inlet_velocity" in gas else gas["inlet_ramp"][-1][1]
-        return float(gas["density"] * velocity) or None
+        return find_fastest(gas, *self.span) or None
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """The averaging window [s], or the whole record where nothing was averaged."""
+        time = self.data["time"].values if self.data.sizes.get("time") else np.zeros(1)
+        return self.window or (0.0, float(time[-1]))
+
+    @property
+    def gas_flux(self) -> float | None:
+        """Mass flux of the gas at the inlet, rho U_f [kg m-2 s-1], the paper's unit of flux; None without one."""
+        speed = self.inlet_speed
+        return None if speed is None else float(self.case["gas"]["density"]) * speed
 
     @property
     def weight_per_area(self) -> float | None:
-        """Weight of the bed less its buoyancy over the floor area [Pa], the pressure drop of a fluidized bed.
+        """Weight of the bed less its buoyancy over its cross-section [Pa], the pressure drop of a fluidized bed.
 
-        (m - rho V) g over the floor with mass and volume as the run wrote them down, in older results as the case
-        tells them;
+        (m - rho V) g over the mean horizontal cross-section of the bed at rest, with mass and volume as the run wrote
+        them down, in older results as the case tells them;
         None if the case has no gas or does not tell the mass.
         """
         gas, particles = self.case.get("gas"), self.case.get("particles")
         if gas is None or particles is None:
             return None
         width, depth, _ = self.size
-        floor = self.data.attrs.get("floor", width * depth)
+        section = self.data.attrs.get("bed_section", width * depth)
         if "solids_mass" in self.data.attrs:
             buoyant = self.data.attrs["solids_mass"] - gas["density"] * self.data.attrs["solids_volume"]
-            return float(buoyant * self.case["gravity"] / floor)
+            return float(buoyant * self.case["gravity"] / section)
         mass = particles.get("mass")
         if particles.get("count") is not None:
             mass = particles["count"] * particles["density"] * math.pi / 6.0 * particles["diameter"] ** 3
         if mass is None:
             return None
-        return float(mass * self.case["gravity"] * (1.0 - gas["density"] / particles["density"]) / floor)
+        return float(mass * self.case["gravity"] * (1.0 - gas["density"] / particles["density"]) / section)
 
     def history(self, name: str) -> xr.DataArray:
         """Variable `name` over time in double precision; NotDrawableError if there is none or it holds no number."""
@@ -141,21 +196,36 @@ def open_results(run: Path) -> Results:
     """
     path = Path(run) / "results.nc"
     if not path.is_file():
-        raise CaseError(
-            [f"{path} does not exist. Run the case first (`fbcouple run {quote(str(run))}`), or give another folder."]
-        )
-    try:
-        with xr.open_dataset(path, decode_times=False) as stored:
-            data = stored.load()
-    except (OSError, ValueError) as error:
-        raise CaseError([f"{path} cannot be read as NetCDF ({error}). Run the case again."]) from error
-    if "case" not in data.attrs:
+        raise CaseError([_word_missing(Path(run))])
+    data = load(path)
+    text = data.attrs.get("case")
+    if not isinstance(text, str):
         raise CaseError([f"{path} has no attribute `case` (the effective case file): fbcouple did not write it."])
     try:
-        case = tomllib.loads(data.attrs["case"])
-    except tomllib.TOMLDecodeError as error:
+        case = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise CaseError([f"{path}: attribute `case` is not TOML ({error})."]) from error
+    if faults := find_faults(data, case):
+        raise CaseError([f"{path}: {fault}; fbcouple did not write it so. Run the case again." for fault in faults])
     return Results(path, sample(data), case, path.resolve().parent.name)
+
+
+def word_without(results: Results, name: str, option: str) -> str:
+    """That there is no `name`, and by which option it is had, if the case can have it."""
+    if results.is_box:
+        return f"{results.path} has no `{name}` (ask for them by {option})."
+    return f"{results.path} has no `{name}`: they are kept of a plain box of hexahedra only."
+
+
+def _word_missing(run: Path) -> str:
+    """Why there are no results: the folder is none of a run, its run was never started, or ended before a record."""
+    path = run / "results.nc"
+    if not (run / "case.toml").is_file():
+        return f"{path} does not exist. Run the case first (`fbcouple run {quote(str(run))}`), or give another folder."
+    if (run / "logs").is_dir() and any((run / "logs").iterdir()):
+        said = f"the run in {run} ended, or was ended, before it wrote any (its messages are in {run / 'logs'})"
+        return f"{path} does not exist: {said}. Mend the case, and run it again."
+    return f"{path} does not exist. Run the case first (`fbcouple run {quote(str(run))}`)."
 
 
 def sample(data: xr.Dataset) -> xr.Dataset:
@@ -229,28 +299,3 @@ def at_height(field: xr.DataArray, height: float) -> xr.DataArray:
     upper = min(max(int(np.searchsorted(z, height)), 1), z.size - 1)
     weight = (height - z[upper - 1]) / (z[upper] - z[upper - 1])
     return (1.0 - weight) * field.isel(z=upper - 1, drop=True) + weight * field.isel(z=upper, drop=True)
-
-
-def flux_scale(results: Results) -> tuple[float, str, str]:
-    """What solids fluxes are divided by [kg m-2 s-1], with the text to append to their symbol and their unit.
-
-    rho U_f as in Hamidouche et al. 2019, section 4; one, and SI units, where no gas flows in.
-    """
-    scale = results.gas_flux
-    return (1.0, "", "kg m$^{-2}$ s$^{-1}$") if scale is None else (scale, r" / (\rho\, U_f)", "–")
-
-
-def velocity_scale(results: Results) -> tuple[float, str, str]:
-    """What velocities are divided by [m s-1], with the text to append to their symbol and their unit.
-
-    U_f as in Hamidouche et al. 2019, section 4; one, and SI units, where no gas flows in.
-    """
-    if results.gas_flux is None:
-        return 1.0, "", "m s$^{-1}$"
-    return results.gas_flux / float(results.case["gas"]["density"]), " / U_f", "–"
-
-
-def cell_edges(centres: np.ndarray, length: float) -> np.ndarray:
-    """Edges over `length` of equal cells with these centres [m]: shape (n,) -> (n + 1,)."""
-    half = length / (2 * centres.size)
-    return np.append(centres - half, centres[-1] + half) / length

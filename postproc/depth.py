@@ -12,11 +12,12 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from postproc.dataset import NotDrawableError, Results, at_height, velocity_scale
+from postproc.dataset import NotDrawableError, Results, at_height
 from postproc.figures import figure
 from postproc.frames import list_frames, number_of, read_frame
 from postproc.maps import DENSE, PACKED, draw_edge
 from postproc.panels import Panel, draw_panels
+from postproc.scales import velocity_scale, word_scale
 from postproc.style import COLUMN, GREY, LINES, averaging_text, inset_axes, new_figure
 
 SLICES = (0.2, 0.5, 0.8)  # y/D, Hamidouche et al. 2019, figure 10
@@ -49,10 +50,10 @@ def moment_slices(results: Results) -> Figure:
 
 def _choose_moment(results: Results, paths: list[Path]) -> Path:
     """The frame of t U_f/d_p = 12 000, or the last before it; without gas that flows in the last."""
-    if results.gas_flux is None:
+    every = results.case.get("output", {}).get("particles_every")
+    if results.inlet_speed is None or every is None or "particles" not in results.case:
         return paths[-1]
-    wanted = MOMENT * results.case["particles"]["diameter"] / velocity_scale(results)[0]
-    last = round(wanted / results.case["output"]["particles_every"])
+    last = round(MOMENT * results.case["particles"]["diameter"] / results.inlet_speed / every)
     return max((path for path in paths if number_of(path) <= last), default=paths[0])
 
 
@@ -65,14 +66,14 @@ def _cut(field: xr.DataArray) -> list[tuple[str, xr.DataArray]]:
 def depth_lines(results: Results) -> dict[float, np.ndarray]:
     """Time-mean vertical solids velocity over U_f at z/H = 0.16: x/L -> values along the cells in y, shape (ny,).
 
-    Linear between the cell centres around height and place.
+    Linear between the cell centres around height and place; places beside the outermost centres are left out.
     """
-    width, _, height = results.size
     upward = results.particle_mean("solids_velocity").sel(component="z")
-    layer: xr.DataArray = at_height(upward, DEPTH_HEIGHT * height) / velocity_scale(results)[0]
+    layer: xr.DataArray = at_height(upward, results.level(DEPTH_HEIGHT)) / velocity_scale(results)[0]
     lines = layer.transpose("y", "x").values
-    x = results.data["x"].values / width
-    return {place: np.array([np.interp(place, x, line) for line in lines]) for place in DEPTH_PLACES}
+    x = results.share("x")
+    known = [place for place in DEPTH_PLACES if x[0] <= place <= x[-1]]
+    return {place: np.array([np.interp(place, x, line) for line in lines]) for place in known}
 
 
 @figure
@@ -82,11 +83,11 @@ def depth_profiles(results: Results) -> Figure:
     if not any(np.isfinite(line).any() for line in lines.values()):
         raise NotDrawableError([f"no particle ever came to z/H = {DEPTH_HEIGHT:g}."])
     _, divisor, unit = velocity_scale(results)
-    note = f"$z/H$ = {DEPTH_HEIGHT:g}; {averaging_text(results)}"
+    note = f"$z/H$ = {DEPTH_HEIGHT:g}; {averaging_text(results)}{word_scale([results])}"
     picture = new_figure(results.title, COLUMN, 2.6, note)
-    axes = inset_axes(picture, 0.56, 0.42, COLUMN - 1.5, 2.05)
+    axes = inset_axes(picture, 0.68, 0.42, COLUMN - 1.62, 2.05)
     axes.axhline(0.0, color=GREY, linewidth=0.7)
-    y = results.data["y"].values / results.size[1]
+    y = results.share("y")
     for (place, line), look in zip(lines.items(), LINES, strict=False):
         axes.plot(y, line, label=f"$x/L$ = {place:g}", markersize=3.5, **look)
     symbol = rf"$\langle U_{{p,z}} \rangle{divisor}$"

@@ -11,8 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 from scipy.interpolate import CubicSpline
 
-from postproc.dataset import NotDrawableError, Results, at_height, depth_average, velocity_scale
+from postproc.dataset import NotDrawableError, Results, at_height, depth_average
 from postproc.profiles import PROFILE_HEIGHT
+from postproc.scales import velocity_scale
 from postproc.style import GREY, LINES, PAGE, inset_axes, new_figure
 
 Field = Callable[[Results, str], xr.DataArray]
@@ -77,7 +78,7 @@ def _gas_flux(results: Results, suffix: str) -> xr.DataArray:
 
 @field(f"profile of the vertical solids flux over ρ U_f at z/H = {PROFILE_HEIGHT:g}")
 def _flux_profile(results: Results, suffix: str) -> xr.DataArray:
-    return at_height(_vertical_flux(results, suffix), PROFILE_HEIGHT * results.size[2])
+    return at_height(_vertical_flux(results, suffix), results.level(PROFILE_HEIGHT))
 
 
 @field("profile over the height of the solids fraction")

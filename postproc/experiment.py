@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from fbcouple.companion_files import find_companion
 from fbcouple.errors import CaseError
-from fbcouple.reference import QUANTITIES, Points, Reference, parse_reference, read_points
+from fbcouple.reference import QUANTITIES, Points, Reference, parse_reference, read_line
 from postproc.dataset import NotDrawableError, Results, at_height, depth_average, mass_average
 from postproc.style import INK, LINES, PAGE, inset_axes, new_figure
 
@@ -23,10 +24,13 @@ _ACROSS = 2
 
 @dataclass(frozen=True)
 class Measured:
-    """A measured line: what it is of, and its points."""
+    """A measured line: what it is of, its points, the labels of the runs that it is compared with, and how it was given
+    for all of them, if it was."""
 
     reference: Reference
     points: Points
+    runs: frozenset[str] = frozenset()
+    given: str | None = None
 
 
 @dataclass(frozen=True)
@@ -56,25 +60,61 @@ class Comparison:
 
 
 def gather_references(runs: Sequence[Results], texts: Sequence[str]) -> list[Measured]:
-    """Measured lines that the runs' cases name (files beside results.nc) and those of `texts`, each once.
+    """Measured lines, each once: those that a run's case names belong to that run, those of `texts` to all runs.
 
-    Raises: CaseError with every reference that cannot be read.
+    The files of a case lie beside its results.nc, as `output.references` has them; those of `texts` anywhere.
+
+    Raises: CaseError with every reference that cannot be read, or does not fit into the bed of a run that it is for.
     """
     found: dict[tuple[str, float, bytes], Measured] = {}
     problems: list[str] = []
-    named = [(text, run.path.parent) for run in runs for text in run.case.get("output", {}).get("references", [])]
-    for text, folder in [*named, *((text, Path()) for text in texts)]:
+    named = [(run, text, False) for run in runs for text in _list_named(run)]
+    for run, text, is_given in [*named, *((run, text, True) for text in texts for run in runs)]:
         try:
             reference = parse_reference(text)
-            points = read_points(folder / reference.file)
+            points = _read_for(run, reference, is_given)
         except CaseError as error:
-            problems += error.problems
+            problems += [problem for problem in error.problems if problem not in problems]
             continue
         key = (reference.quantity, reference.height, points.x.tobytes() + points.value.tobytes())
-        found.setdefault(key, Measured(reference, points))
+        known = found.get(key, Measured(reference, points))
+        found[key] = replace(known, runs=known.runs | {run.label}, given=str(reference) if is_given else known.given)
     if problems:
         raise CaseError(problems)
     return list(found.values())
+
+
+def _list_named(run: Results) -> list[str]:
+    """The references of the run's case; results.nc may come from anybody."""
+    output = run.case.get("output", {})
+    named = output.get("references", []) if isinstance(output, dict) else None
+    if not isinstance(named, list) or not all(isinstance(text, str) for text in named):
+        raise CaseError([f"{run.path}: output.references of its case is no list of texts; set the run up again."])
+    return named
+
+
+def _read_for(run: Results, reference: Reference, is_given: bool) -> Points:
+    path = Path(reference.file) if is_given else find_companion(run.path.parent, reference.file, ".csv")
+    domain = run.case["domain"]
+    if domain.get("shape", "box") != "box" or domain.get("elements"):
+        text = f"{reference}: the region of {run.label} is no box of hexahedra, and only that has measured lines"
+        raise CaseError([f"{text}; leave it out."])
+    try:
+        return read_line(reference, path, run.size)
+    except CaseError as error:
+        raise CaseError([f"{run.label}, {reference}: {problem}" for problem in error.problems]) from None
+
+
+def tell_given(runs: Sequence[Results], lines: Sequence[Measured]) -> list[str]:
+    """Remarks on the lines that were given for all of several runs, whatever their cases say."""
+    if len(runs) < 2:
+        return []
+    return [
+        f"{line.given}: given by --reference, so all {len(runs)} runs are compared with it; whether the experiment is "
+        "that of their cases is not known."
+        for line in lines
+        if line.given
+    ]
 
 
 def line_of(results: Results, reference: Reference, suffix: str = "") -> np.ndarray:
@@ -141,7 +181,7 @@ def find_zeros(x: np.ndarray, values: np.ndarray) -> list[float]:
 
 
 def draw_measured_lines(runs: Sequence[Results], lines: Sequence[Measured]) -> Figure:
-    """Draw each measured line with its errors and the runs on it."""
+    """Draw each measured line with its errors and the runs that it belongs to."""
     rows = -(-len(lines) // _ACROSS)
     each, gap, left, bottom = 1.75, 0.5, 0.66, 0.75
     body = bottom + rows * (each + gap)
@@ -162,6 +202,8 @@ def draw_measured_lines(runs: Sequence[Results], lines: Sequence[Measured]) -> F
             elinewidth=0.7,
         )
         for number, run in enumerate(runs):
+            if run.label not in measured.runs:
+                continue
             look = {key: LINES[number % len(LINES)][key] for key in ("color", "linestyle")}
             try:
                 axes.plot(1e3 * run.data["x"].values, line_of(run, reference), label=run.label, **look)
@@ -174,6 +216,8 @@ def draw_measured_lines(runs: Sequence[Results], lines: Sequence[Measured]) -> F
         )
         axes.set(xlabel="x [mm]", ylabel=f"{reference.quantity.replace('_', ' ')} [{unit}]")
         axes.set_title(f"z = {1e3 * reference.height:g} mm", loc="left", size="small", pad=2.0)
-    handles, labels = picture.axes[0].get_legend_handles_labels()
+    shown = [axes.get_legend_handles_labels() for axes in picture.axes]
+    by_label = {label: handle for handles, labels in shown for handle, label in zip(handles, labels, strict=True)}
+    handles, labels = list(by_label.values()), list(by_label)
     picture.legend(handles, labels, loc="lower center", ncols=4, handlelength=2.4)
     return picture

@@ -8,8 +8,21 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from fbcouple.errors import CaseError
 from fbcouple.places import FRAMES
-from postproc.dataset import NotDrawableError, Results
+from postproc.dataset import NotDrawableError, Results, word_without
+from postproc.stored import load
+
+_PARTICLES = ("position", "velocity", "diameter")
+_GAS = ("voidage", "gas_velocity")
+_SHAPES: dict[str, tuple[str, ...]] = {
+    "time": (),
+    "position": ("particle", "component"),
+    "velocity": ("particle", "component"),
+    "diameter": ("particle",),
+    "voidage": ("z", "y", "x"),
+    "gas_velocity": ("component", "z", "y", "x"),
+}
 
 
 @dataclass(frozen=True)
@@ -34,22 +47,28 @@ def list_frames(results: Results) -> list[Path]:
     """Files of the frames of a run in the order of time. Raises: NotDrawableError if it has none."""
     found = sorted((results.path.parent / FRAMES).glob("frame-*.nc"))
     if not found:
-        raise NotDrawableError([f"{results.path.parent} has no frames (ask for them by output.particles_every)."])
+        raise NotDrawableError([word_without(results, "frames", "output.particles_every")])
     return found
 
 
 def read_frame(path: Path) -> Frame:
-    """Read one frame. Raises: NotDrawableError if the file is damaged or is none."""
+    """Read one frame. Raises: NotDrawableError if the file is damaged, or is no frame."""
     try:
-        with xr.open_dataset(path, decode_times=False) as stored:
-            data = stored.load()
-        gas = [data[name].values if name in data else None for name in ("voidage", "gas_velocity")]
-        particles = [data[name].values for name in ("position", "velocity", "diameter")]
-    except (OSError, ValueError, KeyError) as error:
-        raise NotDrawableError(
-            [f"{path} cannot be read as a frame ({error}); remove it, or run the case again."]
-        ) from error
-    return Frame(float(data["time"]), *particles, *gas)
+        data = load(path)
+    except CaseError as error:
+        text = "; ".join(error.problems)
+        raise NotDrawableError([f"a frame cannot be read: {text} Or remove it."]) from error
+    if odd := [name for name, dims in _SHAPES.items() if not _has(data, name, dims)]:
+        text = f"{path} has no {odd[0]} over ({', '.join(_SHAPES[odd[0]])}): it is no frame"
+        raise NotDrawableError([f"{text}; remove it, or run the case again."])
+    gas = [data[name].values if name in data else None for name in _GAS]
+    return Frame(float(data["time"]), *(data[name].values for name in _PARTICLES), *gas)
+
+
+def _has(data: xr.Dataset, name: str, dims: tuple[str, ...]) -> bool:
+    if name not in data:
+        return name in _GAS
+    return data[name].dims == dims and data[name].dtype.kind in "iuf" and data.sizes.get("component", 3) == 3
 
 
 def number_of(path: Path) -> int:

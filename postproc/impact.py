@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from fbcouple.collision import Impact, contact_time
-from postproc.dataset import NotDrawableError, Results
+from postproc.dataset import NotDrawableError, NotMeantError, Results
 from postproc.figures import figure
 from postproc.style import BLUE, GREEN, INK, PAGE, VERMILION, inset_axes, new_figure
 
@@ -35,12 +35,14 @@ class Contact:
 def find_contact(results: Results) -> Contact:
     """Follow the first tracked particle from the moment at which it touches the floor to the one at which it leaves.
 
-    Raises: NotDrawableError if none is tracked, if more than a linear spring acts, or if it does not leave the floor.
+    Raises: NotMeantError if none is tracked, or if more than a linear spring acts; NotDrawableError if it does not
+    leave the floor.
     """
-    if "tracked_position" not in results.data:
-        raise NotDrawableError([f"{results.path} has no `tracked_position` (ask for it by output.tracked)."])
-    particles, contact = results.case["particles"], _require_spring(results)
-    height = results.history("tracked_position").isel(tracked=0).sel(component="z").values
+    if "tracked_position" not in results.data or "tracked_velocity" not in results.data:
+        raise NotMeantError([f"{results.path} has no `tracked_position` (ask for it by output.tracked)."])
+    contact = _require_spring(results)
+    particles = results.case["particles"]
+    height = results.history("tracked_position").isel(tracked=0).sel(component="z").values - results.corner[2]
     upward = results.history("tracked_velocity").isel(tracked=0).sel(component="z").values
     time, overlap = results.data["time"].values, particles["diameter"] / 2.0 - height
     touches = np.flatnonzero(overlap > 0.0)
@@ -69,10 +71,12 @@ def _require_spring(results: Results) -> dict[str, Any]:
     """The contact options, if the collision force is all that acts, along the normal, by a linear spring."""
     case = results.case
     others = [name for name in ("gas", "exchange") if name in case] + (["gravity"] if case["gravity"] else [])
-    contact: dict[str, Any] = case["contact"]
+    contact: dict[str, Any] = case.get("contact") or {}
     others += [f"contact.model = {contact['model']}"] if contact.get("model", "hooke") != "hooke" else []
+    others += [f"no contact.{key}" for key in ("stiffness", "wall_restitution") if contact.get(key) is None]
+    others += [] if "particles" in case else ["no particles"]
     if others:
-        raise NotDrawableError([f"{', '.join(others)}: the exact contact is that of a linear spring alone."])
+        raise NotMeantError([f"{', '.join(others)}: the exact contact is that of a linear spring alone."])
     return contact
 
 

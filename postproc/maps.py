@@ -14,9 +14,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from postproc.arrows import sample_arrows
-from postproc.dataset import NotDrawableError, Results, depth_average, flux_scale, mass_average, velocity_scale
+from postproc.dataset import NotDrawableError, Results, depth_average, mass_average
 from postproc.figures import comparison, figure
 from postproc.panels import Panel, draw_panels
+from postproc.scales import flux_scale, velocity_scale, word_scale
 from postproc.style import DPI, averaging_text
 
 PACKED = 0.6  # upper colour limit of every map of the solids fraction, so that runs can be compared
@@ -72,7 +73,9 @@ def _row_of_fluxes(runs: Sequence[Results], heading: str) -> Figure:
         for run, magnitude, flux in zip(runs, magnitudes, fluxes, strict=True)
     ]
     symbol = rf"$|\langle \alpha_p \rho_p \mathbf{{U}}_p \rangle_{{xz}}|{divisor}$"
-    return draw_panels(panels, heading, _note(runs), f"Solids flux {symbol} [{unit}]", (0.0, largest))
+    return draw_panels(
+        panels, heading, _note(runs) + word_scale(runs), f"Solids flux {symbol} [{unit}]", (0.0, largest)
+    )
 
 
 @figure
@@ -106,7 +109,7 @@ def _row_of_agitation(runs: Sequence[Results], heading: str) -> Figure:
         raise NotDrawableError(["`agitation` is zero everywhere."])
     panels = [Panel(run, field, _window(run, runs), None) for run, field in zip(runs, fields, strict=True)]
     label = "Agitation $q_p^2$ [m$^2$ s$^{-2}$]" if scales[0][1] == "" else "Agitation $q_p^2 / U_f^2$ [–]"
-    return draw_panels(panels, heading, _note(runs), label, (0.0, max(tops)))
+    return draw_panels(panels, heading, _note(runs) + word_scale(runs), label, (0.0, max(tops)))
 
 
 def common_flux_scale(runs: Sequence[Results]) -> tuple[str, str]:
@@ -133,9 +136,15 @@ def _window(run: Results, runs: Sequence[Results]) -> str:
 def draw_edge(axes: Axes, results: Results, field: xr.DataArray) -> None:
     """Line where the solids fraction is that of the edge of the dense bed."""
     if np.min(field) < DENSE < np.max(field) and min(field.shape) > 1:
-        width, _, height = results.size
-        x, z = field["x"].values / width, field["z"].values / height
-        axes.contour(x, z, field.values, levels=[DENSE], colors="black", linewidths=0.8, linestyles="--")
+        axes.contour(
+            results.share("x"),
+            results.share("z"),
+            field.transpose("z", "x").values,
+            levels=[DENSE],
+            colors="black",
+            linewidths=0.8,
+            linestyles="--",
+        )
 
 
 def _arrows(axes: Axes, results: Results, flux: xr.DataArray, largest: float) -> None:

@@ -72,7 +72,7 @@ def unrest(results: Results) -> Measured:
 def freeboard_solids(results: Results) -> Measured:
     """Solids fraction above z/H = 0.375, mean over the width, of the layer that has most."""
     field, error = (_rows(results, name) for name in ("solids_fraction", "solids_fraction_stderr"))
-    above = results.data["z"].values >= FREEBOARD * results.size[2]
+    above = results.share("z") >= FREEBOARD
     row = int(np.argmax(field[above].mean(axis=1)))
     return Measured(float(field[above].mean(axis=1)[row]), float(error[above].mean(axis=1)[row]))
 
@@ -82,7 +82,7 @@ def agitation_peak(results: Results, height: float, allowed: float) -> tuple[flo
     within `allowed` of z/H = `height` is above the largest elsewhere."""
     weight, agitation = results.mean("solids_fraction").values, _agitation(results)
     error = np.nan_to_num(results.data["agitation_stderr"].values.astype(float))
-    places = results.data["z"].values / results.size[2]
+    places = results.share("z")
     below = places < FREEBOARD
     places, mass = places[below], weight[below].sum(axis=(1, 2))
     layers, errors = (
@@ -125,15 +125,15 @@ def flux_magnitude(results: Results) -> Measured:
     """Magnitude of the depth-mean solids flux [kg m-2 s-1], mean below z/H = 0.375."""
     components = [_rows(results, "solids_flux", axis) for axis in "xz"]
     errors = [_rows(results, "solids_flux_stderr", axis) for axis in "xz"]
-    below = results.data["z"].values < FREEBOARD * results.size[2]
+    below = results.share("z") < FREEBOARD
     return Measured(float(np.hypot(*components)[below].mean()), float(np.hypot(*errors)[below].mean()))
 
 
 def wall_solids(results: Results) -> Measured:
     """Solids fraction within 5 mm of the side walls, mean below z/H = 0.25, the height of the dense bed."""
     field, error = (_rows(results, name) for name in ("solids_fraction", "solids_fraction_stderr"))
-    x, below = results.data["x"].values, results.data["z"].values < 0.25 * results.size[2]
-    strip = np.minimum(x, results.size[0] - x) < WALL_STRIP
+    x, below = results.share("x"), results.share("z") < 0.25
+    strip = np.minimum(x, 1.0 - x) * results.size[0] < WALL_STRIP
     return Measured(float(field[below][:, strip].mean()), float(error[below][:, strip].mean()))
 
 
@@ -141,7 +141,7 @@ def map_difference(one: Results, other: Results) -> Measured:
     """Root mean square difference of two depth-mean solids-fraction maps below z/H = 0.375, over the largest value."""
     fields = [_rows(results, "solids_fraction") for results in (one, other)]
     errors = [_rows(results, "solids_fraction_stderr") for results in (one, other)]
-    below = one.data["z"].values < FREEBOARD * one.size[2]
+    below = one.share("z") < FREEBOARD
     top = max(float(field.max()) for field in fields)
     difference = float(np.sqrt(np.mean((fields[0] - fields[1])[below] ** 2)))
     return Measured(difference / top, float(np.sqrt(np.mean(errors[0][below] ** 2 + errors[1][below] ** 2))) / top)

@@ -12,7 +12,7 @@ from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from postproc.dataset import Results, cell_edges
+from postproc.dataset import Results
 from postproc.style import PAGE, SKY, colours, extend, inset_axes, new_figure
 
 MOST_ACROSS = 5
@@ -78,8 +78,8 @@ def _draw(
     """Colour each cell with its own value: nothing is smoothed."""
     width, _, height = panel.results.size
     mesh = axes.pcolormesh(
-        cell_edges(panel.field["x"].values, width),
-        cell_edges(panel.field["z"].values, height),
+        np.linspace(0.0, 1.0, panel.field.sizes["x"] + 1),
+        np.linspace(0.0, 1.0, panel.field.sizes["z"] + 1),
         np.ma.masked_invalid(panel.field.transpose("z", "x").values),
         cmap=colours(cmap, over=SKY),
         vmin=limits[0],

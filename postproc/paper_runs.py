@@ -32,6 +32,7 @@ _SHARED: dict[str, Any] = {
 _ABSENT: dict[str, Any] = {
     "domain.periodic": None,
     "particles.mixture": None,
+    "particles.sizes": None,
     "particles.spread": None,
     "contact.pairs": None,
     "contact.walls": None,

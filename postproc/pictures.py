@@ -10,7 +10,7 @@ from typing import Any
 from matplotlib.figure import Figure
 from PIL import Image
 
-from postproc.dataset import NotDrawableError
+from postproc.dataset import NotDrawableError, NotMeantError
 from postproc.style import DPI, journal_style
 
 _SCREEN = 96.0
@@ -25,6 +25,8 @@ def make_picture(
         with journal_style():
             figure = make()
             data = encode(figure)
+    except NotMeantError:
+        return {}
     except NotDrawableError as lack:
         left_out.append(f"Figure {name} left out: {lack}")
         return {}

@@ -9,9 +9,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from postproc.dataset import Results, at_height, depth_average, flux_scale
+from postproc.dataset import Results, at_height, depth_average
 from postproc.figures import comparison, figure
 from postproc.maps import common_flux_scale
+from postproc.scales import flux_scale, word_scale
 from postproc.style import BLUE, COLUMN, GREY, LINES, PAGE, averaging_text, inset_axes, new_figure
 
 PROFILE_HEIGHT = 0.092  # z/H of the measured profiles, Hamidouche et al. 2019, section 4.1
@@ -35,16 +36,15 @@ def vertical_flux(results: Results, height: float = PROFILE_HEIGHT) -> Profile:
 
     Raises: NotDrawableError without `solids_flux`, or if the height is not between two layers.
     """
-    width, _, full_height = results.size
     scale, _, _ = flux_scale(results)
 
     def line(field: xr.DataArray) -> np.ndarray:
-        return at_height(depth_average(field.sel(component="z")), height * full_height).values / scale
+        return at_height(depth_average(field.sel(component="z")), results.level(height)).values / scale
 
     value = line(results.mean("solids_flux"))
     stderr = line(results.error("solids_flux_stderr")) if "solids_flux_stderr" in results.data else None
     known = stderr is not None and bool(np.isfinite(stderr).all())
-    return Profile(results.data["x"].values / width, value, stderr if known else None)
+    return Profile(results.share("x"), value, stderr if known else None)
 
 
 @figure
@@ -52,7 +52,7 @@ def flux_profile(results: Results) -> Figure:
     """Vertical solids flux across the bed at z/H = 0.092 with a band of one standard error."""
     profile = vertical_flux(results)
     _, divisor, unit = flux_scale(results)
-    note = f"$z/H$ = {PROFILE_HEIGHT:g}; {averaging_text(results)}"
+    note = f"$z/H$ = {PROFILE_HEIGHT:g}; {averaging_text(results)}{word_scale([results])}"
     picture = new_figure(results.title, COLUMN, 2.8, note)
     axes = inset_axes(picture, 0.56, 0.42, COLUMN - 0.66, 1.95)
     axes.axhline(0.0, color=GREY, linewidth=0.7)
@@ -72,7 +72,7 @@ def flux_profile(results: Results) -> Figure:
 def flux_profiles(runs: Sequence[Results]) -> Figure:
     """Vertical solids flux across the bed at z/H = 0.092 of each run, with bands of one standard error."""
     divisor, unit = common_flux_scale(runs)
-    note = f"$z/H$ = {PROFILE_HEIGHT:g}; bands: ± 1 standard error"
+    note = f"$z/H$ = {PROFILE_HEIGHT:g}; bands: ± 1 standard error{word_scale(runs)}"
     picture = new_figure("Time-mean vertical solids flux", PAGE, 3.0, note)
     axes = inset_axes(picture, 0.56, 0.42, PAGE - 2.6, 2.45)
     axes.axhline(0.0, color=GREY, linewidth=0.7)

@@ -32,6 +32,8 @@ MARGIN = 1.02
 class Request:
     """What is to be drawn: `pictures` are rows of frame, name of `VIEWS`, and PNG file."""
 
+    corner: tuple[float, float, float]
+    """Lower left front corner of the box [m]."""
     size: tuple[float, float, float]
     """The box [m]."""
     height: int
@@ -72,9 +74,10 @@ def gas(plotter: pyvista.Plotter, frame: Frame, request: Request) -> None:
     """The plane in the middle of the depth: voidage as colour, the velocity of the gas as arrows."""
     assert frame.voidage is not None and frame.gas_velocity is not None
     width, depth, height = request.size
+    left, front, floor = request.corner
     nz, _, nx = frame.voidage.shape
     plane = pyvista.ImageData(
-        dimensions=(nx + 1, 1, nz + 1), spacing=(width / nx, 1.0, height / nz), origin=(0.0, depth / 2, 0.0)
+        dimensions=(nx + 1, 1, nz + 1), spacing=(width / nx, 1.0, height / nz), origin=(left, front + depth / 2, floor)
     )
     plane.cell_data["voidage"] = cut(frame.voidage).ravel()
     plotter.add_mesh(
@@ -83,7 +86,8 @@ def gas(plotter: pyvista.Plotter, frame: Frame, request: Request) -> None:
     flow = cut(frame.gas_velocity[0]), cut(frame.gas_velocity[2])
     x, z, across, up = sample_arrows(*flow, (width, height), ARROWS_ACROSS)
     # Just before the plane, as the camera sees it.
-    places = np.column_stack([width * x.ravel(), np.full(x.size, 0.49 * depth), height * z.ravel()])
+    before = np.full(x.size, front + 0.49 * depth)
+    places = np.column_stack([left + width * x.ravel(), before, floor + height * z.ravel()])
     arrows = pyvista.PolyData(places)
     arrows["velocity"] = np.column_stack([across.ravel(), np.zeros(x.size), up.ravel()])
     arrows["speed"] = np.hypot(across, up).ravel()
@@ -116,7 +120,7 @@ def open_plotter(request: Request) -> pyvista.Plotter:
     width = FINER * round(request.height * extent[0] / extent[1])
     plotter = pyvista.Plotter(off_screen=True, window_size=[width, height])
     plotter.background_color = pyvista.Color("white")
-    middle = 0.5 * np.array(request.size)
+    middle = np.array(request.corner) + 0.5 * np.array(request.size)
     plotter.camera.parallel_projection = True
     plotter.camera.position = tuple(middle + 4.0 * max(request.size) * back)
     plotter.camera.focal_point, plotter.camera.up = tuple(middle), tuple(up)
@@ -136,8 +140,8 @@ def draw(request: Request) -> None:
             frames = {path: read_frame(Path(path))}
         camera = plotter.camera.copy()
         plotter.clear_actors()
-        width, depth, height = request.size
-        plotter.add_mesh(pyvista.Box((0, width, 0, depth, 0, height)), style="wireframe", color="#444444", line_width=2)
+        ends = np.column_stack([request.corner, np.add(request.corner, request.size)])
+        plotter.add_mesh(pyvista.Box(tuple(ends.ravel())), style="wireframe", color="#444444", line_width=2)
         VIEWS[name](plotter, frames[path], request)
         plotter.camera = camera
         plotter.renderer.ResetCameraClippingRange()

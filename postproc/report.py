@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
@@ -20,8 +19,9 @@ from postproc import tables
 from postproc.claims import UNDECIDED, judge_claims
 from postproc.dataset import NotDrawableError, Results, open_runs
 from postproc.differences import Difference, Point, compare, core_hours, draw_error_against_time
-from postproc.experiment import Comparison, Measured, compare_with, draw_measured_lines, gather_references
+from postproc.experiment import Comparison, Measured, compare_with, draw_measured_lines, gather_references, tell_given
 from postproc.figures import COMPARISONS, FIGURES
+from postproc.files import write_whole
 from postproc.paper_runs import identify
 from postproc.pictures import make_picture
 
@@ -57,8 +57,9 @@ def write_report(folders: Sequence[Path], output: Path, references: Sequence[str
     content = describe(runs, gather_references(runs, references))
     page = _render(content, numbers.name)
     plain = tables.make_plain(_leave_out_pictures(content))
-    _write(output, page)
-    _write(numbers, json.dumps(plain, indent=1, allow_nan=False) + "\n")
+    text = json.dumps(plain, indent=1, allow_nan=False) + "\n"
+    write_whole(output, lambda place: place.write_text(page, encoding="utf-8"))
+    write_whole(numbers, lambda place: place.write_text(text, encoding="utf-8"))
     return [output, numbers]
 
 
@@ -110,7 +111,7 @@ def _try(tabulate: Callable[[Results], tables.Rows], run: Results) -> tables.Row
 
 
 def _describe_comparison(runs: Sequence[Results], lines: Sequence[Measured]) -> Content:
-    remarks: list[str] = []
+    remarks: list[str] = tell_given(runs, lines)
     several = len(runs) > 1
     made = [
         make_picture(lambda make=make: make(runs), name, make.__doc__, "", remarks)  # type: ignore[misc]
@@ -150,6 +151,8 @@ def _compare_with_all(runs: Sequence[Results], lines: Sequence[Measured], remark
     found = []
     for run in runs:
         for line in lines:
+            if run.label not in line.runs:
+                continue
             try:
                 found.append(compare_with(run, line))
             except NotDrawableError as lack:
@@ -257,15 +260,3 @@ def show(value: Any) -> str:
     if isinstance(value, list | tuple):
         return ", ".join(show(entry) for entry in value) or "none"
     return f"{value:.4g}" if isinstance(value, float) else str(value)
-
-
-def _write(path: Path, text: str) -> None:
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        temporary.write_text(text, encoding="utf-8")
-        os.replace(temporary, path)
-    except OSError as error:
-        raise CaseError([f"{path}: cannot be written ({error.strerror}); give another file with -o."]) from error
-    finally:
-        temporary.unlink(missing_ok=True)

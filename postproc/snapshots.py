@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from postproc.bubbles import EDGE
-from postproc.dataset import NotDrawableError, Results
+from postproc.dataset import NotDrawableError, Results, word_without
 from postproc.figures import figure
 from postproc.panels import MOST_ACROSS, Panel, draw_panels
 
@@ -20,20 +20,19 @@ LOWEST = 0.35
 @figure
 def voidage_snapshots(results: Results) -> Figure:
     """Depth-averaged voidage at five moments over the second half of the run; the line is the edge of bubbles."""
-    if "voidage_snapshots" not in results.data:
-        raise NotDrawableError([f"{results.path} has no `voidage_snapshots` (ask for them by output.snapshots_every)."])
+    if not results.data.sizes.get("snapshot_time"):
+        raise NotDrawableError([word_without(results, "voidage_snapshots", "output.snapshots_every")])
     snapshots = results.data["voidage_snapshots"].astype(float)
     times = snapshots["snapshot_time"].values
     count = min(MOST_ACROSS, len(times))
     wanted = np.linspace(0.5 * (times[0] + times[-1]), times[-1], count)
     places = sorted({int(np.argmin(np.abs(times - time))) for time in wanted})
-    width, _, height = results.size
+    x, z = results.share("x"), results.share("z")
     panels = []
     for place in places:
         field = snapshots.isel(snapshot_time=place, drop=True).transpose("z", "x")
-        x, z, values = field["x"].values / width, field["z"].values / height, field.values
-
-        panels.append(Panel(results, field, f"t = {times[place]:.3f} s", partial(_outline, x=x, z=z, values=values)))
+        outline = partial(_outline, x=x, z=z, values=field.values)
+        panels.append(Panel(results, field, f"t = {times[place]:.3f} s", outline))
     label = r"Voidage $\langle \varepsilon \rangle_{xz}$ [–]"
     note = f"line: voidage {EDGE:g}"
     return draw_panels(panels, results.title, note, label, (LOWEST, 1.0), mark=EDGE, cmap="cividis")

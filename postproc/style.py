@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import textwrap
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -17,6 +16,7 @@ from matplotlib.colors import Colormap
 from matplotlib.figure import Figure
 
 from postproc.dataset import Results
+from postproc.files import write_whole
 
 DPI = 200
 FONT_SIZE = 8.0
@@ -87,12 +87,13 @@ def new_figure(heading: str, width: float, body: float, note: str) -> Figure:
     """
     left, line = 0.08, FONT_SIZE * 1.2 / 72
     title = textwrap.wrap(heading, int((width - 2 * left) / (FONT_SIZE * 0.53 / 72)))
-    height = body + 0.12 + (len(title) + 1) * line
+    words = textwrap.wrap(note, int((width - 2 * left) / ((FONT_SIZE - 1) * 0.53 / 72)), break_long_words=False)
+    height = body + 0.12 + (len(title) + max(len(words), 1)) * line
     figure = Figure(figsize=(width, height), dpi=DPI)
     FigureCanvasAgg(figure)
     figure.text(left / width, 1 - 0.07 / height, "\n".join(title), va="top", parse_math=False)
     below = 1 - (0.10 + len(title) * line) / height
-    figure.text(left / width, below, note, va="top", color=GREY, size=FONT_SIZE - 1)
+    figure.text(left / width, below, "\n".join(words), va="top", color=GREY, size=FONT_SIZE - 1)
     return figure
 
 
@@ -120,12 +121,6 @@ def averaging_text(results: Results) -> str:
 
 
 def save(figure: Figure, path: Path, title: str) -> Path:
-    """Write `figure` as PNG to `path`, first under a temporary name, so that no half picture is ever seen."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        figure.savefig(temporary, format="png", dpi=DPI, metadata={"Title": title})
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
-    return path
+    """Write `figure` as PNG to `path`. Raises: CaseError if it cannot be written."""
+    look: dict[str, Any] = {"format": "png", "dpi": DPI, "metadata": {"Title": title}}
+    return write_whole(path, lambda place: figure.savefig(place, **look))

@@ -12,11 +12,14 @@ import numpy as np
 from postproc.bubbles import find_bubbling, summarise_bubbles
 from postproc.cost import SOLVERS, stage_seconds
 from postproc.dataset import NotDrawableError, Results
+from postproc.inflow import list_rows
 from postproc.monitors import MONITORS
+from postproc.spectrum import SIGNALS as SPECTRA
 from postproc.spectrum import spectra_of
-from postproc.statistics import summarise
+from postproc.statistics import summarise, word_not_reached
 
 Rows = list[dict[str, Any]]
+NOT_REACHED = "not reached"
 STEADY = ("bed_height", "solids_centre_z", "pressure_drop", "gas_support", "min_voidage", "substeps")
 
 
@@ -30,15 +33,30 @@ def tabulate_solved(results: Results) -> Rows:
     ]
     rows += [("cells", " x ".join(map(str, cells)))]
     if gas:
-        velocity = gas["inlet_velocity"] if "inlet_velocity" in gas else gas.get("inlet_ramp")
         rows += [("gas: density [kg m-3], viscosity [Pa s]", f"{gas['density']:g}, {gas['viscosity']:g}")]
-        rows += [("superficial velocity U_f [m s-1]", velocity), ("sub-grid model", gas.get("turbulence", "none"))]
+        rows += [
+            ("superficial velocity U_f [m s-1]", _word_inflow(results)),
+            ("sub-grid model", gas.get("turbulence", "none")),
+        ]
     if particles:
-        spacing = [length / n / particles["diameter"] for length, n in zip(results.size, cells, strict=True)]
+        sizes, mixture = particles.get("sizes") or [], particles.get("mixture") or []
+        largest = max([d for d, *_ in sizes] or [particles["diameter"], *(d for d, *_ in mixture)])
+        spacing = [length / n / largest for length, n in zip(results.size, cells, strict=True)]
         given = ("mass", "kg") if particles.get("mass") is not None else ("count", "1")
         rows += [("particles: diameter [m], density [kg m-3]", f"{particles['diameter']:g}, {particles['density']:g}")]
+        told = "; ".join(f"{count} of {d:g} m, {density:g} kg m-3" for d, density, count in sizes)
+        rows += [("particles: sizes of the start file, in place of these", told)] if sizes else []
+        told = "; ".join(f"{d:g} m, {density:g} kg m-3: {fraction:g}" for d, density, fraction in mixture)
+        rows += (
+            [(f"particles: further species, parts by {particles.get('fractions', 'mass')}", told)] if mixture else []
+        )
         rows += [(f"particles: {given[0]} [{given[1]}]", particles.get(given[0]))]
-        rows += [("cell size over diameter", " x ".join(f"{ratio:.3g}" for ratio in spacing))]
+        rows += [
+            (
+                "cell size over largest diameter" if sizes or mixture else "cell size over diameter",
+                " x ".join(f"{ratio:.3g}" for ratio in spacing),
+            )
+        ]
     if contact:
         rows += [(f"contact: {key.replace('_', ' ')}", value) for key, value in contact.items() if key in _TELLING]
     if exchange:
@@ -48,6 +66,21 @@ def tabulate_solved(results: Results) -> Rows:
     rows += [("simulated time [s]", time), ("time means over [s]", window)]
     rows += [("complete", "yes" if results.complete else f"no, of {case['end_time']:g} s")]
     return [{"what": what, "value": value} for what, value in rows]
+
+
+def _word_inflow(results: Results) -> float | str:
+    """The constant velocity of the inflow, or what its rows are and which velocity others are put in proportion to."""
+    gas = results.case["gas"]
+    if gas.get("inlet_velocity") is not None:
+        return float(gas["inlet_velocity"])
+    rows = list_rows(gas)
+    words = f"{len(rows)} rows in time, {rows[0][1]:g} to {rows[-1][1]:g}"
+    speed = results.inlet_speed
+    return (
+        f"{words}; none flows in the averaging window"
+        if speed is None
+        else f"{words}; U_f is the fastest in the averaging window, {speed:g}"
+    )
 
 
 _TELLING = ("model", "restitution", "wall_restitution", "friction", "wall_friction", "rolling_friction", "stiffness")
@@ -93,6 +126,7 @@ def tabulate_statistics(results: Results) -> tuple[Rows, list[str]]:
         except NotDrawableError as lack:
             remarks.append(str(lack))
             continue
+        reached = not math.isnan(found.start)
         rows.append(
             {
                 "quantity": str(results.data[name].attrs.get("long_name", name)),
@@ -100,17 +134,15 @@ def tabulate_statistics(results: Results) -> tuple[Rows, list[str]]:
                 "mean": found.mean,
                 "standard error": found.stderr,
                 "deviation": found.deviation,
-                "steady from [s]": found.start,
+                "steady from [s]": found.start if reached else NOT_REACHED,
                 "rows": found.values,
             }
         )
-        if math.isnan(found.start):
-            remarks.append(f"{name} is not steady in the second half of the run; its mean is that of the second half.")
+        if not reached:
+            remarks.append(f"No mean of {name}: {word_not_reached(name, found.end)}")
         elif results.window is not None and found.start > results.window[0]:
             begin = f"the time means begin at {results.window[0]:.3g} s"
             remarks.append(f"{name} is steady from {found.start:.3g} s only; {begin}.")
-        if math.isnan(found.stderr):
-            remarks.append(f"{name}: the record is too short against its correlation for a standard error.")
     return rows, remarks
 
 
@@ -118,10 +150,11 @@ def tabulate_spectra(results: Results) -> Rows:
     """The highest peak of each spectrum. Raises NotDrawableError if the record is too short."""
     return [
         {
-            "quantity": found.name.replace("_", " "),
+            "quantity": SPECTRA[found.name][0].lower(),
             "dominant frequency [Hz]": found.peak,
             "resolution [Hz]": found.resolution,
             "segments": found.segments,
+            "stands out of red noise": found.stands_out,
         }
         for found in spectra_of(results)
     ]

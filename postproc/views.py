@@ -11,7 +11,7 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -21,10 +21,12 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage, imread
 from PIL import Image
 
-from postproc.dataset import NotDrawableError, Results, open_results, velocity_scale
+from postproc.dataset import NotDrawableError, Results, open_results
 from postproc.figures import figure
+from postproc.files import write_whole
 from postproc.frames import choose_frames, list_frames, read_frame
 from postproc.looks import SPEED, list_colours, voidage_map
+from postproc.scales import velocity_scale, word_scale
 from postproc.snapshots import LOWEST
 from postproc.style import DPI, inset_axes, journal_style, new_figure
 
@@ -86,6 +88,7 @@ def render(
     """
     files = [folder / f"{number}.png" for number in range(len(wanted))]
     request = {
+        "corner": results.corner,
         "size": results.size,
         "height": height,
         "speed": scales.speed,
@@ -128,6 +131,7 @@ def compose(
     if scales.gas:
         bars.append((r"Voidage $\varepsilon$ at $y/D$ = 0.5 [–]", LOWEST, 1.0, voidage_map(), "neither"))
         note = f"{note}; longest arrow: gas at {scales.gas / scale:.3g}{' $U_f$' if divisor else ' m/s'}"
+    note += word_scale([results])
     full = left + sum(widths) + 0.12 * len(widths) + len(bars) * (bar + room)
     picture = new_figure(results.title, max(full, 3.4), bottom + tall + top, note)
     images = []
@@ -145,8 +149,8 @@ def compose(
     return picture, images
 
 
-def animate(run: Path) -> Path:
-    """Draw RUN/figures/bed.gif: particles coloured by speed beside the gas, over all frames.
+def animate(run: Path, folder: Path | None = None) -> Path:
+    """Draw bed.gif into `folder`, by default RUN/figures: particles coloured by speed beside the gas, over all frames.
 
     Raises: CaseError if there are no results or no frames; NotDrawableError if this machine cannot draw them.
     """
@@ -155,12 +159,12 @@ def animate(run: Path) -> Path:
     scales = find_scales(paths)
     views = ["particles", "gas"] if scales.gas else ["particles"]
     times = [read_frame(path).time for path in paths]
-    with tempfile.TemporaryDirectory() as folder, journal_style():
+    with tempfile.TemporaryDirectory() as drawn, journal_style():
         wanted = [(path, name) for path in paths for name in views]
-        files = render(results, wanted, scales, round(HEIGHT_MOVING * DPI_MOVING), Path(folder))
+        files = render(results, wanted, scales, round(HEIGHT_MOVING * DPI_MOVING), Path(drawn))
         moments = [files[place : place + len(views)] for place in range(0, len(files), len(views))]
         shots = list(_film(results, moments, times, views, scales))
-    return _save_film(shots, Path(run) / "figures" / "bed.gif")
+    return _save_film(shots, (folder or Path(run) / "figures") / "bed.gif")
 
 
 def _film(
@@ -182,18 +186,10 @@ def _film(
 
 
 def _save_film(shots: list[Image.Image], path: Path) -> Path:
-    """One palette for all of them, or colours would flicker; written under another name first."""
+    """One palette for all of them, or colours would flicker; of a picture each its time."""
     palette = Image.new("P", (1, 1))
     palette.putpalette(list_colours().tobytes())
     films = [shot.quantize(palette=palette, dither=Image.Dither.NONE) for shot in shots]
     each = max(SLOWEST, SECONDS / len(films))
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        films[0].save(
-            temporary, format="GIF", save_all=True, append_images=films[1:], duration=round(1e3 * each), loop=0
-        )
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
-    return path
+    look: dict[str, Any] = {"format": "GIF", "save_all": True, "append_images": films[1:], "loop": 0}
+    return write_whole(path, lambda place: films[0].save(place, duration=round(1e3 * each), **look))

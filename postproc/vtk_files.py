@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
 import xarray as xr
 
 from postproc.dataset import NotDrawableError, Results, open_results
+from postproc.files import write_whole, writing
 from postproc.frames import Frame, list_frames, number_of, read_frame
 
 FOLDER = "vtk"
@@ -21,11 +23,12 @@ _TETRAHEDRON = 17
 """Entries of a cell of four triangles in mesh_faces."""
 
 
-def export(run: Path) -> list[Path]:
-    """Write RUN/vtk: the time means on their cells, and of every frame the particles and the gas, with a collection of
-    each over time. Returns the files to open; names and SI units are those of results.nc.
+def export(run: Path, folder: Path | None = None) -> list[Path]:
+    """Write `folder`, by default RUN/vtk: the time means on their cells, and of every frame the particles and the gas,
+    with a collection of each over time. Returns the files to open; names and SI units are those of results.nc.
 
-    Raises: CaseError if there are no results; NotDrawableError if they hold neither means nor frames.
+    Raises: CaseError if there are no results, or a file cannot be written; NotDrawableError if they hold neither means
+    nor frames.
     """
     results = open_results(run)
     means = _list_means(results.data)
@@ -35,8 +38,9 @@ def export(run: Path) -> list[Path]:
         frames = []
     if not (means or frames):
         raise NotDrawableError([f"{results.path} holds no time means, and no frames lie beside it."])
-    folder = Path(run) / FOLDER
-    folder.mkdir(exist_ok=True)
+    folder = folder or Path(run) / FOLDER
+    with writing(folder):
+        folder.mkdir(exist_ok=True, parents=True)
     found: list[Path] = []
     if means and "mesh_faces" in results.data:
         found.append(_write_mesh(folder / "means.vtu", results))
@@ -57,13 +61,21 @@ def _list_means(data: xr.Dataset) -> dict[str, np.ndarray]:
 def _write_grid(path: Path, results: Results, fields: Mapping[str, np.ndarray]) -> Path:
     from pyvista import ImageData  # noqa: PLC0415  (VTK takes a second to load)
 
-    axes = [results.data[axis].values.astype(float) for axis in "xyz"]
-    spacing = [length / len(axis) for length, axis in zip(results.size, axes, strict=True)]
-    corner = [axis[0] - edge / 2 for axis, edge in zip(axes, spacing, strict=True)]
-    grid = ImageData(dimensions=[len(axis) + 1 for axis in axes], spacing=spacing, origin=corner)
+    counts = [results.data.sizes[axis] for axis in "xyz"]
+    spacing = [length / count for length, count in zip(results.size, counts, strict=True)]
+    grid = ImageData(dimensions=[count + 1 for count in counts], spacing=spacing, origin=results.corner)
     for name, values in fields.items():
         grid.cell_data[name] = values.reshape(grid.n_cells, *values.shape[3:])
-    grid.save(path)
+    return _save(grid, path)
+
+
+def _save(data: Any, path: Path) -> Path:
+    """Save a set of data of VTK, which says on stderr, and to nobody else, that it could not."""
+    with writing(path):
+        path.unlink(missing_ok=True)
+        data.save(path)
+        if not path.is_file() or not path.stat().st_size:
+            raise OSError("VTK could not write it")
     return path
 
 
@@ -89,8 +101,7 @@ def _write_mesh(path: Path, results: Results) -> Path:
         for name, field in data.data_vars.items():
             if "cell" in field.dims and bool(np.isfinite(field).any()):
                 grid.cell_data[str(name)] = field.transpose("cell", ...).values
-    grid.save(path)
-    return path
+    return _save(grid, path)
 
 
 def _write_frames(folder: Path, results: Results, frames: list[Path]) -> list[Path]:
@@ -101,7 +112,7 @@ def _write_frames(folder: Path, results: Results, frames: list[Path]) -> list[Pa
         frame, number = read_frame(path), number_of(path)
         cloud = PolyData(frame.positions)
         cloud.point_data["velocity"], cloud.point_data["diameter"] = frame.velocities, frame.diameters
-        cloud.save(folder / f"particles-{number:06d}.vtp")
+        _save(cloud, folder / f"particles-{number:06d}.vtp")
         rows["particles"].append((frame.time, f"particles-{number:06d}.vtp"))
         if gas := _list_gas(frame):
             _write_grid(folder / f"gas-{number:06d}.vti", results, gas)
@@ -122,5 +133,5 @@ def _collect(path: Path, files: list[tuple[float, str]]) -> Path:
     """ParaView's list of files over time."""
     lines = [f'    <DataSet timestep="{time!r}" file={quoteattr(name)}/>' for time, name in files]
     text = '<VTKFile type="Collection" version="0.1">\n  <Collection>\n' + "\n".join(lines)
-    path.write_text(text + "\n  </Collection>\n</VTKFile>\n", encoding="utf-8")
-    return path
+    text += "\n  </Collection>\n</VTKFile>\n"
+    return write_whole(path, lambda place: place.write_text(text, encoding="utf-8"))

@@ -44,6 +44,7 @@ find_python() {
 
 wanted_packages() {
     printf '%s\n' liggghts openmpi-bin g++ dpkg-dev libegl1 libgl1-mesa-dri
+    printf '%s\n' libglu1-mesa libxcursor1 libxft2 libxinerama1  # gmsh, which tests make meshes with
     [ -d "${WM_PROJECT_DIR:-}/src/OpenFOAM" ] || printf '%s\n' openfoam
     find_python >/dev/null || printf '%s\n' python3 python3-venv
 }

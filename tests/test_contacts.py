@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fbcouple.contacts import find_max_overlap
+from fbcouple.contacts import add_images, find_max_overlap, find_worst_overlap
 
 
 def search_all_pairs(positions, radii, count):
@@ -59,3 +59,25 @@ def test_pairs_of_neighbours_ghosts_are_theirs_to_count():
 @pytest.mark.parametrize("rows", [0, 3])
 def test_a_rank_without_particles_has_none(rows):
     assert find_max_overlap(np.zeros((rows, 3)), np.ones(rows), 0) == 0.0
+
+
+def test_both_particles_of_the_largest_overlap_are_named():
+    positions = np.array([[9.0, 0.0, 0.0], [0.0, 0.0, 0.0], [9.0, 1.5, 0.0], [0.0, 0.0, 0.4]])
+    assert find_worst_overlap(positions, np.ones(4), 4)[1:] == (1, 3)
+    assert find_worst_overlap(np.diag([9.0, 19.0, 29.0]), np.ones(3), 3) == (0.0, -1, -1)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_images_make_every_pair_across_periodic_sides(seed):
+    """Against all pairs by their nearest images, in a box that is periodic along x and y."""
+    rng = np.random.default_rng(seed)
+    box, radii = np.array([6.0, 5.0, 30.0]), rng.uniform(0.3, 0.8, 40)
+    positions = rng.random((40, 3)) * box
+    apart = positions[:, None] - positions[None]
+    apart[..., :2] -= box[:2] * np.round(apart[..., :2] / box[:2])
+    touch = radii[:, None] + radii[None]
+    overlaps = np.triu(1.0 - np.linalg.norm(apart, axis=2) / touch, 1)
+    points, rows = add_images(positions, np.array([6.0, 5.0, 0.0]), 1.6)
+    overlap, one, other = find_worst_overlap(points, radii[rows], 40)
+    assert overlap == pytest.approx(overlaps.max(), rel=1e-12) and overlap > 0.0
+    assert {int(rows[one]), int(rows[other])} == set(map(int, np.unravel_index(overlaps.argmax(), overlaps.shape)))

@@ -106,6 +106,8 @@ def test_postproc_knows_only_errors_and_names_of_results():
         "fbcouple.results",
         "fbcouple.grid",
         "fbcouple.reference",
+        "fbcouple.number_table",
+        "fbcouple.companion_files",
         "fbcouple.collision",
         "fbcouple.places",
         "fbcouple.__version__",

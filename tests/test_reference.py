@@ -3,7 +3,7 @@
 import pytest
 
 from fbcouple.errors import CaseError
-from fbcouple.reference import QUANTITIES, Reference, parse_reference, read_points
+from fbcouple.reference import QUANTITIES, Reference, parse_reference, read_line, read_points
 from fbcouple.results import MEANS
 
 
@@ -55,12 +55,12 @@ def test_errors_are_read_where_there_are_some(tmp_path):
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("", "no columns x and value"),
-        ("z,value\n1,2\n", "no columns x and value"),
+        ("", "line.csv is empty; start it with the line `x,value`"),
+        ("z,value\n1,2\n", "line 1, `z,value`, has no column x"),
         ("x,value\n", "holds no points"),
-        ("x,value\n1,2\n1\n", "row 2 below the header, `1`, has no finite"),
-        ("x,value\n1,two\n", "row 1 .*`1,two`"),
-        ("x,value\n1,nan\n", "row 1"),
+        ("x,value\n1,2\n1\n", "line 3, `1`, has 1 columns and the header, `x,value`, 2"),
+        ("x,value\n1,two\n", "line 2 has `two` for value; give a number"),
+        ("x,value\n1,nan\n", "line 2 has `nan` for value; give a finite number"),
         ("x,value,error\n1,2,-1\n", "error below zero"),
     ],
 )
@@ -72,3 +72,18 @@ def test_what_is_wrong_with_a_file_is_told(tmp_path, text, told):
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(CaseError, match=r"none\.csv cannot be read"):
         read_points(tmp_path / "none.csv")
+
+
+def test_units_in_the_head_count(tmp_path):
+    points = read_points(write(tmp_path, "x [mm];value (cm/s);error (cm/s)\n5;12,5;1\n"), "m s-1")
+    assert (points.x[0], points.value[0], points.error[0]) == (0.005, 0.125, 0.01)
+    with pytest.raises(CaseError, match="gives value in `Pa`; units that are read: m/s"):
+        read_points(write(tmp_path, "x,value [Pa]\n5,12\n"), "m s-1")
+
+
+def test_points_read_off_a_figure_may_lie_a_little_beside_what_can_be(tmp_path):
+    reference = Reference("voidage", 0.02, "line.csv")
+    path = write(tmp_path, "x,value\n0.01,1.03\n0.02,-0.02\n")
+    assert read_line(reference, path, (0.02, 0.01, 0.1)).value.tolist() == [1.03, -0.02]
+    with pytest.raises(CaseError, match=r"has 1\.2 at x = 0.01 m, voidage is 0 to 1"):
+        read_line(reference, write(tmp_path, "x,value\n0.01,1.2\n"), (0.02, 0.01, 0.1))

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from fbcouple.case.derived import wraps
+from fbcouple.case.mixture import largest_diameter
 from fbcouple.case.schema import Case
 from fbcouple.exchange.plan import Plan, find_patch
 from fbcouple.grid import Grid
@@ -83,7 +84,7 @@ def count_traffic(case: Case, ranks: int) -> dict[str, Any]:
     board = _Board(ranks)
     stand_ins = [StandIn(board, rank) for rank in range(ranks)]
     plans: dict[int, Plan] = {}
-    reach, widen = case.particles.diameter, case.exchange.filter_passes
+    reach, widen = largest_diameter(case.particles), case.exchange.filter_passes
     parts = list(zip(stand_ins, cut_cells(grid, ranks), cut_box(grid, ranks), strict=True))
 
     def make(comm: StandIn, owned: np.ndarray, box: tuple[np.ndarray, np.ndarray]) -> None:

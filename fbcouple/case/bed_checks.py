@@ -6,8 +6,6 @@ import math
 from collections.abc import Iterator
 from pathlib import Path
 
-import numpy as np
-
 from fbcouple.case.checks import (
     BED,
     BYTES_PER_CELL,
@@ -18,14 +16,11 @@ from fbcouple.case.checks import (
     machine_memory,
     needed_memory,
 )
-from fbcouple.case.companions import find_companion
-from fbcouple.case.derived import wraps
-from fbcouple.case.lattice import lattice_height, lay_out
-from fbcouple.case.mixture import largest_diameter, list_kinds, mean_density, mean_volume, particle_count
-from fbcouple.case.mixture_checks import check_counts, check_kinds, check_species
-from fbcouple.case.positions import read_positions, read_velocities, start_kinds
+from fbcouple.case.lattice import is_layered, lattice_height, lay_out, mixed_height
+from fbcouple.case.mixture import largest_diameter, mean_density, mean_volume, particle_count
+from fbcouple.case.mixture_checks import check_counts, check_species
 from fbcouple.case.problems import Problem, show
-from fbcouple.case.region import Region, find_region, read_mesh
+from fbcouple.case.region import Region, find_region
 from fbcouple.case.schema import Case
 from fbcouple.errors import CaseError
 
@@ -33,11 +28,9 @@ RANDOM_PACKING = 0.64
 """Solids fraction of a random close packing of equal spheres: no start can hold more."""
 LEAST_PERIOD = 3
 """Diameters along a periodic axis: neighbour lists reach 1.5, so that a neighbour and its image are not both in one."""
-WALL_OVERLAP = START_OVERLAP = 0.1
-"""Part of a diameter by which a start position may press into a wall or another one (resting contacts do, a little)."""
 
 
-def _try_region(case: Case, folder: Path) -> Region | None:
+def try_region(case: Case, folder: Path) -> Region | None:
     """The region of the case; None if its mesh cannot be read, which is told elsewhere."""
     try:
         return find_region(case, folder)
@@ -48,7 +41,7 @@ def _try_region(case: Case, folder: Path) -> Region | None:
 def _find_volume(case: Case, folder: Path) -> float:
     """Volume [m3] that particles may fill; it asks for no cells."""
     if case.domain.shape == "file":
-        region = _try_region(case, folder)
+        region = try_region(case, folder)
         return region.volume if region else math.inf
     return math.prod(case.domain.size) * (math.pi / 4.0 if case.domain.shape == "cylinder" else 1.0)
 
@@ -116,91 +109,23 @@ def check_lattice(case: Case, folder: Path) -> Iterator[Problem]:
     """The start lattice is not higher than the box; in another region `setup` looks for its sites."""
     if case.domain.shape != "box" or not has_bed(case) or case.start is None or next(check_packing(case, folder), None):
         return
-    height = lattice_height(case)
+    height, top = lattice_height(case), case.domain.size[2]
     layout = lay_out(case)
-    if height > case.domain.size[2] * (1 + 1e-9):
-        text = f"{case.start.spacing:g} is given; the lattice of {layout.columns} x {layout.rows} sites"
-        end = f"is {height:.4g} m high and the box {case.domain.size[2]:g} m"
-        yield Problem("start.spacing", f"{text} {end}; lower the spacing (above 1) or the bed, or raise domain.size.")
+    if height > top * (1 + 1e-9):
+        lattice = f"the lattice of {layout.columns} x {layout.rows} sites is {height:.4g} m high"
+        if is_layered(case):
+            lattice = f"the lattice of layers of one kind each is {height:.4g} m high (one that mixes the kinds "
+            lattice += f"{mixed_height(case):.4g} m)"
+        text = f"{case.start.spacing:g} is given; {lattice} and the box {top:g} m"
+        yield Problem("start.spacing", f"{text}; lower the spacing (above 1) or the bed, or raise domain.size.")
     elif layout.columns * layout.rows > 2**62:
         yield Problem("domain.size", "the floor holds more lattice sites than can be counted; give sizes in m.")
-
-
-@check("particles.positions", "domain.periodic", *BED)
-def check_positions(case: Case, folder: Path) -> Iterator[Problem]:
-    """The positions file lies beside the case and holds every particle, inside the box."""
-    key = "particles.positions"
-    if case.particles is None or case.particles.positions is None:
-        return
-    name = case.particles.positions
-    try:
-        positions = read_positions(find_companion(folder, name, ".csv"))
-        read_velocities(folder / name)
-    except CaseError as error:
-        yield from (Problem(key, problem) for problem in error.problems)
-        return
-    if has_bed(case) and len(positions) != particle_count(case.particles):
-        text = f"{name} holds {len(positions)} particles and the case {particle_count(case.particles)}"
-        yield Problem(key, f"{text}; give particles.count = {len(positions)} (in place of mass) or mend the file.")
-    elif has_bed(case):
-        yield from check_kinds(case, folder / name)
-    if case.domain.shape != "box":
-        yield from _find_outside(case, folder, positions)
-        return
-    margin = np.where(wraps(case.domain), 0.0, (0.5 - WALL_OVERLAP) * largest_diameter(case.particles))
-    outside = np.flatnonzero(((positions < margin) | (positions > np.array(case.domain.size) - margin)).any(axis=1))
-    if outside.size:
-        where = ", ".join(f"{x:g}" for x in positions[outside[0]])
-        text = (
-            f"{name}: {outside.size} particles are not inside the box, first is particle {outside[0] + 1} at ({where})"
-        )
-        end = f"centres may come as near as {margin.max():g} m to a wall, coordinates are in m."
-        yield Problem(key, f"{text} m; {end}")
-    elif has_bed(case) and len(positions) == particle_count(case.particles):
-        yield from _find_overlap(case, positions, folder)
-
-
-def _find_overlap(case: Case, positions: np.ndarray, folder: Path) -> Iterator[Problem]:
-    """Particles that press into each other fly apart in the first step; images across a periodic side are not seen."""
-    from fbcouple.contacts import find_worst_overlap  # noqa: PLC0415  (loads numba)
-
-    assert case.particles is not None
-    try:
-        kinds = start_kinds(case, folder)
-    except CaseError:
-        return  # told already
-    diameters = np.array([kind.diameter for kind in list_kinds(case.particles)])
-    if kinds.max(initial=0) >= len(diameters):
-        return
-    overlap, row = find_worst_overlap(positions, diameters[kinds] / 2, len(positions))
-    if overlap > START_OVERLAP:
-        where = ", ".join(f"{x:g}" for x in positions[row])
-        text = f"{case.particles.positions}: particle {row + 1} at ({where}) m overlaps another by {overlap:.3g}"
-        yield Problem(
-            "particles.positions",
-            f"{text} of their mean diameter, at most {START_OVERLAP} is allowed; move them apart (coordinates in m).",
-        )
-
-
-def _find_outside(case: Case, folder: Path, positions: np.ndarray) -> Iterator[Problem]:
-    """Positions that are not inside a mesh."""
-    assert case.particles is not None
-    if _try_region(case, folder) is None:
-        return
-    from fbcouple.case.region_lattice import Inside  # noqa: PLC0415  (loads numba)
-
-    margin = (0.5 - WALL_OVERLAP) * largest_diameter(case.particles)
-    outside = np.flatnonzero(~Inside(read_mesh(case, folder)).is_clear(positions, margin))
-    if outside.size:
-        where = ", ".join(f"{x:g}" for x in positions[outside[0]])
-        text = f"{outside.size} particles are not inside the mesh, first is particle {outside[0] + 1} at ({where}) m"
-        yield Problem("particles.positions", f"{text}; centres may come as near as {margin:g} m to a wall.")
 
 
 @check("domain.cells", "domain.shape", *BED)
 def check_size(case: Case, folder: Path) -> Iterator[Problem]:
     """Cells can be numbered, and the run fits into the memory of this machine."""
-    region = _try_region(case, folder)
+    region = try_region(case, folder)
     if region is None:
         return
     cells = region.cells

@@ -7,33 +7,10 @@ from pathlib import Path
 
 from fbcouple.case.problems import show
 from fbcouple.case.schema import Case
+from fbcouple.companion_files import find_companion, is_bare
 from fbcouple.errors import CaseError
-from fbcouple.meshes.foam_files import FILES
+from fbcouple.meshes.foam_text import list_parts
 from fbcouple.reference import parse_reference
-
-_LONGEST_NAME = 255
-
-
-def find_companion(folder: Path, name: str, suffix: str) -> Path:
-    """The file `name` beside the case, which lies in `folder`; it ends in `suffix`.
-
-    A case may come from anybody: its files are plain files of its own folder, and no link leads out of it.
-
-    Raises: CaseError (one text, without the key) if it is not.
-    """
-    if not _is_bare(name) or not name.endswith(suffix):
-        text = f"{show(name)} is given, the bare name of a {suffix} file is allowed"
-        raise CaseError([f"{text}; put the file beside the case file and give its name only."])
-    path = folder / name
-    try:
-        found = path.resolve(strict=True)
-    except OSError as error:
-        raise CaseError([f"{name} cannot be read: {error.strerror}; put it beside the case file."]) from None
-    if found.parent != folder.resolve():
-        raise CaseError([f"{name} is a link that leads out of the folder of the case; put the file itself there."])
-    if not found.is_file():
-        raise CaseError([f"{name} is not a plain file; put a {suffix} file beside the case file."])
-    return path
 
 
 def find_mesh(folder: Path, name: str) -> Path:
@@ -43,15 +20,11 @@ def find_mesh(folder: Path, name: str) -> Path:
     """
     if name.endswith(".msh") or not (folder / name).is_dir():
         return find_companion(folder, name, ".msh")
-    if not _is_bare(name) or (folder / name).resolve().parent != folder.resolve():
+    if not is_bare(name) or (folder / name).resolve().parent != folder.resolve():
         raise CaseError([f"{show(name)} is given, the bare name of a folder beside the case file is allowed."])
-    for part in FILES:
+    for part in list_parts(folder / name):
         find_companion(folder / name, part, "")
     return folder / name
-
-
-def _is_bare(name: str) -> bool:
-    return Path(name).name == name and "\\" not in name and name.isprintable() and len(name) <= _LONGEST_NAME
 
 
 def copy_companions(case: Case, folder: Path, run: Path) -> None:
@@ -59,7 +32,7 @@ def copy_companions(case: Case, folder: Path, run: Path) -> None:
     for name in list_companions(case):
         if (folder / name).is_dir():
             (run / name).mkdir(exist_ok=True)
-            for part in FILES:
+            for part in list_parts(folder / name):
                 shutil.copyfile(folder / name / part, run / name / part)
         else:
             shutil.copyfile(folder / name, run / name)

@@ -15,7 +15,7 @@ from fbcouple.case.derived import (
     viscous_limit,
 )
 from fbcouple.case.mixture import list_kinds
-from fbcouple.case.numbers import Number, Verdict
+from fbcouple.case.number import Number, Verdict
 from fbcouple.case.pairs import list_coefficients
 from fbcouple.case.schema import Case
 

@@ -13,6 +13,7 @@ from pydantic import ValidationError
 import fbcouple.case.bed_checks
 import fbcouple.case.contact_checks
 import fbcouple.case.output_checks
+import fbcouple.case.position_checks
 import fbcouple.case.region_checks
 import fbcouple.case.voidage_checks  # noqa: F401  (each registers its checks)
 from fbcouple.case.checks import list_problems
@@ -22,6 +23,7 @@ from fbcouple.case.problems import Problem, show, word_errors
 from fbcouple.case.schema import Case
 from fbcouple.case.section import as_tuple
 from fbcouple.case.source import FILE_NAME, apply_settings, find_case, read_case
+from fbcouple.case.start_sizes import adopt_sizes
 from fbcouple.errors import CaseError
 
 
@@ -40,6 +42,8 @@ def load_case(name: str, sets: Sequence[str] = ()) -> Case:
     apply_preset(raw)
     unread = len(problems)
     case, spoiled = _validate(raw, problems)
+    if not any(key.split(".")[0] == "particles" for key in spoiled):
+        case = adopt_sizes(case, path.parent)
     problems += list_problems(case, path.parent, spoiled)
     if problems:
         is_set = [i < unread or _is_set(problem.key, set_keys) for i, problem in enumerate(problems)]

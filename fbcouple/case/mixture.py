@@ -1,7 +1,8 @@
 """What a bed is made of: kinds of particles, each of one diameter and one material, and how many of each.
 
 `diameter` and `density` of [particles] are the first species; `spread` cuts it into classes of diameters. Each row of
-`mixture` is a further species. A kind is a LIGGGHTS type of its own, because the damping that meets a restitution
+`mixture` is a further species. Where a positions file gives each particle its size, `sizes` holds the kinds, all of
+species 1. A kind is a LIGGGHTS type of its own, because the damping that meets a restitution
 depends on the masses of both partners (eq. 18): so each pair of kinds meets its own.
 """
 
@@ -42,6 +43,9 @@ class Kind:
 
 def list_kinds(particles: Particles) -> list[Kind]:
     """The kinds of a bed: the first species' classes from small to large, then the rows of the mixture."""
+    if particles.sizes:
+        total = sum(count for *_, count in particles.sizes)
+        return [Kind(diameter, density, 1, count / total) for diameter, density, count in particles.sizes]
     rest = 1.0 - sum(fraction for _, _, fraction in particles.mixture)
     rows = [(d, particles.density, 1, share * rest) for d, share in _cut_spread(particles)]
     rows += [(d, density, n, fraction) for n, (d, density, fraction) in enumerate(particles.mixture, start=2)]
@@ -56,6 +60,8 @@ def list_kinds(particles: Particles) -> list[Kind]:
 
 def count_kinds(particles: Particles) -> list[int]:
     """Number of particles of each kind: they add up to the bed's, and each is within one of its share."""
+    if particles.sizes:
+        return [count for *_, count in particles.sizes]
     kinds = list_kinds(particles)
     if particles.count is None:
         assert particles.mass is not None, "the schema's checks ask for count or mass"

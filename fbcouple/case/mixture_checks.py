@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
-from pathlib import Path
-
-import numpy as np
 
 from fbcouple.case.mixture import count_kinds, list_kinds
-from fbcouple.case.positions import read_kinds
 from fbcouple.case.problems import Problem, show
 from fbcouple.case.schema import Case, Particles
-from fbcouple.errors import CaseError
 
 _SPREAD_KEYS = ("deviation", "smallest", "largest")
-_SIZE_KEYS = ("diameter", "density", "mixture", "fractions", "spread", "classes", *_SPREAD_KEYS)
+_SIZE_KEYS = ("diameter", "density", "mixture", "fractions", "spread", "classes", "sizes", *_SPREAD_KEYS)
 KEYS = tuple(f"particles.{key}" for key in _SIZE_KEYS)
 
 
@@ -22,7 +17,7 @@ def find_unsound(particles: Particles, spoiled: Collection[str]) -> tuple[list[P
     """What makes it impossible to list the kinds, and whether they can be listed: not if a key is `spoiled`."""
     if any(key in spoiled for key in KEYS):
         return [], False
-    problems = [*_check_fractions(particles), *_check_spread(particles)]
+    problems = [*_check_fractions(particles), *_check_spread(particles), *_check_sizes(particles)]
     return problems, not problems
 
 
@@ -46,6 +41,18 @@ def _check_spread(particles: Particles) -> Iterator[Problem]:
     if not particles.smallest < particles.diameter < particles.largest:
         text = f"{particles.smallest:g} to {particles.largest:g} m does not hold the diameter {particles.diameter:g} m"
         yield Problem("particles.smallest", f"{text}; mend one of the three.")
+
+
+def _check_sizes(particles: Particles) -> Iterator[Problem]:
+    if not particles.sizes:
+        return
+    others = [key for key in ("mixture", "spread") if getattr(particles, key)]
+    if others:
+        text = f"{show(particles.sizes)} is given and {' and '.join(others)} too"
+        yield Problem("particles.sizes", f"{text}; remove it, or them.")
+    elif particles.positions is None:
+        text = f"{show(particles.sizes)} is given and no positions, whose file says the size of each particle"
+        yield Problem("particles.sizes", f"{text}; give mixture or spread in place of it.")
 
 
 def check_counts(case: Case) -> Iterator[Problem]:
@@ -73,20 +80,3 @@ def check_species(case: Case) -> Iterator[Problem]:
         elif (key, frozenset(species)) in seen:
             yield Problem(f"contact.{key}", f"species {told} is given twice; give one row for it.")
         seen.add((key, frozenset(species)))
-
-
-def check_kinds(case: Case, path: Path) -> Iterator[Problem]:
-    """A positions file that says the kinds has as many of each as the bed."""
-    assert case.particles is not None
-    try:
-        found = read_kinds(path)
-    except CaseError as error:
-        yield from (Problem("particles.positions", problem) for problem in error.problems)
-        return
-    counts = count_kinds(case.particles)
-    if found is None:
-        return
-    held = np.bincount(found - 1, minlength=len(counts)).tolist()
-    if held != counts:
-        text = f"{path.name} holds {show(held)} particles of each kind and the case {show(counts)}"
-        yield Problem("particles.positions", f"{text}; mend the column `kind`, or the fractions of the mixture.")

@@ -11,7 +11,7 @@ from fbcouple.case.mixture import particle_count
 from fbcouple.case.problems import Problem, show
 from fbcouple.case.schema import Case
 from fbcouple.errors import CaseError
-from fbcouple.reference import parse_reference, read_points
+from fbcouple.reference import parse_reference, read_line
 
 MOST_SNAPSHOTS = 100_000
 MOST_FRAMES = 10_000
@@ -82,14 +82,6 @@ def check_references(case: Case, folder: Path) -> Iterator[Problem]:
     for text in case.output.references:
         try:
             reference = parse_reference(text)
-            name = reference.file
-            points = read_points(find_companion(folder, name, ".csv"))
+            read_line(reference, find_companion(folder, reference.file, ".csv"), case.domain.size)
         except CaseError as error:
             yield from (Problem(key, problem) for problem in error.problems)
-            continue
-        width, _, height = case.domain.size
-        if reference.height > height:
-            yield Problem(key, f"{show(text)} is at {reference.height:g} m, the box is {height:g} m high; give m.")
-        if points.x[0] < 0.0 or points.x[-1] > width:
-            given = f"{name} has x from {points.x[0]:g} to {points.x[-1]:g} m"
-            yield Problem(key, f"{given}, 0 to {width:g} m is allowed (domain.size); give x in m from the left wall.")

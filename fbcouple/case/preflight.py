@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -16,41 +15,39 @@ from fbcouple.case.derived import (
     cell_size,
     dem_step,
     fastest_inlet,
-    hertz_modulus,
-    hertz_overlap,
+    inlet_ramp,
     inlet_range,
     open_velocity,
 )
+from fbcouple.case.drag_balance import EXPANDED, find_drag, minimum_fluidization, terminal_velocity
 from fbcouple.case.drag_file import OWN
 from fbcouple.case.mixture import (
-    Kind,
     largest_diameter,
     list_kinds,
     mean_density,
-    mean_kind,
     mean_volume,
     particle_count,
     solids_volume,
 )
-from fbcouple.case.numbers import Number, Verdict
-from fbcouple.case.pairs import find_pair
-from fbcouple.case.region import find_region
-from fbcouple.case.schema import Case, Contact
-from fbcouple.collision import normal_damping
+from fbcouple.case.number import Law, Number
+from fbcouple.case.number import judge as _judge
+from fbcouple.case.region import Region, find_region, list_inner_surfaces
+from fbcouple.case.schema import Case
+from fbcouple.case.speeds import SETTLED, estimate_overlap
+from fbcouple.case.start_numbers import describe_start
 from fbcouple.errors import CaseError
-
-Law = Callable[..., Any]
-"""A drag law: beta [kg/s] of voidage, slip, diameter, gas density and viscosity."""
 
 PACKED = 0.42
 """Voidage of a packed bed, where the gas responds fastest."""
-EXPANDED = 0.40
-"""Voidage of the interstitial velocity and of minimum fluidization."""
-SETTLED = 0.60
-"""Solids fraction of the bed at rest."""
 STABLE_EXPLICIT = 2.0
 """Step over response time above which an explicit source grows."""
 
+COARSE, ABSURD = 100.0, 1000.0
+"""Cell sizes over the diameter: above the first a cell tells little of a bed, above the second a length is no meter."""
+LEANING = 45.0
+"""Angle [deg] to the vertical from which on an inlet is one in a side."""
+ROUND = 0.1
+"""Length of the mean normal of an inlet below which it looks all around: that of a plane patch is 1."""
 TURBULENT = 2300.0
 """Bulk Reynolds number below which gas in a duct is laminar."""
 
@@ -65,18 +62,20 @@ def estimate(case: Case, law: Law | None = None, folder: Path = Path()) -> list[
     """
     region = find_region(case, folder)
     parts: list[Callable[[Case], Iterator[Number]]] = [partial(_size_up, folder=folder)]
+    if case.particles:
+        parts.append(partial(_tell_start, folder=folder))
     if case.particles and case.contact:
-        parts += [time_contacts, _measure_overlap]
+        parts += [time_contacts, partial(estimate_overlap, region=region, law=law, folder=folder)]
     if case.particles and case.gravity > 0.0:
-        parts.append(partial(_weigh_bed, floor=region.floor, cell=float(region.spacing[2])))
+        parts.append(partial(_weigh_bed, region=region))
         if case.contact:
             parts.append(partial(_watch_rest, law=law))
     if case.gas:
-        parts.append(_time_gas)
+        parts += [_time_gas, partial(_look_at_inlet, region=region)]
     if case.gas and case.particles and case.exchange:
         parts.append(partial(_measure_cells, cell=region.spacing))
         if law or case.exchange.drag != OWN:
-            parts += [partial(_time_exchange, law=law), partial(_fluidize, law=law)]
+            parts += [partial(_time_exchange, law=law), partial(_fluidize, law=law, region=region)]
     try:
         with np.errstate(over="raise", divide="raise", invalid="raise"):
             return [number for part in parts for number in part(case)]
@@ -113,93 +112,39 @@ def coupling_step(case: Case) -> float:
     return max(gas_step(case), dem_step(case.contact, case.particles))
 
 
-def minimum_fluidization(case: Case, voidage: float = EXPANDED, law: Law | None = None) -> float:
-    """Superficial velocity [m/s] at which the case's drag carries the weight of a bed of `voidage`.
-
-    n beta u/eps = (1 - eps)(rho_p - rho) g with u = U/eps and (1 - eps)/V_p particles per volume (model A).
-    """
-    assert case.particles is not None
-    return voidage * _balance(case, voidage, law, mean_kind(case.particles))
-
-
-def terminal_velocity(case: Case, law: Law | None = None) -> float:
-    """Speed [m/s] at which the case's drag carries the weight of a lone particle, the slowest of a mixture."""
-    assert case.particles is not None
-    return min(_balance(case, 1.0, law, kind) for kind in list_kinds(case.particles))
-
-
-def _balance(case: Case, voidage: float, law: Law | None, kind: Kind) -> float:
-    """Slip [m/s] at which beta(u) u = eps V_p (rho_p - rho) g, by bisection."""
-    assert case.gas is not None
-    weight = voidage * kind.volume * (kind.density - case.gas.density) * case.gravity
-    low, high = 0.0, 1e-9
-    while _drag(case, voidage, high, law, kind) * high < weight:
-        high *= 2.0
-    for _ in range(100):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if _drag(case, voidage, middle, law, kind) * middle < weight else (low, middle)
-    return high
-
-
-def _drag(case: Case, voidage: float, slip: float, law: Law | None, kind: Kind) -> float:
-    """Drag coefficient beta [kg/s] of one particle by `law`, or by the case's law of the registry."""
-    from fbcouple.exchange.drag import DRAG_LAWS  # noqa: PLC0415  (loads numba)
-
-    assert case.gas is not None and case.exchange is not None
-    law = law or DRAG_LAWS[case.exchange.drag]
-    return float(law(voidage, slip, kind.diameter, case.gas.density, case.gas.viscosity))
-
-
-def _largest_overlap(contact: Contact, kind: Kind, speed: float) -> float:
-    """Overlap over diameter of a head-on contact of two of a kind at relative speed `speed` [m/s] (eqs 43-45; elastic
-    for hertz)."""
-    mass = kind.mass / 2.0
-    if contact.model == "hertz":
-        return hertz_overlap(hertz_modulus(contact), mass, kind.diameter / 4.0, speed) / kind.diameter
-    damping = normal_damping(contact.stiffness, mass, find_pair(contact, kind, kind).restitution)
-    swing = math.sqrt(contact.stiffness / mass - damping**2)
-    reach = speed / math.sqrt(contact.stiffness / mass) * math.exp(-damping / swing * math.atan2(swing, damping))
-    return reach / kind.diameter
-
-
-def _judge(fits: bool, otherwise: Verdict = "warn") -> Verdict:
-    return "fit" if fits else otherwise
-
-
 def _size_up(case: Case, folder: Path) -> Iterator[Number]:
     if case.particles:
         yield Number("particles", particle_count(case.particles), "1", None, None, "Particles in the bed.")
     if case.gas:
         yield Number("cells", find_region(case, folder).cells, "1", None, None, "Cells of the gas mesh.")
+    for name, faces in list_inner_surfaces(case, folder).items():
+        meaning = f"Faces of the surface {name} between two cells: no wall; gas and particles pass through it."
+        yield Number("inner faces", faces, "1", "none", "warn", meaning)
     held, needed = machine_memory() / 1e9, needed_memory(case, folder) / 1e9
     meaning = "1 kB a particle and 2 kB a cell, over all ranks."
     yield Number("memory", needed, "GB", f"below {held:.3g} (this machine)", _judge(needed < held, "unfit"), meaning)
 
 
-def _measure_overlap(case: Case) -> Iterator[Number]:
-    assert case.particles is not None and case.contact is not None
-    contact, particles = case.contact, case.particles
-    if case.gas and (fastest := fastest_inlet(case.gas)) > 0.0:
-        overlap = max(_largest_overlap(contact, kind, fastest) for kind in list_kinds(particles))
-        meaning = "Overlap over diameter of a head-on contact at the inlet velocity; a stiffer spring lowers it."
-        verdict = _judge(overlap <= 0.05, "warn" if overlap <= 0.2 else "unfit")
-        yield Number("overlap", overlap, "d", "at most 0.05", verdict, meaning)
+def _tell_start(case: Case, folder: Path) -> Iterator[Number]:
+    for name, value, unit, limit, fits, meaning in describe_start(case, folder):
+        yield Number(name, value, unit, limit, _judge(fits), meaning)
 
 
-def _weigh_bed(case: Case, floor: float, cell: float) -> Iterator[Number]:
+def _weigh_bed(case: Case, region: Region) -> Iterator[Number]:
     assert case.particles is not None
     solids = solids_volume(case.particles)
-    height, box = solids / (SETTLED * floor), case.domain.size[2]
-    verdict = _judge(height < box, "unfit")
-    yield Number("settled height", height, "m", f"below {box:g}", verdict, "Bed at rest, solids fraction 0.60.")
+    height = region.find_level(solids / SETTLED)
+    verdict, meaning = _judge(height < region.height, "unfit"), "Bed at rest, solids fraction 0.60."
+    yield Number("settled height", height, "m", f"below {region.height:g}", verdict, meaning)
     if case.gas:
         meaning = (
             "Settled height over the cell's: the surface is smeared over a cell, one more a filter pass, and beds "
         )
         meaning += "5-14 cells high cost 6-12 % less pressure than the drag law at their mean voidage."
-        yield Number("bed height in cells", height / cell, "cells", None, None, meaning)
-        drop = solids * (mean_density(case.particles) - case.gas.density) * case.gravity / floor
-        yield Number("pressure drop", drop, "Pa", None, None, "Weight less buoyancy over floor: the fluidized bed.")
+        yield Number("bed height in cells", height / float(region.spacing[2]), "cells", None, None, meaning)
+        drop = SETTLED * height * (mean_density(case.particles) - case.gas.density) * case.gravity
+        meaning = "Weight less buoyancy over the bed's mean cross-section: of a bed that is fluidized as a whole."
+        yield Number("pressure drop", drop, "Pa", None, None, meaning)
 
 
 def _watch_rest(case: Case, law: Law | None) -> Iterator[Number]:
@@ -218,7 +163,7 @@ def _time_gas(case: Case) -> Iterator[Number]:
     assert case.gas is not None
     meaning = "What the Courant limit at U_f/0.40, the Fourier limit and max_step allow; a lively bed takes less."
     yield Number("fluid step", gas_step(case), "s", None, None, meaning)
-    meaning = "Superficial velocity through the open faces of the floor."
+    meaning = "Superficial velocity through the open faces of the inlet."
     yield Number("open inlet velocity", open_velocity(case), "m s-1", None, None, meaning)
     if case.gas.turbulence != "none":
         reynolds = fastest_inlet(case.gas) * case.domain.size[0] * case.gas.density / case.gas.viscosity
@@ -227,13 +172,30 @@ def _time_gas(case: Case) -> Iterator[Number]:
         yield Number("bulk Reynolds number", reynolds, "1", limit, _judge(reynolds > TURBULENT), meaning)
 
 
+def _look_at_inlet(case: Case, region: Region) -> Iterator[Number]:
+    """Of a mesh from a file: gas may come in by any patch, gravity acts along -z."""
+    assert case.gas is not None
+    if case.domain.shape != "file":
+        return
+    angle, way = 90.0, "all around"
+    if (along := math.hypot(*region.direction)) > ROUND:
+        inward = [part / along for part in region.direction]
+        angle = math.degrees(math.acos(max(-1.0, min(1.0, inward[2]))))
+        way = "along (" + ", ".join(f"{round(part, 3) + 0.0:g}" for part in inward) + ")"
+    where = "bottom" if angle < LEANING else "top" if angle > 180.0 - LEANING else "side"
+    meaning = f"Gas enters from the {where}, {way}, and gravity acts along (0, 0, -1)."
+    if where != "bottom":
+        meaning = f"{meaning} Turn the mesh if its own up is another axis; domain.inlet names the patch."
+    yield Number("inlet direction", angle, "deg", f"below {LEANING:g} from +z", _judge(where == "bottom"), meaning)
+
+
 def response_times(case: Case, law: Law | None = None, voidage: float = PACKED) -> dict[str, float]:
     """Response times [s] of the gas, tau_g = eps rho/(n beta), and of the particles, tau_p = m/beta, the shortest of a
     mixture, in a bed of `voidage` that the fastest inlet flows through."""
     assert case.gas is not None and case.particles is not None
     slip = fastest_inlet(case.gas) / voidage
     kinds = list_kinds(case.particles)
-    drags = [_drag(case, voidage, slip, law, kind) for kind in kinds]
+    drags = [find_drag(case, voidage, slip, law, kind) for kind in kinds]
     per_particle = sum(kind.share * beta for kind, beta in zip(kinds, drags, strict=True))
     return {
         "tau_g": voidage * case.gas.density * mean_volume(case.particles) / ((1.0 - voidage) * per_particle),
@@ -259,14 +221,17 @@ def _time_exchange(case: Case, law: Law | None) -> Iterator[Number]:
 def _measure_cells(case: Case, cell: np.ndarray) -> Iterator[Number]:
     assert case.particles is not None and case.exchange is not None
     wanted = 1.0 if case.exchange.filter_passes else 3.0
-    limit = f"at least {wanted:g} ({'with' if case.exchange.filter_passes else 'without'} filter)"
+    limit = f"{wanted:g} to {COARSE:g} ({'with' if case.exchange.filter_passes else 'without'} filter)"
     full = (math.pi / 6.0) ** (1.0 / 3.0)
     if width := case.exchange.kernel_width or case.exchange.diffusion_width:
         yield from _measure_spread(case, width)
         return
     for axis, size in zip("xyz", cell / largest_diameter(case.particles), strict=True):
-        verdict = _judge(size >= wanted, "warn" if size > full else "unfit")
-        meaning = f"Cell size over diameter along {axis}; a cube of {full:.2f} is filled by one particle."
+        verdict = _judge(wanted <= size <= COARSE, "warn" if full < size <= ABSURD else "unfit")
+        meaning = (
+            f"Cell size over diameter along {axis}; a cube of {full:.2f} is filled by one particle. Thousands: a "
+            "length is not in m (domain.scale for a mesh)."
+        )
         yield Number(f"cell size {axis}", float(size), "d", limit, verdict, meaning)
 
 
@@ -277,16 +242,25 @@ def _measure_spread(case: Case, width: float) -> Iterator[Number]:
         meaning = (
             f"The bandwidth over the cell size along {axis}; below 1 the cells spread a particle more than it does."
         )
-        yield Number(f"width {axis}", width / float(size), "cells", "at least 1", _judge(width >= size), meaning)
+        verdict = _judge(width >= size, "warn" if size <= ABSURD else "unfit")
+        yield Number(f"width {axis}", width / float(size), "cells", "at least 1", verdict, meaning)
 
 
-def _fluidize(case: Case, law: Law | None) -> Iterator[Number]:
+def _fluidize(case: Case, law: Law | None, region: Region) -> Iterator[Number]:
+    """Of gas that flows up; its velocity is that of the column where the inlet is a part of its cross-section."""
     assert case.gas is not None and case.particles is not None
     if case.gravity == 0.0 or mean_density(case.particles) <= case.gas.density:
         return
-    inlet = fastest_inlet(case.gas)
-    onset, terminal = minimum_fluidization(case, law=law), terminal_velocity(case, law)
+    fastest = max(velocity for _, velocity in inlet_ramp(case.gas))
+    terminal = terminal_velocity(case, law)
+    if fastest <= 0.0:
+        yield Number("terminal velocity", terminal, "m s-1", None, None, "Fall speed of a lone particle.")
+        return
+    bed = region.find_level(solids_volume(case.particles) / SETTLED)
+    onset, there = minimum_fluidization(case, law=law), fastest * region.inlet * bed * SETTLED
+    there /= solids_volume(case.particles)
     meaning = "U_mf of the case's drag law at voidage 0.40; below it the bed stays packed."
-    yield Number("minimum fluidization", onset, "m s-1", f"below U_f = {inlet:g}", _judge(onset < inlet), meaning)
-    meaning = "Fall speed of a lone particle; with more gas than that the particles leave with it."
-    yield Number("terminal velocity", terminal, "m s-1", f"above U_f = {inlet:g}", _judge(terminal > inlet), meaning)
+    yield Number("minimum fluidization", onset, "m s-1", f"below U_f = {there:g}", _judge(onset < there), meaning)
+    above = fastest * region.inlet / region.section
+    meaning = "Fall speed of a lone particle; more gas carries it to the outlet, a wall for particles, where it stays."
+    yield Number("terminal velocity", terminal, "m s-1", f"above U_f = {above:g}", _judge(terminal > above), meaning)

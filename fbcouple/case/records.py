@@ -55,6 +55,11 @@ class Monitors(Section):
     gas_flux: float = option(
         "Error of the gas flux at a height against continuity, over the fastest inflow.", default=1e-2, **Positive
     )
+    inflow: float = option(
+        "Error of the gas that comes in by the inlet in a step, over the fastest inflow of the run.",
+        default=1e-6,
+        **Positive,
+    )
     courant: float = option("Courant number of a fluid step over gas.max_courant.", default=50.0, gt=1.0, le=1e9)
     substeps: int = option("DEM steps in a fluid step.", default=10_000, ge=1)
     voidage: float = option(

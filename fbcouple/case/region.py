@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -17,11 +17,14 @@ from fbcouple.errors import CaseError
 from fbcouple.meshes.block import PER_SQUARE, make_block
 from fbcouple.meshes.cylinder import count_cells, find_section, make_cylinder
 from fbcouple.meshes.extrusion import PER_PRISM
-from fbcouple.meshes.foam_files import read_polymesh
-from fbcouple.meshes.imported import arrange_patches, read_mesh_file
+from fbcouple.meshes.filling import Filling
+from fbcouple.meshes.imported import INLET, OUTLET, ImportedMesh, choose_patches
+from fbcouple.meshes.imported import read_mesh as read_imported
 from fbcouple.meshes.polymesh import PolyMesh
+from fbcouple.meshes.quality import require_sound
 
-INLET, OUTLET, TETRAHEDRA = "inlet", "outlet", "tetrahedra"
+TETRAHEDRA = "tetrahedra"
+UP = (0.0, 0.0, 1.0)
 Make = Callable[[Domain, Path], PolyMesh]
 SHAPES: dict[str, Make] = {}
 
@@ -38,12 +41,30 @@ def shape(name: str) -> Callable[[Make], Make]:
 
 @dataclass(frozen=True)
 class Region:
-    """Number of gas cells, volume [m3], floor that the gas comes in by [m2], and edges (3,) [m] of a usual cell."""
+    """Number of gas cells, volume [m3], height [m], area [m2] of the inlet, edges (3,) [m] of a usual cell, mean inward
+    normal of the inlet's faces, and height [m] of the lowest point.
+
+    `inlet` is the area that a superficial velocity counts for: of a box the whole floor, also where a part is closed.
+    `surface`: the triangles (n, 3, 3) [m] of a mesh from a file; None where the cross-section is one at all heights.
+    """
 
     cells: int
     volume: float
-    floor: float
+    height: float
+    inlet: float
     spacing: np.ndarray
+    direction: tuple[float, ...] = UP
+    bottom: float = 0.0
+    surface: np.ndarray | None = None
+
+    @property
+    def section(self) -> float:
+        """Mean horizontal cross-section [m2]."""
+        return self.volume / self.height
+
+    def find_level(self, volume: float) -> float:
+        """Height [m] above the lowest point up to which `volume` [m3] fills the region from below."""
+        return volume / self.section if self.surface is None else Filling(self.surface).find_level(volume)
 
 
 def read_mesh(case: Case, folder: Path = Path()) -> PolyMesh:
@@ -59,7 +80,8 @@ def find_region(case: Case, folder: Path = Path()) -> Region:
     domain = case.domain
     if domain.is_plain_box:
         spacing = np.array(domain.size) / np.array(domain.cells)
-        return Region(math.prod(domain.cells), math.prod(domain.size), domain.size[0] * domain.size[1], spacing)
+        floor = domain.size[0] * domain.size[1]
+        return Region(math.prod(domain.cells), math.prod(domain.size), domain.size[2], floor, spacing)
     if domain.shape == "cylinder":
         cells = count_cells(domain.cells[0], domain.cells[2], domain.elements or TETRAHEDRA)
         floor = find_section(domain.size[0], domain.cells[0])
@@ -68,9 +90,29 @@ def find_region(case: Case, folder: Path = Path()) -> Region:
         cells = math.prod(domain.cells) * PER_SQUARE * PER_PRISM[domain.elements or TETRAHEDRA]
         volume, floor = math.prod(domain.size), domain.size[0] * domain.size[1]
     else:
-        mesh = read_mesh(case, folder)
-        cells, volume, floor = mesh.count, mesh.volume, mesh.find_area(INLET)
-    return Region(cells, volume, floor, np.full(3, (volume / cells) ** (1.0 / 3.0)))
+        return _measure_mesh(read_mesh(case, folder))
+    return Region(cells, volume, domain.size[2], floor, find_spacing(volume, cells))
+
+
+def find_spacing(volume: float, cells: int) -> np.ndarray:
+    """Edges (3,) [m] of a cube that is as large as a mean cell."""
+    return np.full(3, (volume / cells) ** (1.0 / 3.0))
+
+
+def _measure_mesh(mesh: PolyMesh) -> Region:
+    vectors = mesh.find_vectors(mesh.list_patch(INLET))
+    inward = -vectors.sum(axis=0) / np.linalg.norm(vectors, axis=1).sum()
+    surface = mesh.cut_faces(np.arange(len(mesh.neighbour), len(mesh.owner)))
+    return Region(
+        mesh.count,
+        mesh.volume,
+        float(mesh.high[2] - mesh.low[2]),
+        mesh.find_area(INLET),
+        find_spacing(mesh.volume, mesh.count),
+        tuple(inward.tolist()),
+        float(mesh.low[2]),
+        surface,
+    )
 
 
 @shape("cylinder")
@@ -89,18 +131,37 @@ def mesh_block(domain: Domain, folder: Path) -> PolyMesh:
 @shape("file")
 def read_mesh_of_case(domain: Domain, folder: Path) -> PolyMesh:
     """The mesh that the case brings: a gmsh file, or a polyMesh folder."""
+    found = _find_imported(domain, folder)
+    return _choose_once(found, domain.inlet or INLET, domain.outlet or OUTLET)
+
+
+def list_inner_surfaces(case: Case, folder: Path) -> dict[str, int]:
+    """Surfaces of the case's mesh file that lie between cells, and how many faces of each do."""
+    if case.domain.shape != "file":
+        return {}
+    return _find_imported(case.domain, folder).inner
+
+
+def _find_imported(domain: Domain, folder: Path) -> ImportedMesh:
     if domain.mesh is None:
         raise CaseError(["no mesh is given."])
     path = find_mesh(folder, domain.mesh).resolve()
     newest = max((part.stat().st_mtime_ns for part in [path, *path.glob("*")] if part.exists()), default=0)
-    return _read_once(path, newest, domain.inlet or INLET, domain.outlet or OUTLET)
+    return _read_once(path, newest, domain.scale or 1.0)
 
 
 @lru_cache(maxsize=2)
-def _read_once(path: Path, newest: int, inlet: str, outlet: str) -> PolyMesh:
-    mesh = read_polymesh(path) if path.is_dir() else read_mesh_file(path)
-    for name in (inlet, outlet):
-        if name not in mesh.patches or not mesh.patches[name][1]:
-            known = ", ".join(mesh.patches)
-            raise CaseError([f"{path.name} has no patch {name} with faces; name one of: {known}."])
-    return arrange_patches(mesh, inlet, outlet)
+def _read_once(path: Path, newest: int, scale: float) -> ImportedMesh:
+    try:
+        found = read_imported(path)
+        if scale != 1.0:
+            found = replace(found, mesh=replace(found.mesh, points=found.mesh.points * scale))
+        require_sound(found.mesh)
+    except CaseError as error:
+        raise CaseError([f"{path.name}: {problem}" for problem in error.problems]) from None
+    return found
+
+
+@lru_cache(maxsize=2)
+def _choose_once(found: ImportedMesh, inlet: str, outlet: str) -> PolyMesh:
+    return choose_patches(found, inlet, outlet)

@@ -22,6 +22,7 @@ from fbcouple.case.section import (
     Section,
     Sides,
     Sizes,
+    SizesOfParticles,
     Walls,
     option,
 )
@@ -30,7 +31,8 @@ from fbcouple.case.section import (
 class Domain(Section):
     size: Sizes = option(
         "Inner width, depth and height of the bed; z is up, the floor is z = 0. Of a cylinder twice the diameter and "
-        "the height, of a mesh from a file the box around it.",
+        "the height, of a mesh from a file the box around it, within 1 % (a round wall of flat faces is a little "
+        "narrower).",
         "m",
     )
     cells: Cells = option(
@@ -50,9 +52,22 @@ class Domain(Section):
         "write it.",
         default=None,
     )
-    inlet: str | None = option("Patch of the mesh that the gas comes in by; absent: inlet.", default=None)
+    scale: float | None = option(
+        "Factor that the lengths in the file of the mesh are multiplied by, 1e-3 for a mesh in mm; absent: 1, the mesh "
+        "is in m.",
+        default=None,
+        gt=0.0,
+        le=1e9,
+        allow_inf_nan=False,
+    )
+    inlet: str | None = option(
+        "Patch of the mesh, or physical surface, that the gas comes in by, along the inward normal of each face; one "
+        "without a name by its number; absent: inlet.",
+        default=None,
+    )
     outlet: str | None = option(
-        "Patch of the mesh that the gas leaves by; absent: outlet. All other patches are walls.", default=None
+        "Patch of the mesh that the gas leaves by; absent: outlet. A wall for particles, as all patches are.",
+        default=None,
     )
     periodic: Sides = option(
         "Axes along which the bed repeats itself in place of two walls, for both phases.", default=()
@@ -68,14 +83,16 @@ class Gas(Section):
     density: float = option("Gas density.", "kg m-3", **Positive)
     viscosity: float = option("Dynamic viscosity.", "Pa s", **Positive)
     inlet_velocity: float | None = option(
-        "Superficial velocity over the WHOLE floor, a closed nozzle included. Give this or `inlet_ramp`.",
+        "Superficial velocity over the whole floor, a closed nozzle included; of a mesh from a file over the patch "
+        "`inlet`, along the inward normal of each face. Give this or `inlet_ramp`.",
         "m s-1",
         None,
         **NonNegative,
     )
     inlet_ramp: Ramp | None = option(
-        "Times [s] and superficial velocities, linear between, the last one from then on; a time given twice is a "
-        "jump, below 0 the gas flows down. Give this or `inlet_velocity`.",
+        "Times [s] and superficial velocities as of `inlet_velocity`, any number of rows, linear between, the last one "
+        "from then on; a time given twice is a jump, below 0 the gas leaves by the inlet. A step has the velocity of "
+        "its end. Give this or `inlet_velocity`.",
         "m s-1",
         None,
     )
@@ -84,7 +101,8 @@ class Gas(Section):
         default=None,
     )
     top: Literal["open", "closed"] = option(
-        "Top of the box: open to gas at pressure 0, or a lid; under a lid no gas may come in.", default="open"
+        "Top of the box: open to gas at pressure 0, or a lid, under which no gas may come in. Particles cannot leave.",
+        default="open",
     )
     walls: Literal["no-slip", "slip"] = option("Gas at the side walls and the closed nozzle.", default="no-slip")
     turbulence: Literal["none", "smagorinsky", "keqn", "dynamic-lagrangian", "localized-dynamic"] = option(
@@ -132,9 +150,15 @@ class Particles(Section):
     mass: float | None = option("Mass of the bed; the count is rounded. Give this or `count`.", "kg", None, **Positive)
     count: int | None = option("Number of particles. Give this or `mass`.", default=None, ge=1, le=10**15)
     positions: str | None = option(
-        "File of start positions (CSV: x, y, z in m; where they start moving also vx, vy, vz in m/s) beside the case; "
-        "absent: the lattice of [start], at rest.",
+        "File of start positions (CSV: x, y, z in m; where they start moving also vx, vy, vz in m/s; of each particle "
+        "also radius or diameter in m, density in kg/m3, kind) beside the case; absent: the lattice of [start], at "
+        "rest.",
         default=None,
+    )
+    sizes: SizesOfParticles = option(
+        "Rows of diameter [m], density [kg m-3] and number of particles, in place of `diameter` and `density`, where "
+        "the file `positions` gives each particle its own; filled in from it, `diameter` then counts for kernels only.",
+        default=(),
     )
     rotation: bool = option("Integrate rotation (the paper does not).", default=False)
 

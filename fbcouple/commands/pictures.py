@@ -13,21 +13,28 @@ from fbcouple.commands.table import print_table
 
 @click.command()
 @click.argument("run", type=click.Path(path_type=Path))
+@click.option(
+    "-o",
+    "--output",
+    "folder",
+    type=click.Path(path_type=Path, file_okay=False),
+    help="Folder for them; by default figures in the run folder (and vtk there).",
+)
 @click.option("--animate", "moving", is_flag=True, help="Also figures/bed.gif, of the frames (output.particles_every).")
 @click.option("--vtk", "exported", is_flag=True, help="Also RUN/vtk, means and frames for ParaView.")
-def post(run: Path, moving: bool, exported: bool) -> None:
+def post(run: Path, folder: Path | None, moving: bool, exported: bool) -> None:
     """Draw the figures of RUN from its results.nc and its frames."""
     from postproc import draw
     from postproc.views import animate
 
-    for picture in draw(run):
+    for picture in draw(run, folder):
         click.echo(str(picture))
     if moving:
-        click.echo(str(animate(run)))
+        click.echo(str(animate(run, folder)))
     if exported:
         from postproc.vtk_files import export
 
-        for file in export(run):
+        for file in export(run, folder and folder / "vtk"):
             click.echo(str(file))
 
 
@@ -44,7 +51,8 @@ def post(run: Path, moving: bool, exported: bool) -> None:
     "references",
     multiple=True,
     metavar="QUANTITY@HEIGHT=FILE",
-    help="Measured line across the bed at HEIGHT [m], a CSV file of x, value, error; may be given several times.",
+    help="Measured line across the bed at HEIGHT [m], a CSV file of x, value, error, for all RUNs; may be given "
+    "several times.",
 )
 def report(runs: tuple[Path, ...], output: Path | None, references: tuple[str, ...]) -> None:
     """Put RUNs on one HTML page that stands alone, compared with the first of them, and the numbers in a JSON file."""
@@ -63,9 +71,18 @@ def claims(runs: tuple[Path, ...], file: Path | None) -> None:
     import json
 
     from postproc.claims import tabulate_claims
+    from postproc.files import write_whole
 
     rows = tabulate_claims(runs)
+    spoken = [row for row in rows if row["runs"]]
     columns = ["statement", "place", "numerics", "measured", "wanted", "verdict", "why"]
-    print_table(columns, [[row[column] for column in columns] for row in rows])
+    if spoken:
+        print_table(columns, [[row[column] for column in columns] for row in spoken])
+    if len(spoken) < len(rows):
+        what = (
+            "beds that are not among these runs" if spoken else "beds of the paper (patil/...), and no run here is one"
+        )
+        click.echo(f"{len(rows) - len(spoken)} of {len(rows)} statements cannot be told: they speak of {what}.")
     if file:
-        file.write_text(json.dumps({"claims": rows}, indent=2) + "\n", encoding="utf-8")
+        text = json.dumps({"claims": rows}, indent=2) + "\n"
+        write_whole(file, lambda place: place.write_text(text, encoding="utf-8"), "give another file with --json")

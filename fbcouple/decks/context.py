@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from itertools import pairwise
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from fbcouple.case import derived
 from fbcouple.case.mixture import Kind, list_kinds
 from fbcouple.case.pairs import find_pair, find_wall
-from fbcouple.case.region import find_region
+from fbcouple.case.region import Region, find_region
 from fbcouple.case.schema import Case, Contact, Gas, Particles
 from fbcouple.collision import normal_damping
 
@@ -44,25 +43,25 @@ def build_context(case: Case, needs: dict[str, bool], folder: Path = Path()) -> 
     """Everything the templates of this case, whose own files lie in `folder`, may name."""
     context: dict[str, Any] = {"case": case, "needs": needs}
     if case.gas:
-        context |= _gas_context(case, case.gas, find_region(case, folder).cells)
+        context |= _gas_context(case, case.gas, find_region(case, folder))
     if case.particles and case.contact:
         context |= _grains_context(case.particles, case.contact)
         context["boundary"] = " ".join("p" if wrapped else "f" for wrapped in derived.wraps(case.domain))
     return context
 
 
-def _gas_context(case: Case, gas: Gas, cells: int) -> dict[str, Any]:
+def _gas_context(case: Case, gas: Gas, region: Region) -> dict[str, Any]:
     context: dict[str, Any] = {
         "kinematic_viscosity": gas.viscosity / gas.density,
         "open_velocity": derived.inlet_ramp(gas)[0][1] * derived.open_share(case),
-        "start_velocity": derived.inlet_ramp(gas)[0][1],
+        "start_velocity": _find_start_velocity(gas, region),
         "wall_faces": [face for axis, faces in _SIDES.items() if axis not in case.domain.periodic for face in faces],
         "cyclic_faces": {axis: faces for axis, faces in _SIDES.items() if axis in case.domain.periodic},
-        "multigrid": cells >= _MULTIGRID_FROM,
+        "multigrid": region.cells >= _MULTIGRID_FROM,
         "first_step": 1e-6,
     }
-    if gas.inlet_ramp:
-        context["inlet_expression"] = write_ramp(gas.inlet_ramp, derived.open_share(case))
+    share = derived.open_share(case)
+    context["inlet_rows"] = [(time, velocity * share) for time, velocity in derived.inlet_ramp(gas)]
     if gas.turbulence != "none":
         context |= {"les_model": _LES_MODELS[gas.turbulence], "start_lm": _START_LM, "start_mm": _START_MM}
     if gas.top == "closed":
@@ -72,19 +71,10 @@ def _gas_context(case: Case, gas: Gas, cells: int) -> dict[str, Any]:
     return context
 
 
-def write_ramp(ramp: Sequence[tuple[float, float]], share: float) -> str:
-    """The ramp (times [s], velocities [m/s]) times `share` as an OpenFOAM expression of time().
-
-    The first velocity, and what each stretch adds to it from its start to its end: a jump is a stretch of no length.
-    """
-    terms = [repr(ramp[0][1] * share)]
-    for (start, before), (end, after) in pairwise(ramp):
-        change = (after - before) * share
-        if change and end == start:
-            terms.append(f"({change!r})*pos0(time() - {end!r})")
-        elif change:
-            terms.append(f"({change / (end - start)!r})*(min(max(time(), {start!r}), {end!r}) - {start!r})")
-    return " + ".join(terms)
+def _find_start_velocity(gas: Gas, region: Region) -> float:
+    """Vertical velocity [m/s] that the gas starts with: the mean one of the column, 0 with an inlet in its side."""
+    upward = region.direction[2] * region.inlet / region.section
+    return derived.inlet_ramp(gas)[0][1] * (1.0 if region.surface is None else upward)
 
 
 def _find_top_point(case: Case) -> tuple[float, ...]:

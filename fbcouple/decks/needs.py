@@ -96,6 +96,16 @@ def _inlet_ramp(case: Case) -> tuple[bool, str]:
 
 
 @_part
+def _superficial_inlet(case: Case) -> tuple[bool, str]:
+    if case.gas is None:
+        return False, "no [gas]: nothing comes in"
+    if case.domain.shape == "file":
+        return True, "each face of the mesh's inlet has its own normal"
+    ramp = case.gas.inlet_ramp is not None
+    return ramp, "gas.inlet_ramp is given" if ramp else "one velocity by a level floor: OpenFOAM's own condition"
+
+
+@_part
 def _turbulence(case: Case) -> tuple[bool, str]:
     model = case.gas.turbulence if case.gas else "none"
     return model != "none", f"gas.turbulence = {model}"

@@ -6,7 +6,6 @@ OpenFOAM's own reader runs what `#calc` or `#codeStream` in such a file says. Th
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
@@ -14,14 +13,11 @@ from pathlib import Path
 import numpy as np
 
 from fbcouple.errors import CaseError
+from fbcouple.meshes.foam_boundary import read_patches
+from fbcouple.meshes.foam_text import find_part, read_numbers
 from fbcouple.meshes.polymesh import Patches, PolyMesh
 from fbcouple.meshes.ragged import Ragged, pile_up
 
-FILES = ("points", "faces", "owner", "neighbour", "boundary")
-LARGEST = 4_000_000_000
-"""Bytes that a file of a mesh may have."""
-_PATCH = re.compile(r"(\w[\w.:+-]*)\s*\{([^{}]*)\}")
-_ENTRY = re.compile(r"(\w+)\s+([^;{}]*);")
 _CLASSES = {
     "points": "vectorField",
     "faces": "faceList",
@@ -29,62 +25,40 @@ _CLASSES = {
     "neighbour": "labelList",
     "boundary": "polyBoundaryMesh",
 }
-_REPEATED = ("cyclic", "cyclicAMI", "cyclicACMI", "empty", "wedge", "processor", "symmetry", "symmetryPlane")
+_AGAIN = "write the mesh again"
 
 
 def read_polymesh(folder: Path) -> PolyMesh:
-    """Read the text files points, faces, owner, neighbour and boundary in `folder`.
+    """Read the text files points, faces, owner, neighbour and boundary in `folder`, plain or packed by gzip.
 
     Raises: CaseError (one text) naming the file that is missing, binary, or not a mesh.
     """
-    points = _read_numbers(folder / "points", float).reshape(-1, 3)
-    owner, neighbour = (_read_numbers(folder / name, np.int64) for name in ("owner", "neighbour"))
-    faces = _split_rows(_read_numbers(folder / "faces", np.int64), len(owner), folder / "faces")
-    patches = _read_patches(folder / "boundary")
+    points = _read_list(folder, "points", float, 3).reshape(-1, 3)
+    owner, neighbour = (_read_list(folder, name, np.int64) for name in ("owner", "neighbour"))
+    count, numbers = read_numbers(find_part(folder, "faces"), np.int64)
+    faces = _split_rows(numbers, len(owner) if count is None else count, "faces")
+    patches = read_patches(find_part(folder, "boundary"))
     neighbour = neighbour[neighbour >= 0]
     if not np.isfinite(points).all():
-        raise CaseError([f"{folder / 'points'} holds a coordinate that is not finite; mend it."])
-    last = len(owner) - len(neighbour)
-    bad = faces.values.min(initial=0) < 0 or faces.values.max(initial=0) >= len(points) or owner.min(initial=0) < 0
-    if bad or last <= 0 or sum(count for _, count in patches.values()) != last:
-        raise CaseError([f"{folder}: points, faces, cells and patches do not fit together; write the mesh again."])
+        raise CaseError(["points holds a coordinate that is not finite; mend it."])
+    _require_fit(points, faces, owner, neighbour)
+    _require_patches(patches, len(neighbour), len(owner))
     return PolyMesh(points, faces, owner, neighbour, patches)
 
 
-def _read_text(path: Path) -> str:
-    mend = "write the mesh as text (foamFormatConvert with writeFormat ascii, writeCompression off)."
-    try:
-        if path.stat().st_size > LARGEST:
-            raise CaseError([f"{path.name} is larger than {LARGEST / 1e9:g} GB; {mend}"])
-        text = path.read_bytes().decode("ascii")
-    except OSError as error:
-        raise CaseError(
-            [f"{path} cannot be read: {error.strerror}; a polyMesh folder has {', '.join(FILES)}."]
-        ) from None
-    except UnicodeDecodeError:
-        raise CaseError([f"{path} is not text; {mend}"]) from None
-    header = re.search(r"FoamFile\s*\{([^{}]*)\}", text)
-    if header and "binary" in header.group(1):
-        raise CaseError([f"{path} is binary; {mend}"])
-    body = text[header.end() :] if header else text
-    return re.sub(r"//[^\n]*|/\*.*?\*/", " ", body, flags=re.DOTALL)
+def _read_list(folder: Path, name: str, kind: type, columns: int = 1) -> np.ndarray:
+    count, numbers = read_numbers(find_part(folder, name), kind)
+    if len(numbers) % columns or (count is not None and len(numbers) != count * columns):
+        text = f"{name} holds {len(numbers) / columns:g} entries"
+        raise CaseError([f"{text} and says {count}; the file is cut off or was edited: {_AGAIN}."])
+    return numbers
 
 
-def _read_numbers(path: Path, kind: type) -> np.ndarray:
-    """All numbers of a list, without the count in front of it."""
-    text = _read_text(path)
-    start, end = text.find("("), text.rfind(")")
-    inner = text[start + 1 : end].replace("(", " ").replace(")", " ")
-    if start < 0 or not re.fullmatch(r"[\s0-9eE.+-]*", inner):
-        raise CaseError([f"{path} is not a list of numbers; write the mesh again, as text."])
-    try:
-        return np.array(inner.split(), dtype=kind)
-    except ValueError as error:
-        raise CaseError([f"{path} holds what is no number ({str(error)[:80]}); write the mesh again."]) from None
-
-
-def _split_rows(numbers: np.ndarray, count: int, path: Path) -> Ragged:
+def _split_rows(numbers: np.ndarray, count: int, name: str) -> Ragged:
     """Rows that each start with their length."""
+    wrong = CaseError([f"{name} does not hold {count} faces, each the number of its points and the points; {_AGAIN}."])
+    if numbers.min(initial=0) < 0:
+        raise wrong
     if len(numbers) and count and len(numbers) == count * (numbers[0] + 1):
         table = numbers.reshape(count, -1)
         if np.all(table[:, 0] == numbers[0]):
@@ -94,28 +68,41 @@ def _split_rows(numbers: np.ndarray, count: int, path: Path) -> Ragged:
         starts.append(place)
         place += values[place] + 1
     if place != len(values) or len(starts) != count:
-        raise CaseError([f"{path} does not have a face for each of the {count} owners; write the mesh again."])
+        raise wrong
     heads = np.array(starts, dtype=np.int64)
     keep = np.ones(len(numbers), bool)
     keep[heads] = False
     return pile_up(numbers[heads], numbers[keep])
 
 
-def _read_patches(path: Path) -> Patches:
-    text = _read_text(path)
-    if "#" in text or "$" in text:
-        raise CaseError([f"{path} has `#` or `$`: only plain patches are read; write them out."])
-    patches: Patches = {}
-    for name, body in _PATCH.findall(text):
-        entries = dict(_ENTRY.findall(body))
-        try:
-            patches[name] = int(entries["startFace"]), int(entries["nFaces"])
-        except (KeyError, ValueError):
-            raise CaseError([f"{path}: patch {name} has no startFace and nFaces; mend it."]) from None
-        if entries.get("type", "").strip() in _REPEATED and patches[name][1]:
-            text = f"patch {name} is of the type {entries['type'].strip()}, `patch` and `wall` are allowed"
-            raise CaseError([f"{path}: {text}; mend it in the mesher."])
-    return patches
+def _require_fit(points: np.ndarray, faces: Ragged, owner: np.ndarray, neighbour: np.ndarray) -> None:
+    """Raise CaseError unless the four lists are of one mesh, in OpenFOAM's order."""
+    inner = len(neighbour)
+    if len(faces) != len(owner) or inner >= len(owner):
+        text = f"there are {len(faces)} faces, {len(owner)} owners and {inner} neighbours"
+        raise CaseError([f"{text}; each face has an owner and each inner one a neighbour: {_AGAIN}."])
+    if faces.values.max(initial=0) >= len(points):
+        raise CaseError([f"faces names point {faces.values.max()} and there are {len(points)} points; {_AGAIN}."])
+    if faces.lengths.min() < 3:
+        raise CaseError([f"faces has a face of {faces.lengths.min()} points, at least 3 are allowed; {_AGAIN}."])
+    if owner.min() < 0 or max(owner.max(), neighbour.max(initial=0)) >= len(owner):
+        raise CaseError([f"owner or neighbour names a cell that can have no face; {_AGAIN}."])
+    order = owner[:inner] * len(owner) + neighbour
+    if np.any(owner[:inner] >= neighbour) or np.any(np.diff(order) < 0):
+        text = "the inner faces are not in OpenFOAM's order (owner below neighbour, then by neighbour)"
+        raise CaseError([f"{text}; `renumberMesh -overwrite` puts them right."])
+
+
+def _require_patches(patches: Patches, inner: int, faces: int) -> None:
+    """Raise CaseError unless the patches have each outer face once."""
+    at = inner
+    for name, (first, count) in sorted(patches.items(), key=lambda item: item[1]):
+        if first != at or count < 0:
+            text = f"patch {name} has {count} faces from face {first} on, face {at} is the next without a patch"
+            raise CaseError([f"boundary: {text}; {_AGAIN}."])
+        at += count
+    if at != faces:
+        raise CaseError([f"boundary: its patches end at face {at} and there are {faces} faces; {_AGAIN}."])
 
 
 def write_polymesh(mesh: PolyMesh, folder: Path) -> None:

@@ -16,6 +16,7 @@ ROUNDING = 1e-9
 """How far below zero a weight may be: a point on a wall."""
 _LONGEST_WALK = 200
 _TRIED = 256
+_AT_ONCE = 4096
 
 
 class Locator:
@@ -32,6 +33,9 @@ class Locator:
         middles = origin + edges.sum(axis=1) / 4.0
         self._tree = cKDTree(middles)
         self._lay_bins(middles)
+        corners = parts.places[self.corners].reshape(-1, 3)
+        margin = 1e-6 * np.ptp(corners, axis=0).max()
+        self._box = corners.min(axis=0) - margin, corners.max(axis=0) + margin
 
     def _lay_bins(self, middles: np.ndarray) -> None:
         """Bins, about one a tetrahedron, and the start of the walk in each."""
@@ -67,11 +71,15 @@ class Locator:
 
     def find_cells(self, points: np.ndarray) -> np.ndarray:
         """The cell that holds each of `points` (n, 3) [m], -1 where none does."""
+        points = np.ascontiguousarray(points, dtype=float)
         found, weights = np.empty(len(points), np.int64), np.empty((len(points), 4))
         _walk(points, self._low, self._scale, self._starts, self._frames, self._neighbours, found, weights)
-        for p in np.flatnonzero(found < 0):
-            near = np.atleast_1d(self._tree.query(points[p], min(_TRIED, len(self.corners)))[1])
-            _try(points[p], near, self._frames, found, weights, p)
+        low, high = self._box
+        left = np.flatnonzero((found < 0) & np.all((points >= low) & (points <= high), axis=1))
+        for first in range(0, len(left), _AT_ONCE):
+            rows = left[first : first + _AT_ONCE]
+            near = self._tree.query(points[rows], min(_TRIED, len(self.corners)))[1].reshape(len(rows), -1)
+            _try_each(points, near, self._frames, found, weights, rows)
         return np.where(found >= 0, self.corners[found, 0], -1)
 
 
@@ -132,3 +140,10 @@ def _try(point, candidates, frames, found, weights, p):
             _keep(w, weights[p])
             return True
     return False
+
+
+@njit(cache=True)
+def _try_each(points, candidates, frames, found, weights, rows):
+    """`_try` for each of the `rows`, with its own row of candidates."""
+    for n in range(len(rows)):
+        _try(points[rows[n]], candidates[n], frames, found, weights, rows[n])

@@ -20,6 +20,14 @@ SHAPES: dict[str, list[list[int]]] = {
     "hexahedron": [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]],
 }
 
+_TURNED = {
+    "tetra": [0, 2, 1, 3],
+    "pyramid": [0, 3, 2, 1, 4],
+    "wedge": [3, 4, 5, 0, 1, 2],
+    "hexahedron": [4, 5, 6, 7, 0, 1, 2, 3],
+}
+"""The points of a cell as those of its mirror image are numbered."""
+
 Name = Callable[[np.ndarray], np.ndarray]
 """Patch number (n,) of each outer face, given as rows of four points (n, 4)."""
 
@@ -79,9 +87,13 @@ def _list_faces(points: np.ndarray, shapes: Sequence[tuple[str, np.ndarray]]) ->
 
 
 def _turn_out(points: np.ndarray, shape: str, corners: np.ndarray) -> np.ndarray:
-    """The points of tetrahedra in the order that makes their volume positive; other shapes as they are."""
-    if shape != "tetra":
-        return corners
-    a, b, c, d = points[corners].transpose(1, 0, 2)
-    turned = np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) < 0.0
-    return np.where(turned[:, None], corners[:, [0, 2, 1, 3]], corners)
+    """The points of cells in the order that makes their volume positive: a mirrored mesh has them inside out."""
+    places = points[corners]
+    centre = places.mean(axis=1)
+    volumes = np.zeros(len(corners))
+    for face in SHAPES[shape]:
+        middle = places[:, face].mean(axis=1) - centre
+        for one, other in zip(face, face[1:] + face[:1], strict=True):
+            sides = np.cross(places[:, one] - centre, places[:, other] - centre)
+            volumes += np.einsum("ij,ij->i", middle, sides)
+    return np.where((volumes < 0.0)[:, None], corners[:, _TURNED[shape]], corners)

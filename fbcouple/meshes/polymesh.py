@@ -26,8 +26,8 @@ class PolyMesh:
 
     @property
     def count(self) -> int:
-        """Number of cells."""
-        return int(self.owner.max()) + 1 if len(self.owner) else 0
+        """Number of cells; the last one may own no face."""
+        return int(max(self.owner.max(initial=-1), self.neighbour.max(initial=-1))) + 1
 
     @property
     def low(self) -> np.ndarray:
@@ -46,6 +46,10 @@ class PolyMesh:
 
     def cut_faces(self, faces: np.ndarray) -> np.ndarray:
         """Triangles (n, 3, 3) [m] of these faces: a triangle as it is, any other about the mean of its points."""
+        return self.list_triangles(faces)[0]
+
+    def list_triangles(self, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The triangles of `cut_faces`, and which of `faces` each is part of, (n,)."""
         rows = self.faces.take(faces)
         corners = self.points[rows.values]
         means = np.add.reduceat(corners, rows.starts[:-1], axis=0) / rows.lengths[:, None]
@@ -55,12 +59,21 @@ class PolyMesh:
         fans = np.stack([means[face], corners, corners[following]], axis=1)
         whole = rows.lengths == 3
         triangles = corners[np.repeat(whole, rows.lengths)].reshape(-1, 3, 3)
-        return np.concatenate([triangles, fans[~whole[face]]])
+        parts = np.concatenate([triangles, fans[~whole[face]]])
+        return parts, np.concatenate([np.flatnonzero(whole), face[~whole[face]]])
+
+    def find_vectors(self, faces: np.ndarray) -> np.ndarray:
+        """Area vectors (n, 3) [m2] of these faces, out of their owners."""
+        rows = self.faces.take(faces)
+        corners = self.points[rows.values]
+        following = np.arange(len(rows.values)) + 1
+        following[rows.starts[1:] - 1] = rows.starts[:-1]
+        first = np.repeat(corners[rows.starts[:-1]], rows.lengths, axis=0)
+        return 0.5 * np.add.reduceat(np.cross(corners - first, corners[following] - first), rows.starts[:-1], axis=0)
 
     def find_area(self, name: str) -> float:
-        """Area [m2] of the patch `name`, of its triangles' vectors added up."""
-        a, b, c = self.cut_faces(self.list_patch(name)).transpose(1, 0, 2)
-        return float(np.linalg.norm(0.5 * np.cross(b - a, c - a).sum(axis=0)))
+        """Area [m2] of the patch `name`: the sum over its faces, also where it is curved."""
+        return float(np.linalg.norm(self.find_vectors(self.list_patch(name)), axis=1).sum())
 
     @property
     def volume(self) -> float:

@@ -7,10 +7,13 @@ from typing import Any
 
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
 from postproc.style import DPI, GREEN, GREY, ORANGE, PAGE, VERMILION, journal_style, save
 
+MARKS = {"unfit": "U", "warn": "W"}
+"""What the pre-flight check said -> the letter in the map."""
 COLOURS = {"stable": GREEN, "inaccurate": ORANGE, "unstable": VERMILION, "unfinished": GREY}
 _ROW = 0.155
 """Height of a scene [in]."""
@@ -28,13 +31,25 @@ def draw_map(rows: list[dict[str, Any]], title: str, path: Path) -> Path:
         for row in rows:
             place = forms.index(row["form"]), scenes.index((row["scene"], row["varied"]))
             axes.add_patch(Rectangle(place, 0.96, 0.9, color=COLOURS[row["verdict"]]))
-            mark = {"unfit": "U", "warn": "W"}.get(row["predicted"], "")
+            mark = MARKS.get(row["predicted"], "")
             axes.text(place[0] + 0.48, place[1] + 0.45, mark, ha="center", va="center", size=5)
         axes.set(xlim=(0, len(forms)), ylim=(len(scenes), 0))
         axes.set_xticks([n + 0.48 for n in range(len(forms))], [form or "no exchange" for form in forms])
         axes.set_yticks([n + 0.45 for n in range(len(scenes))], [f"{a}: {b}".rstrip(": ") for a, b in scenes], size=5)
         axes.spines[:].set_visible(False)
         axes.tick_params(length=0, top=True, labeltop=True, bottom=False, labelbottom=False)
-        patches = [Patch(color=colour, label=verdict) for verdict, colour in COLOURS.items()]
-        axes.legend(handles=patches, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+        handles: list[Any] = [Patch(color=colour, label=verdict) for verdict, colour in COLOURS.items()]
+        handles += [
+            Line2D(
+                [],
+                [],
+                linestyle="none",
+                marker=rf"$\mathrm{{{mark}}}$",
+                color="black",
+                markersize=5,
+                label=f"`check`: {word}",
+            )
+            for word, mark in MARKS.items()
+        ]
+        axes.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.0, 1.0))
         return save(picture, path, title)

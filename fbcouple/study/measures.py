@@ -15,12 +15,13 @@ import xarray as xr
 from scipy.integrate import solve_ivp
 
 from fbcouple.case import derived
+from fbcouple.case.drag_balance import terminal_velocity
 from fbcouple.case.lattice import lay_out
-from fbcouple.case.preflight import terminal_velocity
 from fbcouple.case.problems import Problem, show, suggest
 from fbcouple.case.schema import Case
+from fbcouple.companion_files import find_companion
 from fbcouple.errors import CaseError
-from fbcouple.reference import QUANTITIES, parse_reference, read_points
+from fbcouple.reference import QUANTITIES, parse_reference, read_line
 from fbcouple.results import HISTORIES
 from postproc.dataset import Results, at_height, depth_average
 from postproc.measures import mean_of_history
@@ -177,7 +178,7 @@ def measure_bed(run: Finished, argument: str, reference: Finished | None) -> Err
 
 @measure("bed-weight")
 def measure_weight(run: Finished, argument: str, reference: Finished | None) -> Error:
-    """Time-mean pressure drop of a fluidized bed against its weight less its buoyancy over the floor."""
+    """Time-mean pressure drop of a fluidized bed against its weight less its buoyancy over its cross-section."""
     mean, expected = mean_of_history(run.results, "pressure_drop"), run.results.weight_per_area
     if not expected:
         raise CaseError(["bed-weight needs gas, particles and gravity."])
@@ -207,7 +208,7 @@ def compare_experiment(run: Finished, argument: str, reference: Finished | None)
         raise CaseError([f"experiment:{argument}: the case names no such line in output.references."])
     rows = []
     for line in lines:
-        points = read_points(run.results.path.parent / line.file)
+        points = read_line(line, find_companion(run.results.path.parent, line.file, ".csv"), run.case.domain.size)
         mean, error = (_read_line(run.results, argument + suffix, line.height, points.x) for suffix in ("", "_stderr"))
         rows.append(np.stack([mean, error, points.value]))
     means, errors, wanted = np.concatenate(rows, axis=1)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import textwrap
 from pathlib import Path
 from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from postproc.style import BLUE, DPI, GREEN, GREY, INK, ORANGE, PAGE, SKY, VERMILION, journal_style, save
 
@@ -56,7 +58,21 @@ def _draw_panel(axes: Axes, rows: list[dict[str, Any]], knobs: list[str]) -> Non
             capsize=2,
             label=label,
         )
-        axes.annotate(row["member"], place, (3, 3), textcoords="offset points", size=4.5, color=GREY)
+    _name_members(axes, rows)
     front = sorted((row["core_seconds_per_second"], row["error"]) for row in rows if row["pareto"])
     axes.plot(*zip(*front, strict=True), color=INK, linewidth=0.8, linestyle="--", label="Pareto front", zorder=0)
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_formatter(NullFormatter())
+
+
+def _name_members(axes: Axes, rows: list[dict[str, Any]]) -> None:
+    """Number the members in the order of cost, and list the numbers below the panel's axis where they do not meet."""
+    ordered = sorted(rows, key=lambda row: row["core_seconds_per_second"])
+    for place, row in enumerate(ordered):
+        spot = row["core_seconds_per_second"], row["error"]
+        axes.annotate(str(place + 1), spot, (4, 3), textcoords="offset points", size=6, color=INK)
+    names = [f"{place + 1}\u00a0{row['member']}" for place, row in enumerate(ordered)]
+    axes.set_title(textwrap.fill("   ".join(names), 120), loc="left", size=5.5, color=GREY, pad=3, parse_math=False)

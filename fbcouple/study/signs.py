@@ -15,8 +15,8 @@ from typing import Any, Literal
 import numpy as np
 
 from fbcouple.case import derived
+from fbcouple.case.drag_balance import EXPANDED
 from fbcouple.case.mixture import count_kinds, list_kinds
-from fbcouple.case.preflight import EXPANDED
 from fbcouple.case.schema import Case
 
 Row = dict[str, Any]

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
+from fbcouple.case.companions import copy_companions
 from fbcouple.case.lattice import lattice_kinds, lattice_positions
 from fbcouple.case.schema import Case
 from fbcouple.decks.render import set_up
@@ -34,11 +35,13 @@ def open_bench(
     positions: np.ndarray | None = None,
     edits: dict[str, Edit] | None = None,
     kinds: np.ndarray | None = None,
+    folder: Path = Path(),
 ) -> Scene:
     """Set up a case of `sections` (as a case file has them) in `place`, open its solvers, set the particles up.
 
     positions: start positions (n, 3) [m] in place of the lattice; the particles' count follows them.
     kinds: of a mixture the kind of each particle, counted from 0, in place of a random order.
+    folder: where the files lie that the case brings, a mesh.
     edits: deck file -> change of its text, for scenes that need what no case asks for (a moving lid).
     """
     case = _make_case(sections, positions)
@@ -47,9 +50,11 @@ def open_bench(
         set_up(
             case,
             run,
-            lambda wanted: lattice_positions(wanted) if positions is None else positions,
+            lambda wanted: lattice_positions(wanted, folder) if positions is None else positions,
             lambda wanted: lattice_kinds(wanted) if kinds is None else kinds,
+            folder=folder,
         )
+        copy_companions(case, folder, run)
         for deck, edit in (edits or {}).items():
             (run / deck).write_text(edit((run / deck).read_text(encoding="utf-8")), encoding="utf-8")
         if case.gas:

@@ -72,13 +72,20 @@ def conservation_forces(place: Path, comm: MPI.Comm) -> Iterator[Number]:
 
 
 def conserve(
-    place: Path, comm: MPI.Comm, bed: dict[str, Any], drift: float = 0.0, steps: int = _STEPS, lively: float = 0.05
+    place: Path,
+    comm: MPI.Comm,
+    bed: dict[str, Any],
+    drift: float = 0.0,
+    steps: int = _STEPS,
+    lively: float = 0.05,
+    folder: Path = Path(),
 ) -> Iterator[Number]:
     """Run a bed whose particles start with the velocity `drift` [m/s] along x, and look for what is lost.
 
-    lively: speed [m/s] that some particle must have at the end, or the scene shows nothing.
+    lively: speed [m/s] that some particle must have at the end, or the scene shows nothing; folder: where a mesh of
+    the bed lies.
     """
-    bench = open_bench(place, comm, bed)
+    bench = open_bench(place, comm, bed, folder=folder)
     assert bench.grains is not None
     bench.grains.velocities[:, 0] = drift
     start(bench)
@@ -90,7 +97,7 @@ def conserve(
         way += float(bench.grains.velocities[:, 0].sum()) * bench.dt
         momentum = max(momentum, bench.balance.momentum_error)
         solids = max(solids, abs(_solids_volume(bench) - 1.0))
-        gas = max(gas, bench.gas_state.mass_error)
+        gas = max(gas, bench.gas_state.lost / bench.gas_state.inflow)
     yield Number("momentum, of the drag", momentum, 0.0, 1e-10)
     yield Number("solids volume", solids, 0.0, 1e-12)
     yield Number("gas mass, of the inflow", gas, 0.0, 1e-8)

@@ -14,105 +14,30 @@ from mpi4py import MPI
 
 from fbcouple.collision import normal_damping
 from fbcouple.meshes.cylinder import find_section, make_cylinder
-from fbcouple.meshes.polyhedra import find_centres, take_apart
-from fbcouple.meshes.tetrahedra import cut
-from fbcouple.verify.bench import FRICTIONLESS, GAS, GLASS, Edit, blow, open_bench, take_same_step
+from fbcouple.verify.bench import FRICTIONLESS, GAS, GLASS, Edit, open_bench, take_same_step
 from fbcouple.verify.conservation import conserve
 from fbcouple.verify.fall import SCHILLER_NAUMANN, coarsen_bins, name_sizes
 from fbcouple.verify.gas import run_until_steady
+from fbcouple.verify.held_mesh import HeldMesh, compare_losses
 from fbcouple.verify.lattice import VOIDAGES
-from fbcouple.verify.published import PUBLISHED, Bed
 from fbcouple.verify.registry import Number, scene
 from fbcouple.worker import start
 
 _ACROSS, _LAYERS = 8, 8
 """Cells across the held bed, and up in each of its slabs: in the middle of a slab nothing is known of the others."""
 _EDGE = 2.5e-3
-_INLET = 0.5
 _SPEEDS = (0.1, 0.5, 2.0)
-_STEPS = 12
-
-
-class HeldCylinder:
-    """Slabs of 0.4 to 0.9 voidage in one cylinder; a sphere in the middle of each quarter of a tetrahedron.
-
-    A quarter, from the cell's centre to a side, is where the weights are linear, so that its middle stands for all of
-    it: spheres with the same part of the volume of their quarter give every cell the same voidage, to rounding, if
-    weights and their transpose are right. They never move; a slip of their own makes up what the inlet does not give.
-    """
-
-    def __init__(self, place: Path, comm: MPI.Comm, law: str) -> None:
-        layers = _LAYERS * len(VOIDAGES)
-        size = [_ACROSS * _EDGE, _ACROSS * _EDGE, layers * _EDGE]
-        mesh = make_cylinder(size[0], size[2], _ACROSS, layers, "tetrahedra")
-        number = np.arange(mesh.count)
-        parts = cut(take_apart(mesh, find_centres(mesh), number, np.arange(len(mesh.points))))
-        middles = parts.places[parts.corners].mean(axis=1)
-        sections: dict[str, Any] = {
-            "domain": {"shape": "cylinder", "size": size, "cells": [_ACROSS, _ACROSS, layers]},
-            "gas": GAS | {"inlet_velocity": _INLET, "pressure_tolerance": 1e-12, "walls": "slip"},
-            "exchange": {"drag": law},
-        }
-        edits: dict[str, Edit] = {
-            "grains/in.grains": lambda text: text.replace("fix             motion", "# fix             motion")
-        }
-        self.scene = open_bench(place, comm, sections, middles, edits)
-        grains = self.scene.grains
-        assert grains is not None
-        self._slab = _find_slab(grains.positions[:, 2])
-        volumes = (1.0 - np.array(VOIDAGES))[self._slab] * parts.volumes[grains.numbers - 1]
-        grains.radii[:] = (volumes / (4.0 / 3.0 * np.pi)) ** (1.0 / 3.0)
-        grains.masses[:] = GLASS["density"] * volumes
-        start(self.scene)
-        sums = np.bincount(self._slab, volumes) / np.bincount(self._slab)
-        self.diameters = (sums * 6.0 / np.pi) ** (1.0 / 3.0)
-
-    def flow(self, superficial: float) -> None:
-        """Let the gas pass each slab with this superficial slip [m/s] for some coupled steps."""
-        assert self.scene.grains is not None
-        slip = (_INLET - superficial) / np.array(VOIDAGES)
-        self.scene.grains.velocities[:, 2] = slip[self._slab]
-        for _ in range(_STEPS):
-            blow(self.scene)
-
-    def _find_middle(self, slab: int) -> np.ndarray:
-        """This rank's cells in the middle of a slab."""
-        assert self.scene.gas is not None
-        z = self.scene.gas.centres[:, 2] / _EDGE
-        return np.flatnonzero(np.abs(z - (slab + 0.5) * _LAYERS) < 1.5)
-
-    @property
-    def pressure_losses(self) -> np.ndarray:
-        """Pressure per length [Pa/m] in the middle of each slab."""
-        gas = self.scene.gas
-        assert gas is not None
-        rows = [self._find_middle(slab) for slab in range(len(VOIDAGES))]
-        return np.array([-np.polyfit(gas.centres[row, 2], gas.pressure[row], 1)[0] for row in rows])
-
-    @property
-    def voidage_error(self) -> float:
-        """Of the cell in the middle of a slab that is farthest off."""
-        assert self.scene.coupling is not None
-        voidage = self.scene.coupling.voidage
-        return max(float(np.abs(voidage[self._find_middle(slab)] - eps).max()) for slab, eps in enumerate(VOIDAGES))
-
-
-def _find_slab(height: np.ndarray) -> np.ndarray:
-    return np.floor(height / (_EDGE * _LAYERS)).astype(int)
 
 
 def held_cylinder(place: Path, comm: MPI.Comm, law: str) -> Iterator[Number]:
     """Pressure per length of a held bed in a cylinder of tetrahedra at voidage 0.4-0.9 and superficial slip 0.1-2 m/s
     against what the paper of the drag law prints, within 1 %."""
-    bed = HeldCylinder(place, comm, law)
-    for speed in _SPEEDS:
-        bed.flow(speed)
-        if speed == _SPEEDS[0]:
-            yield Number("voidage, cell farthest off", bed.voidage_error, 0.0, 1e-12)
-        for eps, diameter, loss in zip(VOIDAGES, bed.diameters, bed.pressure_losses, strict=True):
-            asked = Bed(eps, speed, float(diameter), GAS["density"], GAS["viscosity"])
-            name = f"dP/L at voidage {eps}, {speed} m/s"
-            yield Number(name, float(loss), PUBLISHED[law](asked), 0.01, "Pa m-1", relative=True)
+    layers = _LAYERS * len(VOIDAGES)
+    size = (_ACROSS * _EDGE, _ACROSS * _EDGE, layers * _EDGE)
+    domain = {"shape": "cylinder", "size": list(size), "cells": [_ACROSS, _ACROSS, layers]}
+    mesh = make_cylinder(size[0], size[2], _ACROSS, layers, "tetrahedra")
+    bed = HeldMesh(place, comm, law, domain, mesh, VOIDAGES, 1.5 * _EDGE)
+    yield from compare_losses(bed, _SPEEDS, 0.01)
 
 
 for _law in ("huilin-gidaspow", "ergun"):

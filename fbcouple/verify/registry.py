@@ -29,11 +29,13 @@ MODULES = (
     "kernels",
     "fluidization",
     "inlet",
+    "inlet_faces",
     "mixture",
     "cylinder",
     "weight",
     "vessel",
     "unequal_steps",
+    "mesh_file",
 )
 
 

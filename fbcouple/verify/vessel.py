@@ -41,7 +41,7 @@ def closed_vessel(place: Path, comm: MPI.Comm) -> Iterator[Number]:
         before = now
         fastest = max(fastest, abs(gas))
         worst = max(worst, abs(gas - solids))
-        leaving = max(leaving, bench.gas_state.mass_error)
+        leaving = max(leaving, bench.gas_state.lost)
     yield Number("gas up less solids down, of the largest flow", worst / fastest, 0.0, 1e-9)
     yield Number("gas that is lost", leaving * bench.grid.size[2] / fastest, 0.0, 1e-9)
 

@@ -128,11 +128,11 @@ def test_positions_file_is_read(good, tmp_path):
         (["0.04,0.001,0.001"], "x,y,z", "holds 1 particles and the case 2"),
         (["0.04,0.001,0.001", "0.09,0.001,0.001"], "x,y,z", "1 particles are not inside the box, first is particle 2"),
         (["0.04,0.001,0.001", "0.04,0.0001,0.01"], "x,y,z", "not inside the box"),
-        (["0.04,0.001,0.001", "0.04,nan,0.01"], "x,y,z", "particle 2 is not finite"),
-        (["0.04,0.001,0.001", "0.04,a,0.01"], "x,y,z", "'a'"),
-        (["0.04,0.001,0.001", "0.04"], "x,y,z", "give a number in each column"),
+        (["0.04,0.001,0.001", "0.04,nan,0.01"], "x,y,z", "line 3 has `nan` for y; give a finite number"),
+        (["0.04,0.001,0.001", "0.04,a,0.01"], "x,y,z", "line 3 has `a` for y; give a number"),
+        (["0.04,0.001,0.001", "0.04"], "x,y,z", "line 3, `0.04`, has 1 columns and the header, `x,y,z`, 3"),
         ([], "x,y,z", "holds no particles"),
-        (["0.04,0.001,0.001"], "x,y,w", "has no columns x, y and z"),
+        (["0.04,0.001,0.001"], "x,y,w", "line 1, `x,y,w`, has no column z"),
     ],
 )
 def test_positions_file_that_is_wrong(good, tmp_path, rows, header, words):

@@ -9,11 +9,14 @@ import pytest
 
 import fbcouple.case.load  # noqa: F401  (registers the checks)
 from fbcouple.case.checks import find_problems
-from fbcouple.case.lattice import lattice_kinds, lattice_positions
+from fbcouple.case.lattice import is_layered, lattice_height, lattice_kinds, lattice_positions
+from fbcouple.case.layers import stack
 from fbcouple.case.mixture import count_kinds, draw_kinds, list_kinds, mean_density, mean_kind, solids_volume
 from fbcouple.case.positions import start_kinds
 from fbcouple.case.preflight import estimate
 from fbcouple.case.schema import Case, Particles
+from fbcouple.contacts import find_max_overlap
+from fbcouple.errors import CaseError
 
 
 def make(**particles):
@@ -117,6 +120,87 @@ def test_no_two_particles_of_a_mixed_lattice_touch():
     distances = np.linalg.norm(positions[:, None] - positions[None], axis=2) + 9.0 * np.eye(len(positions))
     assert (distances - radii[:, None] - radii[None]).min() > 0
     assert (np.minimum(positions, [0.02, 0.02, 1.0] - positions) - radii[:, None]).min() > 0
+
+
+TEN_TO_ONE = {"diameter": 2e-3, "density": 1000.0, "count": None, "mass": 4e-4, "mixture": [[2e-4, 1000.0, 0.3]]}
+
+
+def judge_start(case, positions, kinds):
+    """All particles are there, inside the box, and no two touch."""
+    known = list_kinds(case.particles)
+    radii = np.array([kind.diameter / 2 for kind in known])[kinds]
+    assert np.bincount(kinds, minlength=len(known)).tolist() == count_kinds(case.particles)
+    assert (np.minimum(positions, case.domain.size - positions) - radii[:, None]).min() > 0
+    assert find_max_overlap(positions, radii, len(radii)) == 0.0
+
+
+@pytest.mark.parametrize("jitter", [0.0, 0.99])
+def test_a_ten_to_one_mixture_starts_in_layers_of_like_size(jitter):
+    """67 of 2 mm in layers of 9 x 4 and 28648 of 0.2 mm in layers of 97 x 48: 2 and 7 layers. Mixed, 798 of 9 x 4."""
+    size = {"size": [0.02, 0.01, 0.02], "cells": [5, 2, 5]}
+    case = make_case(domain=size, particles=TEN_TO_ONE, start={"jitter": jitter})
+    assert find_problems(case) == []
+    positions, kinds = lattice_positions(case), lattice_kinds(case)
+    judge_start(case, positions, kinds)
+    fine, coarse = positions[kinds == 1][:, 2], positions[kinds == 0][:, 2]
+    assert (
+        lattice_height(case) == pytest.approx(2 * 2.06e-3 + 7 * 0.206e-3)
+        and fine.min() < coarse.max()
+        and coarse.min() < fine.max()
+    )
+    again = make_case(domain=size, particles=TEN_TO_ONE, start={"jitter": jitter})
+    assert (lattice_positions(again) == positions).all() and (lattice_kinds(again) == kinds).all()
+    number = {number.name: number for number in estimate(case)}["start height"]
+    assert number.value == lattice_height(case) and "would be 1.644 m high" in number.meaning
+
+
+def test_layers_that_are_too_high_are_told_with_both_heights():
+    size = {"size": [0.02, 0.01, 0.005], "cells": [5, 2, 2]}
+    (problem,) = find_problems(make_case(domain=size, particles=TEN_TO_ONE))
+    assert (
+        "the lattice of layers of one kind each is 0.005562 m high" in problem and "mixes the kinds 1.644 m" in problem
+    )
+
+
+def test_a_mixture_that_fits_is_mixed_at_random():
+    """Its start is what it was before there were layers, to the last bit."""
+    case = make_case(particles={"mixture": [[0.4e-3, 2500.0, 0.3]]})
+    kinds = lattice_kinds(case)
+    assert (kinds == draw_kinds(case.particles, 1)).all() and not is_layered(case)
+    spacing = np.array([0.02 / 19, 0.02 / 19, 1.03e-3])
+    shift = np.random.default_rng(1).uniform(-1.0, 1.0, (1000, 3))
+    diameters = np.array([1e-3, 0.4e-3])[kinds]
+    sites = np.stack(np.unravel_index(np.arange(361), (1, 19, 19))[::-1], axis=1)
+    wanted = (sites + 0.5) * spacing + (shift * 0.25 * (spacing - diameters[:, None]))[:361]
+    np.testing.assert_array_equal(lattice_positions(case)[:361], wanted)
+
+
+def test_a_cylinder_takes_a_ten_to_one_mixture_in_layers():
+    domain = {"shape": "cylinder", "size": [0.02, 0.02, 0.012], "cells": [6, 6, 4]}
+    particles = TEN_TO_ONE | {"mass": 3e-4, "mixture": [[4e-4, 1000.0, 0.3]]}
+    case = make_case(domain=domain, particles=particles)
+    positions, kinds = lattice_positions(case), lattice_kinds(case)
+    judge_start(case, positions, kinds)
+    radii = np.array([kind.diameter / 2 for kind in list_kinds(case.particles)])[kinds]
+    assert (np.hypot(*(positions[:, :2] - 0.01).T) + radii).max() < 0.01
+    low = make_case(domain=domain | {"size": [0.02, 0.02, 0.0022]}, particles=particles)
+    with pytest.raises(CaseError, match="sites inside, one with a kind a layer room for"):
+        lattice_positions(low)
+
+
+def test_a_layer_takes_the_kind_of_which_most_is_left():
+    """Ten of one kind in layers of 5, three of another one a layer; where none has sites the stack goes up."""
+    layers = list(
+        stack([10, 3], np.array([1.0, 2.0]), lambda kind, floor: (5, 1)[kind] if floor > 0.5 else 0, 0.0, 99.0)
+    )
+    assert [(layer.kind, layer.count, layer.floor) for layer in layers] == [
+        (1, 1, 1.0),
+        (0, 5, 3.0),
+        (1, 1, 4.0),
+        (0, 5, 6.0),
+        (1, 1, 7.0),
+    ]
+    assert sum(layer.count for layer in stack([10, 3], np.array([1.0, 2.0]), lambda kind, floor: 1, 0.0, 4.0)) < 13
 
 
 def test_the_order_of_the_kinds_follows_the_seed():

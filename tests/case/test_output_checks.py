@@ -79,7 +79,7 @@ def test_they_need_particles(spoil, setting):
     ("text", "told"),
     [
         ("x,y,z,vx,vy\n0.01,0.01,0.01,0,0\n", "not all of the columns vx, vy and vz"),
-        ("x,y,z,vx,vy,vz\n0.01,0.01,0.01,0,0,inf\n", "particle 1 is not finite"),
+        ("x,y,z,vx,vy,vz\n0.01,0.01,0.01,0,0,inf\n", "line 2 has `inf` for vz; give a finite number"),
     ],
 )
 def test_start_velocities_that_cannot_serve_are_told(spoil, tmp_path, text, told):

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import gzip
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from fbcouple.case.lattice import lattice_positions
 from fbcouple.case.load import load_case
 from fbcouple.case.preflight import estimate
 from fbcouple.case.region import find_region, read_mesh
+from fbcouple.case.region_lattice import Inside, fill_region
+from fbcouple.checkpoint import fingerprint
 from fbcouple.errors import CaseError
 from fbcouple.layout import lay_out
 from fbcouple.meshes.cylinder import find_section, make_cylinder
-from fbcouple.meshes.foam_files import FILES, read_polymesh, write_polymesh
+from fbcouple.meshes.foam_files import read_polymesh, write_polymesh
+from fbcouple.meshes.foam_text import FILES, list_parts
 
 sys.path.append(str(Path(__file__).parents[1] / "meshes"))
 from test_meshes import write_gmsh
@@ -80,7 +86,7 @@ def test_a_mesh_from_a_file_is_the_same_region(with_mesh, tmp_path):
     case = load_case(with_mesh)
     found, made = find_region(case, tmp_path), find_region(load_case(write(tmp_path)))
     assert found.cells == made.cells and found.volume == pytest.approx(made.volume, rel=1e-12)
-    assert found.floor == pytest.approx(made.floor, rel=1e-12)
+    assert found.inlet == pytest.approx(made.inlet, rel=1e-12)
 
 
 def test_setup_takes_the_mesh_along(with_mesh, tmp_path):
@@ -106,7 +112,7 @@ def test_a_box_of_tetrahedra_is_counted_in_tetrahedra(tmp_path):
     case = load_case(write(tmp_path, ('shape = "cylinder"', 'elements = "tetrahedra"')))
     region = find_region(case)
     assert region.cells == read_mesh(case).count == 6 * 6 * 6 * 12
-    assert region.volume == pytest.approx(0.03 * 0.03 * 0.06) and region.floor == pytest.approx(0.03 * 0.03)
+    assert region.volume == pytest.approx(0.03 * 0.03 * 0.06) and region.inlet == pytest.approx(0.03 * 0.03)
 
 
 @pytest.mark.parametrize(
@@ -122,6 +128,8 @@ def test_a_box_of_tetrahedra_is_counted_in_tetrahedra(tmp_path):
         ([("[exchange]", "[exchange]\n[output]\nsnapshots_every = 0.01")], ["snapshots_every", "only a box"]),
         ([('shape = "cylinder"', 'shape = "file"\nelements = "prisms"')], ["domain.elements", "cylinder"]),
         ([('shape = "cylinder"', 'mesh = "a.msh"')], ["domain.mesh", "file"]),
+        ([('shape = "cylinder"', 'shape = "cylinder"\nscale = 1e-3')], ["domain.scale", "file"]),
+        ([('shape = "cylinder"', 'shape = "file"\nmesh = "a.msh"\nscale = 0.0')], ["domain.scale", "above 0"]),
         ([('shape = "cylinder"', 'shape = "file"')], ["domain.mesh", "beside"]),
         ([('shape = "cylinder"', 'shape = "file"\nmesh = "../a.msh"')], ["domain.mesh", "bare name"]),
         ([('shape = "cylinder"', 'shape = "file"\nmesh = "none.msh"')], ["domain.mesh", "cannot be read"]),
@@ -157,6 +165,103 @@ def test_sizes_and_patches_are_compared(with_mesh, tmp_path):
         load_case(write(tmp_path, ('inlet = "in"', 'inlet = "floor"'), text=text))
 
 
+def test_a_size_within_one_percent_will_do(with_mesh, tmp_path):
+    """A round wall is meshed by flat faces: the box around it is a little narrower than the circle."""
+    text = Path(with_mesh).read_text()
+    size = str(list(box_of(0.03, 0.06, 6)))
+    load_case(write(tmp_path, (size, "[0.03, 0.0298, 0.0602]"), text=text))
+    with pytest.raises(CaseError, match=r"domain\.size.*within 1% is allowed; give that, in m"):
+        load_case(write(tmp_path, (size, "[0.03, 0.03, 0.062]"), text=text))
+
+
+def test_a_mesh_in_millimetres_is_scaled(tmp_path):
+    mesh = make_cylinder(0.03, 0.06, 6, 12, "tetrahedra")
+    write_gmsh(replace(mesh, points=mesh.points * 1e3), tmp_path / "mesh.msh")
+    text = CASE.replace(*next(iter(FILE.items()))).replace("[0.03, 0.03, 0.06]", str(list(box_of(0.03, 0.06, 6))))
+    with pytest.raises(CaseError, match=r"domain\.size.*give domain\.scale = 0\.001"):
+        load_case(write(tmp_path, text=text))
+    case = load_case(write(tmp_path, ('inlet = "in"', 'scale = 1e-3\ninlet = "in"'), text=text))
+    found = find_region(case, tmp_path)
+    assert found.volume == pytest.approx(mesh.volume, rel=1e-12)
+    assert found.floor == pytest.approx(mesh.find_area("inlet"), rel=1e-12)
+    assert fingerprint(case) != fingerprint(
+        case.model_copy(update={"domain": case.domain.model_copy(update={"scale": 1.0})})
+    )
+    write(tmp_path, ('inlet = "in"', 'scale = 1e-3\ninlet = "in"'), text=text)
+    lay_out(str(tmp_path / "case.toml"), tmp_path / "run", (), False, forced=True)
+    assert load_case(str(tmp_path / "run")).domain.scale == 1e-3
+    corners = [
+        line.split()[1:] for line in (tmp_path / "run/grains/walls.stl").read_text().splitlines() if "vertex" in line
+    ]
+    assert np.abs(np.array(corners, float)).max() == pytest.approx(0.06)
+
+
+def test_lengths_that_are_no_metres_are_unfit(tmp_path):
+    """Mesh and size both in millimetres: nothing contradicts, and the cells are thousands of diameters wide."""
+    mesh = make_cylinder(0.03, 0.06, 6, 12, "tetrahedra")
+    write_gmsh(replace(mesh, points=mesh.points * 1e3), tmp_path / "mesh.msh")
+    size = [edge * 1e3 for edge in box_of(0.03, 0.06, 6)]
+    write(tmp_path, *FILE.items(), ("[0.03, 0.03, 0.06]", str(size)))
+    with pytest.raises(CaseError, match=r"cell size x: \d+ d is expected, .*domain\.scale"):
+        lay_out(str(tmp_path / "case.toml"), tmp_path / "run", (), False)
+    with pytest.raises(CaseError, match="cell size x"):
+        lay_out(write(tmp_path, ("[0.03, 0.03, 0.06]", "[30.0, 30.0, 60.0]")), tmp_path / "run", (), False)
+
+
+def test_few_particles_in_a_wide_region_cost_little(tmp_path, monkeypatch):
+    """3e7 sites in a layer, and 500 particles: they are spread over the floor, and few of the sites are looked at."""
+    case = load_case(
+        write(tmp_path, ("[0.03, 0.03, 0.06]", "[6.0, 6.0, 12.0]"), ("[6, 6, 12]", "[6, 6, 6]"), ("2000", "500"))
+    )
+    asked = []
+    is_clear = Inside.is_clear
+    monkeypatch.setattr(
+        Inside, "is_clear", lambda self, sites, distance: asked.append(len(sites)) or is_clear(self, sites, distance)
+    )
+    places = lattice_positions(case)
+    assert sum(asked) < 200_000
+    assert places.shape == (500, 3) and np.ptp(places[:, 2]) < 0.03e-3 and places[:, 2].max() < 2e-3
+    counts, *_ = np.histogram2d(places[:, 0], places[:, 1], bins=4, range=[[0, 6], [0, 6]])
+    assert counts[1:3, 1:3].min() > 30 and counts.min() > 10
+
+
+def test_a_narrow_end_is_filled_layer_by_layer(tmp_path):
+    """A layer has sites where the region is, however wide it is higher up: a mesh like a funnel."""
+    mesh = make_cylinder(0.03, 0.06, 8, 24, "tetrahedra")
+    points = mesh.points.copy()
+    points[:, :2] = 0.015 + (points[:, :2] - 0.015) * (0.2 + 10.0 * points[:, 2:] / 0.06)
+    places, _ = fill_region(load_case(write(tmp_path)), replace(mesh, points=points))
+    layers = np.round((places[:, 2] - 0.515e-3) / 1.03e-3)
+    found, counts = np.unique(layers, return_counts=True)
+    assert len(places) == 2000 and (np.diff(found) == 1).all() and (np.diff(counts[:-1]) > 0).all()
+    lowest = places[layers == found[0]]
+    assert np.linalg.norm(lowest[:, :2] - 0.015, axis=1).max() < 0.015 * (0.2 + 10.0 * lowest[0, 2] / 0.06)
+
+
+@pytest.mark.parametrize("packed", ["all", "points"])
+def test_a_packed_polymesh_folder_goes_along(packed, tmp_path):
+    folder = tmp_path / "polyMesh"
+    write_polymesh(make_cylinder(0.03, 0.06, 6, 12, "prisms"), folder)
+    for name in FILES if packed == "all" else [packed]:
+        (folder / f"{name}.gz").write_bytes(gzip.compress((folder / name).read_bytes()))
+        (folder / name).unlink()
+    size = ("[0.03, 0.03, 0.06]", str(list(box_of(0.03, 0.06, 6))))
+    case = write(tmp_path, ('shape = "cylinder"', 'shape = "file"\nmesh = "polyMesh"'), size)
+    lay_out(case, tmp_path / "run", (), False, forced=True)
+    assert sorted(path.name for path in (tmp_path / "run/polyMesh").iterdir()) == sorted(list_parts(folder))
+    assert load_case(str(tmp_path / "run")).domain.mesh == "polyMesh"
+
+
+def test_a_surface_inside_is_told(tmp_path):
+    """A surface that somebody meant as a wall: its faces have a cell on either side."""
+    mesh = make_cylinder(0.03, 0.06, 6, 12, "tetrahedra")
+    patches = {name: mesh.list_patch(name) for name in ("inlet", "outlet")}
+    write_gmsh(mesh, tmp_path / "mesh.msh", {"in": patches["inlet"], "out": patches["outlet"], "tube": np.arange(5)})
+    case = load_case(write(tmp_path, *FILE.items(), ("[0.03, 0.03, 0.06]", str(list(box_of(0.03, 0.06, 6))))))
+    (number,) = (number for number in estimate(case, folder=tmp_path) if number.name == "inner faces")
+    assert number.value == 5 and number.verdict == "warn" and "tube" in number.meaning
+
+
 def test_more_particles_than_sites_are_told_at_setup(tmp_path):
     case = write(tmp_path, ("count = 2000", "count = 40000"))
     with pytest.raises(CaseError, match=r"start\.spacing.*sites inside"):
@@ -167,5 +272,5 @@ def test_more_particles_than_sites_are_told_at_setup(tmp_path):
 def test_positions_outside_of_the_cylinder_are_told(tmp_path):
     (tmp_path / "beads.csv").write_text("x,y,z\n0.015,0.015,0.03\n0.001,0.001,0.03\n")
     case = write(tmp_path, ("count = 2000", 'count = 2\npositions = "beads.csv"'), ("[start]\n", ""))
-    with pytest.raises(CaseError, match=r"1 particles are not inside the mesh, first is particle 2"):
+    with pytest.raises(CaseError, match=r"1 particles are not inside the cylinder, first is particle 2"):
         load_case(case)

@@ -120,6 +120,7 @@ OTHER_OPTIONS = {
     "preset": "tests/case/test_presets.py",
     "lid": "test_inlet_decks.py",
     "inlet_ramp": "test_inlet_decks.py",
+    "superficial_inlet": "test_inlet_decks.py",
     "periodic": "test_periodic_decks.py",
     "mesh_of_polyhedra": "test_mesh_decks.py",
     "surface_walls": "test_mesh_decks.py",

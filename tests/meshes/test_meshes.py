@@ -9,8 +9,9 @@ import pytest
 from fbcouple.errors import CaseError
 from fbcouple.meshes.block import make_block
 from fbcouple.meshes.cylinder import count_cells, find_section, make_cylinder
-from fbcouple.meshes.foam_files import FILES, read_polymesh, write_polymesh
-from fbcouple.meshes.imported import arrange_patches, read_mesh_file
+from fbcouple.meshes.foam_files import read_polymesh, write_polymesh
+from fbcouple.meshes.foam_text import FILES
+from fbcouple.meshes.imported import choose_patches, read_mesh_file
 from fbcouple.meshes.locator import Locator
 from fbcouple.meshes.numbering import build_mesh
 from fbcouple.meshes.polyhedra import find_centres, join, take_apart
@@ -133,13 +134,13 @@ def test_polymesh_files_go_round(mesh, tmp_path):
     ("name", "change", "words"),
     [
         ("points", lambda text: text.replace("ascii", "binary"), "binary"),
-        ("points", lambda text: text.replace("(0.0", "(nan", 1), "points"),
+        ("points", lambda text: text.replace("(0.0", "(nan", 1), "nan"),
         ("owner", lambda text: text.replace("(\n0\n", '(\n#calc "1"\n', 1), "owner"),
         ("boundary", lambda text: text.replace("inlet", "#codeStream {} inlet"), "#"),
         ("boundary", lambda text: text.replace("type wall", "type cyclic"), "cyclic"),
         ("boundary", lambda text: text.replace("nFaces", "faces"), "nFaces"),
         ("faces", lambda text: text[: len(text) // 2] + ")", "faces"),
-        ("neighbour", lambda text: text.replace("(\n", "(\n1\n1\n", 1), "fit together"),
+        ("neighbour", lambda text: text.replace("(\n", "(\n1\n1\n", 1), "cut off or was edited"),
     ],
 )
 def test_what_is_no_mesh_is_refused(name, change, words, tmp_path):
@@ -158,17 +159,18 @@ def test_a_missing_file_is_named(missing, tmp_path):
         read_polymesh(tmp_path)
 
 
-def write_gmsh(mesh, path):
-    """The cells of a mesh of tetrahedra and its inlet and outlet as a gmsh file."""
+def write_gmsh(mesh, path, surfaces=None):
+    """The cells of a mesh of tetrahedra and some `surfaces` (name -> faces; absent: in and out) as a gmsh file."""
+    surfaces = surfaces or {"in": mesh.list_patch("inlet"), "out": mesh.list_patch("outlet")}
     cells = break_up(mesh)
     corners = cells.corners
     tetrahedra = np.array(
         [np.unique(corners.values[a:b]) for a, b in zip(corners.starts, corners.starts[1:], strict=False)]
     )
-    sides = [mesh.faces.take(mesh.list_patch(name)).values.reshape(-1, 3) for name in ("inlet", "outlet")]
+    sides = [mesh.faces.take(faces).values.reshape(-1, 3) for faces in surfaces.values()]
     blocks = [("tetra", tetrahedra), *(("triangle", side) for side in sides)]
-    tags = [np.full(len(data), tag) for (_, data), tag in zip(blocks, (7, 1, 2), strict=True)]
-    names = {"in": np.array([1, 2]), "out": np.array([2, 2]), "gas": np.array([7, 3])}
+    tags = [np.full(len(data), tag) for (_, data), tag in zip(blocks, (99, *range(1, 1 + len(sides))), strict=True)]
+    names = {name: np.array([tag, 2]) for tag, name in enumerate(surfaces, start=1)} | {"gas": np.array([99, 3])}
     data = {"gmsh:physical": tags, "gmsh:geometrical": tags}
     meshio.gmsh.write(path, meshio.Mesh(mesh.points, blocks, cell_data=data, field_data=names), "2.2", binary=False)
 
@@ -176,10 +178,10 @@ def write_gmsh(mesh, path):
 def test_gmsh_file(tmp_path):
     mesh = make_cylinder(0.04, 0.08, 6, 5, "tetrahedra")
     write_gmsh(mesh, tmp_path / "mesh.msh")
-    back = read_mesh_file(tmp_path / "mesh.msh")
-    assert back.count == mesh.count and back.volume == pytest.approx(mesh.volume, rel=1e-12)
-    assert {name: count for name, (_, count) in back.patches.items()} == {"in": 54, "out": 54, "walls": 180}
-    ordered = arrange_patches(back, "in", "out")
+    found = read_mesh_file(tmp_path / "mesh.msh")
+    assert found.mesh.count == mesh.count and found.mesh.volume == pytest.approx(mesh.volume, rel=1e-12)
+    assert {name: len(faces) for name, faces in found.surfaces.items()} == {"in": 54, "out": 54, "walls": 180}
+    ordered = choose_patches(found, "in", "out")
     assert list(ordered.patches) == ["inlet", "outlet", "walls"]
     assert ordered.find_area("inlet") == pytest.approx(mesh.find_area("inlet"), rel=1e-12)
     assert np.all(ordered.points[ordered.faces.take(ordered.list_patch("inlet")).values, 2] == 0.0)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from postproc.bubbles import find_bubbles, find_bubbling, follow
+from postproc.bubbles import find_bubbles, find_bubbling, follow, part_tracks, summarise_bubbles
 from postproc.dataset import NotDrawableError, open_results
 
 WIDTH, HEIGHT, BED = 0.08, 0.25, 0.15
@@ -23,34 +23,55 @@ def snapshot(circles, cells=(110, 35)):
     return 0.45 + 0.55 * share
 
 
+def bubbles_of(field, smallest=5e-3):
+    return find_bubbles(field, SPACING, smallest)[0]
+
+
 def test_size_and_place_of_bubbles():
     """Cells of 2.3 mm: diameters within 5 %, places within a tenth of a cell."""
     circles = [(0.02, 0.05, 0.020), (0.055, 0.08, 0.030), (0.03, 0.12, 0.014)]
-    found = sorted(find_bubbles(snapshot(circles), SPACING, 5e-3), key=lambda bubble: bubble.z)
+    found = sorted(bubbles_of(snapshot(circles)), key=lambda bubble: bubble.z)
     assert [bubble.diameter for bubble in found] == pytest.approx([0.020, 0.030, 0.014], rel=0.05)
     assert [bubble.x for bubble in found] == pytest.approx([0.02, 0.055, 0.03], abs=2e-4)
     assert [bubble.z for bubble in found] == pytest.approx([0.05, 0.08, 0.12], abs=2e-4)
 
 
 def test_freeboard_and_what_is_open_to_it_are_no_bubbles():
-    assert find_bubbles(snapshot([(0.04, BED, 0.03)]), SPACING, 5e-3) == []
-    assert find_bubbles(np.ones((110, 35)), SPACING, 5e-3) == []
+    assert bubbles_of(snapshot([(0.04, BED, 0.03)])) == []
+    assert bubbles_of(np.ones((110, 35))) == []
 
 
 def test_voids_below_the_smallest_size_are_left_out():
     circles = [(0.02, 0.05, 0.010), (0.055, 0.08, 0.030)]
-    assert len(find_bubbles(snapshot(circles), SPACING, 5e-3)) == 2
-    assert len(find_bubbles(snapshot(circles), SPACING, 15e-3)) == 1
+    assert len(bubbles_of(snapshot(circles))) == 2
+    assert len(bubbles_of(snapshot(circles), 15e-3)) == 1
+
+
+def test_what_has_not_left_the_floor_is_counted_apart():
+    """One void on the floor layer, one above it, and a layer of cells that is thin of particles all along the floor."""
+    field = snapshot([(0.02, 0.0, 0.03), (0.055, 0.08, 0.030)])
+    found, at_floor = find_bubbles(field, SPACING, 5e-3)
+    assert [bubble.z for bubble in found] == pytest.approx([0.08], abs=2e-4) and at_floor == 1
+    field[0] = 0.8
+    found, at_floor = find_bubbles(field, SPACING, 5e-3)
+    assert [bubble.z for bubble in found] == pytest.approx([0.08], abs=2e-4) and at_floor == 1
+    assert find_bubbles(np.ones((110, 35)), SPACING, 5e-3) == ([], 0), "freeboard down to the floor"
+
+
+def test_a_void_that_stands_still_is_no_bubble_that_rises():
+    """A lone bubble of 20 mm rises at 0.31 m/s; one of the two voids is fixed in a corner."""
+    times = 0.01 * np.arange(20)
+    found = [bubbles_of(snapshot([(0.02, 0.04 + 0.30 * t, 0.02), (0.06, 0.03 + 0.01 * t, 0.02)])) for t in times]
+    rising, standing = part_tracks(follow(times, found), 9.81)
+    assert [track.rise for track in rising] == pytest.approx([0.30], rel=0.02)
+    assert [track.rise for track in standing] == pytest.approx([0.01], abs=5e-3)
 
 
 def test_two_bubbles_are_followed_at_their_own_speeds():
     """0.30 m/s up, and 0.18 m/s up with 0.05 m/s across, seen every 10 ms: speeds within 2 %."""
     times = 0.01 * np.arange(20)
     found = [
-        find_bubbles(
-            snapshot([(0.02, 0.04 + 0.30 * t, 0.02), (0.05 + 0.05 * t, 0.05 + 0.18 * t, 0.024)]), SPACING, 5e-3
-        )
-        for t in times
+        bubbles_of(snapshot([(0.02, 0.04 + 0.30 * t, 0.02), (0.05 + 0.05 * t, 0.05 + 0.18 * t, 0.024)])) for t in times
     ]
     tracks = sorted(follow(times, found), key=lambda track: track.rise)
     assert [len(track.times) for track in tracks] == [20, 20]
@@ -63,7 +84,7 @@ def test_a_merger_ends_both_tracks():
     times = 0.01 * np.arange(10)
     apart = [snapshot([(0.025, 0.05 + 0.2 * t, 0.02), (0.055, 0.05 + 0.2 * t, 0.02)]) for t in times[:5]]
     joined = [snapshot([(0.04, 0.05 + 0.2 * t, 0.036)]) for t in times[5:]]
-    found = [find_bubbles(field, SPACING, 5e-3) for field in apart + joined]
+    found = [bubbles_of(field) for field in apart + joined]
     tracks = follow(times, found)
     assert [len(track.times) for track in tracks] == [5, 5, 5]
     assert [track.rise for track in tracks] == pytest.approx([0.2, 0.2, 0.2], rel=0.05)
@@ -71,7 +92,7 @@ def test_a_merger_ends_both_tracks():
 
 def test_a_bubble_that_bursts_through_the_bed_is_followed_up_to_there():
     times = 0.01 * np.arange(30)
-    found = [find_bubbles(snapshot([(0.04, 0.05 + 0.5 * t, 0.02)]), SPACING, 5e-3) for t in times]
+    found = [bubbles_of(snapshot([(0.04, 0.05 + 0.5 * t, 0.02)])) for t in times]
     (track,) = follow(times, found)
     assert track.bubbles[-1].z + 0.01 < BED and track.rise == pytest.approx(0.5, rel=0.02)
 
@@ -99,6 +120,18 @@ def test_bubbles_of_a_run_on_the_coarse_mesh(dataset, write):
     assert len(found.tracks) >= 5
     assert np.mean([track.rise for track in found.tracks]) == pytest.approx(0.25, rel=0.05)
     assert np.mean([track.diameter for track in found.tracks]) == pytest.approx(0.02, rel=0.1)
+
+
+def test_voids_left_out_of_the_numbers_are_told_beside_them(dataset, write):
+    """A corner without particles from 10 to 30 mm, and a void on the floor in every snapshot."""
+    data = with_snapshots(dataset)
+    data["voidage_snapshots"][:, 0:3, 8:11] = 0.9
+    data["voidage_snapshots"][:, 8:14, 0:3] = 0.9
+    numbers = summarise_bubbles(find_bubbling(open_results(write(data))))
+    assert (
+        numbers["voids at the floor at a time, left out"] == 1.0 and numbers["tracks that stand still, left out"] >= 1
+    )
+    assert numbers["rise velocity"] == pytest.approx(0.25, rel=0.1)
 
 
 def test_without_snapshots_it_is_said_how_to_get_them(run):

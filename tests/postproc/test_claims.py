@@ -263,3 +263,18 @@ def test_table_on_the_command_line(make, tmp_path):
     rows = json.loads((tmp_path / "claims.json").read_text())["claims"]
     assert {row["name"]: row["verdict"] for row in rows}["bed-height"] == YES
     assert CliRunner().invoke(cli, ["claims", str(tmp_path)]).exit_code == 1
+
+
+def test_of_other_beds_one_line_is_told(make, tmp_path):
+    make("c4-0.1", sets=("particles.rotation=true",))
+    done = CliRunner().invoke(cli, ["claims", str(tmp_path / "c4-0.1")])
+    assert done.exit_code == 0, done.output
+    (line,) = done.stdout.splitlines()
+    assert line.startswith(f"{len(CLAIMS)} of {len(CLAIMS)} statements cannot be told") and "no run here is one" in line
+
+
+def test_a_bed_of_the_paper_shows_the_statements_that_speak_of_it_alone(make, tmp_path):
+    make("c6")
+    done = CliRunner().invoke(cli, ["claims", str(tmp_path / "c6")])
+    assert done.exit_code == 0, done.output
+    assert done.stdout.splitlines()[-1].startswith(f"{len(CLAIMS) - 1} of {len(CLAIMS)} statements cannot be told")

@@ -5,7 +5,8 @@ import pytest
 import xarray as xr
 
 from fbcouple.errors import CaseError
-from postproc.dataset import NotDrawableError, at_height, cell_edges, depth_average, flux_scale, open_results
+from postproc.dataset import NotDrawableError, at_height, depth_average, open_results
+from postproc.scales import flux_scale
 
 
 def test_missing_results_say_what_to_do(tmp_path):
@@ -97,12 +98,8 @@ def test_a_hole_in_a_mean_is_counted_not_hidden(dataset, write):
         open_results(write(dataset)).mean("solids_flux")
 
 
-def test_cell_edges_cover_the_length():
-    assert cell_edges(np.array([0.01, 0.03]), 0.04) == pytest.approx([0.0, 0.5, 1.0])
-
-
 @pytest.mark.parametrize(("ramp", "flux"), [("[[0, 0.5], [1, 2.0]]", 2.33), ("[[0, 0.5], [1, 0.0]]", None)])
-def test_the_gas_flux_of_a_ramp_is_that_of_its_end(dataset, write, ramp, flux):
+def test_the_gas_flux_of_a_ramp_is_that_of_the_averaging_window(dataset, write, ramp, flux):
     dataset.attrs["case"] = dataset.attrs["case"].replace("inlet_velocity = 1.2", f"inlet_ramp = {ramp}")
     found = open_results(write(dataset)).gas_flux
     assert found is None if flux is None else found == pytest.approx(flux)

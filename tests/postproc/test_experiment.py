@@ -1,13 +1,23 @@
 """A run against measured lines whose distance from it is known."""
 
 import math
+import os
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from fbcouple.errors import CaseError
+from postproc import report
 from postproc.dataset import NotDrawableError, open_results
-from postproc.experiment import compare_with, draw_measured_lines, find_zeros, gather_references, line_of
+from postproc.experiment import (
+    compare_with,
+    draw_measured_lines,
+    find_zeros,
+    gather_references,
+    line_of,
+    tell_given,
+)
 from tests.postproc.whole_run import write_whole
 
 X = (0.012, 0.03, 0.05, 0.068)
@@ -83,6 +93,110 @@ def test_one_line_named_by_two_runs_is_one_line(results, tmp_path):
     assert len(lines) == 1
     picture = draw_measured_lines([results, twin], lines)
     assert len(picture.axes[0].lines) >= 3
+
+
+@pytest.fixture
+def without_figures(monkeypatch):
+    """Reports draw the measured lines alone."""
+    for name in ("FIGURES", "COMPARISONS"):
+        monkeypatch.setattr(report, name, {})
+
+
+@pytest.mark.usefixtures("without_figures")
+def test_a_run_is_compared_with_the_lines_of_its_own_case_only(results, tmp_path):
+    """Another bed names a line at the same height; each has its own row, and its own curve in the picture."""
+    write_line(results.path.parent / "line.csv", velocity(X).tolist())
+    other = open_results(write_whole(tmp_path / "other", references=("voidage@0.025=line.csv",)))
+    write_line(other.path.parent / "line.csv", [0.7] * 4)
+    plain = open_results(write_whole(tmp_path / "plain"))
+    runs = [results, other, plain]
+    lines = gather_references(runs, [])
+    assert [(line.reference.quantity, set(line.runs)) for line in lines] == [
+        ("solids_velocity", {"run"}),
+        ("voidage", {"other"}),
+    ]
+    rows = report.describe(runs, lines)["references"]
+    assert [(row["run"], row["line"].partition("@")[0]) for row in rows] == [
+        ("run", "solids_velocity"),
+        ("other", "voidage"),
+    ]
+    drawn = [[line.get_label() for line in axes.lines] for axes in draw_measured_lines(runs, lines).axes]
+    assert ["run" in labels for labels in drawn] == [True, False]
+    assert ["other" in labels for labels in drawn] == [False, True] and not any("plain" in labels for labels in drawn)
+
+
+@pytest.mark.usefixtures("without_figures")
+def test_a_line_given_for_all_runs_is_told(results, tmp_path):
+    write_line(results.path.parent / "line.csv", velocity(X).tolist())
+    plain = open_results(write_whole(tmp_path / "plain"))
+    file = write_line(tmp_path / "voidage.csv", [0.7] * 4)
+    lines = gather_references([results, plain], [f"voidage@0.03={file}"])
+    assert lines[-1].runs == {"run", "plain"}
+    (remark,) = tell_given([results, plain], lines)
+    assert remark.startswith(f"voidage@0.03={file}: given by --reference, so all 2 runs are compared with it")
+    assert remark in report.describe([results, plain], lines)["remarks_on_comparison"]
+    assert tell_given([results], lines) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("x,value\n-30,0.1\n0,0.2\n30,0.1\n", "x from -30 to 30 m, 0 to 0.08 m is allowed .* mm from the middle"),
+        ("x,value\n0,01,0,1\n", "line 2, `0,01,0,1`, has 4 columns"),
+        ("x,value\n0.01,45\n", "has 45 at x = 0.01 m, voidage is 0 to 1"),
+    ],
+)
+def test_lines_that_do_not_fit_the_bed_are_refused_however_they_are_named(results, tmp_path, text, told):
+    """One check for --reference and for what the case of a run names."""
+    write_line(results.path.parent / "line.csv", velocity(X).tolist())
+    (tmp_path / "given.csv").write_text(text)
+    with pytest.raises(CaseError, match=f"run, voidage@0.03=.*: given.csv.*{told}"):
+        gather_references([results], [f"voidage@0.03={tmp_path / 'given.csv'}"])
+    named = open_results(write_whole(tmp_path / "named", references=("voidage@0.03=given.csv",)))
+    (tmp_path / "named/given.csv").write_text(text)
+    with pytest.raises(CaseError, match=f"named, voidage@0.03=given.csv: given.csv.*{told}"):
+        gather_references([named], [])
+
+
+def test_a_line_above_the_box_is_refused(results, tmp_path):
+    write_line(results.path.parent / "line.csv", velocity(X).tolist())
+    file = write_line(tmp_path / "voidage.csv", [0.7] * 4)
+    with pytest.raises(CaseError, match=r"is at 30 m, the box is 0.25 m high"):
+        gather_references([results], [f"voidage@30={file}"])
+
+
+@pytest.mark.parametrize(
+    ("file", "told"),
+    [
+        ("../outside.csv", "the bare name of a .csv file is allowed"),
+        ("OUTSIDE", "the bare name of a .csv file is allowed"),
+        ("link.csv", "is a link that leads out of the folder"),
+        ("pipe.csv", "is not a plain file"),
+        ("secret", "the bare name of a .csv file is allowed"),
+    ],
+)
+def test_results_of_anybody_name_no_file_elsewhere(tmp_path, file, told):
+    outside = write_line(tmp_path / "outside.csv", [0.7] * 4)
+    file = file.replace("OUTSIDE", str(outside))
+    run = open_results(write_whole(tmp_path / "run", references=(f"voidage@0.03={file}",)))
+    (run.path.parent / "link.csv").symlink_to(outside)
+    os.mkfifo(run.path.parent / "pipe.csv")
+    with pytest.raises(CaseError, match=told):
+        gather_references([run], [])
+
+
+@pytest.mark.parametrize("output", [7, {"references": "voidage@0.03=line.csv"}, {"references": [7]}])
+def test_references_that_are_no_texts_are_refused(results, output):
+    with pytest.raises(CaseError, match=r"output\.references of its case is no list of texts"):
+        gather_references([replace(results, case=results.case | {"output": output})], [])
+
+
+def test_a_run_on_a_mesh_has_no_measured_lines(results, tmp_path):
+    domain = results.case["domain"] | {"shape": "cylinder"}
+    file = write_line(tmp_path / "voidage.csv", [0.7] * 4)
+    run = replace(results, case=results.case | {"domain": domain, "output": {}})
+    with pytest.raises(CaseError, match="the region of run is no box of hexahedra"):
+        gather_references([run], [f"voidage@0.03={file}"])
 
 
 def test_all_lines_that_cannot_be_read_are_told(results):

@@ -1,5 +1,6 @@
 """History panels and cost bars."""
 
+import numpy as np
 import pytest
 
 from postproc.cost import cost, stage_seconds
@@ -32,3 +33,46 @@ def test_bars_carry_share_and_time(run):
     axes = cost(open_results(run)).axes[0]
     assert [text.get_text() for text in axes.texts] == ["56.2 % (4.5 s)", "37.5 % (3 s)", "6.2 % (0.5 s)"]
     assert [bar.get_width() for bar in axes.patches] == pytest.approx([4.5, 3.0, 0.5])
+
+
+def with_rows(dataset, pressure, **others):
+    lean = dataset.drop_vars([*(name for name in dataset if "time" in dataset[name].dims), "time"])
+    rows = {"pressure_drop": ("time", pressure)} | {name: ("time", values) for name, values in others.items()}
+    return lean.assign_coords(time=0.01 * np.arange(len(pressure))).assign(rows)
+
+
+def test_the_first_row_of_a_jet_does_not_set_the_axis_and_is_told(dataset, write):
+    """A jet that starts takes -4500 Pa in its first step, the bed carries 600 Pa."""
+    pressure = 600.0 + 20.0 * np.sin(np.arange(500.0))
+    pressure[:2] = np.nan, -4500.0
+    results = open_results(write(with_rows(dataset, pressure)))
+    (axes,) = history(results).axes
+    low, high = axes.get_ylim()
+    assert 500.0 < low < 580.0 and 620.0 < high < 700.0
+    (text,) = [text.get_text() for text in axes.texts if "beyond" in text.get_text()]
+    assert text == "1 row beyond, farthest -4.5e+03 at 0.01 s"
+
+
+def test_a_history_without_such_a_row_is_shown_whole(dataset, write):
+    pressure = 600.0 + 20.0 * np.sin(np.arange(500.0))
+    (axes,) = history(open_results(write(with_rows(dataset, pressure)))).axes
+    assert axes.get_ylim()[0] < pressure.min() and axes.get_ylim()[1] > pressure.max()
+    assert not any("beyond" in text.get_text() for text in axes.texts)
+
+
+def test_the_row_before_any_step_has_no_steps_to_show(dataset, write):
+    data = with_rows(dataset, [np.nan, 600.0, 610.0], substeps=[0, 7, 8], max_courant=[0.0, 0.2, 0.2])
+    panels = {axes.get_ylabel(): axes for axes in history(open_results(write(data))).axes}
+    assert panels["DEM steps\nper fluid step"].lines[0].get_ydata() == pytest.approx([7, 8])
+    assert panels["Largest Courant\nnumber [–]"].lines[0].get_xdata() == pytest.approx([0.01, 0.02])
+
+
+def test_twice_the_centre_of_mass_stands_beside_the_bed_height(dataset, write):
+    """The height of the top dense layer jumps where that layer thins out; the centre of mass does not."""
+    data = with_rows(dataset, [1.0, 1.0], bed_height=[0.103, 0.037], solids_centre_z=[0.03, 0.029])
+    axes = next(axes for axes in history(open_results(write(data))).axes if axes.get_ylabel().startswith("Bed height"))
+    assert [line.get_ydata().tolist() for line in axes.lines] == [
+        pytest.approx([103.0, 37.0]),
+        pytest.approx([60.0, 58.0]),
+    ]
+    assert len(axes.get_legend().get_texts()) == 2

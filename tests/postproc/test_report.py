@@ -12,6 +12,7 @@ from click.testing import CliRunner
 
 from fbcouple.cli import cli
 from fbcouple.errors import CaseError
+from fbcouple.results import HISTORIES
 from postproc import COMPARISONS, FIGURES
 from postproc.report import show, write_report
 from postproc.tables import make_plain
@@ -163,11 +164,15 @@ def test_the_measured_line_is_missed_by_nothing_where_the_run_is_the_line(conten
 
 def test_statistics_spectra_and_bubbles_of_a_run(content):
     run = content["runs"][0]
-    height = row_of(run["statistics"], quantity="height up to which the layer-mean solids fraction exceeds 0.2")
+    height = row_of(run["statistics"], quantity=HISTORIES["bed_height"][1])
     assert height["mean"] == pytest.approx(0.07, abs=2e-4) and height["steady from [s]"] == pytest.approx(1.0, abs=0.1)
     assert height["deviation"] == pytest.approx(2e-3 / np.sqrt(2.0), rel=0.05)
     peaks = {row["quantity"]: row["dominant frequency [Hz]"] for row in run["spectra"]}
-    assert peaks == pytest.approx({"pressure drop": PRESSURE_FREQUENCY, "bed height": HEIGHT_FREQUENCY}, abs=0.02)
+    assert peaks == pytest.approx(
+        {"pressure drop": PRESSURE_FREQUENCY, "bed height": HEIGHT_FREQUENCY, "centre of mass": HEIGHT_FREQUENCY},
+        abs=0.02,
+    )
+    assert all(row["stands out of red noise"] for row in run["spectra"])
     (bubbles,) = run["bubbles"]
     assert bubbles["rise velocity [m s-1]"] == pytest.approx(RISE, rel=0.05)
     assert bubbles["diameter [m]"] == pytest.approx(BUBBLE, rel=0.1)

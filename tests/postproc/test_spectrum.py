@@ -5,6 +5,7 @@ import pytest
 
 from postproc.dataset import NotDrawableError, open_results
 from postproc.spectrum import find_spectrum, spectra_of, spectrum
+from tests.postproc.test_statistics import autoregressive
 
 
 @pytest.mark.parametrize("frequency", [0.8, 2.37, 7.1])
@@ -40,6 +41,39 @@ def test_a_slow_drift_is_no_peak():
     time = np.arange(0.0, 20.0, 0.01)
     found = find_spectrum("p", time, 50.0 * time + np.sin(2 * np.pi * 3.0 * time))
     assert found.peak == pytest.approx(3.0, abs=0.05)
+
+
+@pytest.mark.parametrize("count", [150, 400, 2000])
+def test_noise_has_seldom_a_peak_that_stands_out(count):
+    """Red and white noise, in one segment and in several."""
+    rng = np.random.default_rng(4)
+    for phi in (0.0, 0.9):
+        series = [autoregressive(rng, count, phi) for _ in range(100)]
+        found = [find_spectrum("p", 0.01 * np.arange(count), values).stands_out for values in series]
+        assert np.mean(found) <= 0.05
+
+
+def test_a_sine_stands_out_of_the_noise_it_is_in():
+    time = np.arange(0.0, 20.0, 0.01)
+    noise = autoregressive(np.random.default_rng(5), len(time), 0.9)
+    assert find_spectrum("p", time, 3.0 * np.sin(2 * np.pi * 2.5 * time) + noise).stands_out
+
+
+def test_the_band_holds_the_density_of_noise_as_often_as_it_should():
+    rng = np.random.default_rng(6)
+    spectra = [find_spectrum("p", 0.01 * np.arange(4000), rng.standard_normal(4000)) for _ in range(40)]
+    true = 1.0 / 50.0
+    inside = [
+        (found.power[2:-1] * found.band[0] < true) & (true < found.power[2:-1] * found.band[1]) for found in spectra
+    ]
+    assert np.mean(inside) == pytest.approx(0.95, abs=0.015)
+
+
+def test_no_more_points_are_drawn_than_the_record_tells_apart():
+    time = np.arange(0.0, 2.0, 0.01)
+    found = find_spectrum("p", time, np.sin(2 * np.pi * 2.5 * time))
+    assert found.frequency[1] == pytest.approx(found.resolution) and found.segments == 1
+    assert found.band[1] / found.band[0] > 100.0, "a single segment tells next to nothing of the height"
 
 
 def test_a_short_record_is_told():

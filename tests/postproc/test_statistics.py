@@ -6,8 +6,19 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from postproc.bubbles import find_bubbling
 from postproc.dataset import NotDrawableError, open_results
-from postproc.statistics import FEWEST, estimate_error, find_start_up, find_steady_time, summarise
+from postproc.monitors import MONITORS
+from postproc.spectrum import spectra_of
+from postproc.statistics import (
+    FEWEST,
+    estimate_error,
+    find_correlation,
+    find_start_up,
+    find_steady_time,
+    summarise,
+)
+from postproc.tables import NOT_REACHED, tabulate_statistics
 
 
 def autoregressive(rng, count, phi, start=0.0):
@@ -123,3 +134,64 @@ def test_a_hole_in_a_history_is_told(dataset, write):
     values[50] = np.nan
     with pytest.raises(NotDrawableError, match="not finite"):
         summarise(open_results(write(with_history(dataset, values))), "bed_height")
+
+
+def pulse(rng, length, period, step=0.01):
+    """A bed that pulsates with this period [s] in mean, its phase wandering, from a state that is none of its own."""
+    count = round(length / step)
+    phase = np.cumsum(2.0 * np.pi * step / period * (1.0 + rng.standard_normal(count)))
+    return 600.0 + 100.0 * np.sin(phase) + 2.0 * rng.standard_normal(count)
+
+
+@pytest.mark.parametrize("length", [0.5, 1.0, 1.5])
+def test_a_few_strokes_of_a_bed_are_no_steady_part(length):
+    """0.4 s a stroke: after one to four of them nobody can say that the start-up is over."""
+    rng = np.random.default_rng(8)
+    assert all(find_start_up(pulse(rng, length, 0.4)) is None for _ in range(20))
+
+
+def test_the_start_up_of_a_bed_is_never_over_after_a_row():
+    """At least five correlation times, about one stroke, even where MSER-5 would leave out nothing."""
+    rng = np.random.default_rng(9)
+    cuts = [find_start_up(pulse(rng, 10.0, 0.4)) for _ in range(20)]
+    assert all(cut is not None and 25 <= cut <= 500 for cut in cuts)
+
+
+def test_a_bed_that_still_lifts_off_is_not_steady():
+    """It rises for the whole record, with the noise of its particles on it."""
+    rng = np.random.default_rng(10)
+    rise = 1.0 - np.exp(-np.arange(300) / 300.0)
+    assert all(find_start_up(rise + 0.02 * rng.standard_normal(300)) is None for _ in range(20))
+
+
+def test_a_history_that_comes_to_stand_still_is_steady_from_there():
+    values = 38.5 * (1.0 - np.exp(-np.arange(400.0) / 10.0))
+    cut = find_start_up(values)
+    assert cut is not None and 60 <= cut <= 75, "exp(-69/10) is a thousandth"
+    assert find_start_up(np.full(100, 3.0)) == 0
+
+
+@pytest.mark.parametrize("phi", [0.5, 0.9, 0.97])
+def test_correlation_time_of_a_series(phi):
+    """phi^n is 1/e after -1/ln(phi) values."""
+    series = autoregressive(np.random.default_rng(11), 200000, phi)
+    assert find_correlation(series) == pytest.approx(-1.0 / math.log(phi), rel=0.2, abs=1.0)
+
+
+def test_where_the_start_up_is_not_over_no_number_is_made_of_it(dataset, write):
+    """A pressure of two strokes: no mean, no spectrum, no bubbles, no support of the bed, and the reason with each."""
+    rng = np.random.default_rng(12)
+    data = with_history(dataset, pulse(rng, 1.0, 0.4)).rename(bed_height="pressure_drop")
+    data = data.assign_coords(snapshot_time=0.01 * np.arange(100)).assign(
+        voidage_snapshots=(("snapshot_time", "z", "x"), np.full((100, 25, 8), 0.5))
+    )
+    results = open_results(write(data))
+    rows, remarks = tabulate_statistics(results)
+    (row,) = rows
+    assert row["steady from [s]"] == NOT_REACHED and math.isnan(row["mean"]) and row["rows"] == 0
+    assert "the start-up is not over at t = 0.99 s" in remarks[0]
+    for wants in (find_steady_time, spectra_of, find_bubbling):
+        with pytest.raises(NotDrawableError, match=r"start-up is not over at t = 0.99 s .*let the run go on"):
+            wants(results)
+    watched = MONITORS["pressure_drop"](results)
+    assert math.isnan(watched.value) and watched.wanted == "no mean: start-up not over"

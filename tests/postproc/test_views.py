@@ -68,7 +68,14 @@ def test_a_particle_is_drawn_as_large_as_it_is(tmp_path):
         frames = Frames(MPI.COMM_SELF, Grid((1, 1, 1), (0.02,) * 3), np.zeros((1, 3), dtype=int), place, 1.0)
         middle = {"position": np.full((1, 3), 0.01), "velocity": np.zeros((1, 3)), "diameter": np.array([diameter])}
         frames.write(0.0, np.array([1]), middle, {})
-        request = {"size": [0.02] * 3, "height": 400, "speed": 1.0, "gas_speed": 0.0, "voidage": [0.35, 1.0]}
+        request = {
+            "corner": [0.0] * 3,
+            "size": [0.02] * 3,
+            "height": 400,
+            "speed": 1.0,
+            "gas_speed": 0.0,
+            "voidage": [0.35, 1.0],
+        }
         request["pictures"] = [(str(place / "frame-000000.nc"), "particles", str(place / "one.png"))]
         (place / "request.json").write_text(json.dumps(request))
         subprocess.run([sys.executable, "-m", "postproc.render", str(place / "request.json")], check=True)
@@ -120,7 +127,7 @@ def test_no_frames_are_told_with_the_option_that_takes_them(tmp_path):
 
 def test_a_damaged_frame_is_told_by_its_name(tmp_path):
     (tmp_path / "frame-000000.nc").write_bytes(b"no netCDF")
-    with pytest.raises(NotDrawableError, match=r"frame-000000\.nc cannot be read as a frame"):
+    with pytest.raises(NotDrawableError, match=r"frame-000000\.nc cannot be read as NetCDF"):
         read_frame(tmp_path / "frame-000000.nc")
 
 

@@ -49,10 +49,14 @@ def write_whole(
     shift: float = 0.0,
     core_seconds: float = 7200.0,
     references: tuple[str, ...] = (),
+    corner: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> Path:
-    """Write RUN/results.nc of 20 s; `shift` is added to the solids fraction in the bed. Returns RUN."""
+    """Write RUN/results.nc of 20 s; `shift` is added to the solids fraction in the bed. Returns RUN.
+
+    The bed's lower left front corner lies at `corner` [m], and all in it with it.
+    """
     run.mkdir(parents=True, exist_ok=True)
-    grid = Grid(cells, SIZE)
+    grid = Grid(cells, SIZE, origin=corner)
     names = "[" + ", ".join(f'"{name}"' for name in references) + "]"
     attributes: dict[str, Any] = {
         "case": CASE.format(cells=list(cells), friction=friction, references=names),
@@ -68,7 +72,7 @@ def write_whole(
 
 def make_means(grid: Grid, shift: float = 0.0) -> dict[str, np.ndarray]:
     """Solids fraction 0.3 + `shift` up to 0.09 m and none above; velocities linear in x/L; agitation 0.144 m2/s2."""
-    x, y, z = (grid.centres(axis) for axis in range(3))
+    x, y, z = (grid.centres(axis) - grid.origin[axis] for axis in range(3))
     above, depth, across = np.meshgrid(z, y, x, indexing="ij")
     bed = above < BED
     solids = np.where(bed, 0.3 + shift, 0.0)
@@ -110,6 +114,8 @@ def make_history() -> list[dict[str, Any]]:
                 "particles": 57296,
                 "momentum_error": 1e-14,
                 "gas_mass_error": 1e-9,
+                "gas_inflow_error": 1e-16,
+                "particles_at_outlet": 0,
                 "max_courant": 0.2,
                 "min_voidage": 0.4,
                 "cells_over_packed": 0,

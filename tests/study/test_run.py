@@ -9,8 +9,8 @@ import pytest
 import xarray as xr
 from click.testing import CliRunner
 
+from fbcouple.case.drag_balance import terminal_velocity
 from fbcouple.case.load import load_case
-from fbcouple.case.preflight import terminal_velocity
 from fbcouple.cli import cli
 from fbcouple.study.measures import _solve_path
 from fbcouple.study.runs import run_case

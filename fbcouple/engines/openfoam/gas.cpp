@@ -257,8 +257,8 @@ void Gas::fields(double* state, double* pressure, double* voidage, double* total
     totals[7] = pressures;
 }
 
-// Courant and Fourier number of the last step, gas volume that continuity lost in it over the volume that came in,
-// pressure at the inlet [Pa], pressure iterations. The same on every rank.
+// Courant and Fourier number of the last step, gas volume that continuity lost in it [m3/s], gas volume that came in by
+// the inlet [m3/s], pressure there [Pa], pressure iterations. The same on every rank.
 void Gas::measure(double* values) const
 {
     const scalar dt = time_.deltaTValue();
@@ -271,14 +271,14 @@ void Gas::measure(double* values) const
     forAll(mesh_.boundary(), patchi)
     {
         if (mesh_.boundary()[patchi].coupled()) continue;
-        const scalarField& flux = epsPhi_.boundaryField()[patchi];
-        in -= sum(min(flux, scalar(0)));
-        out += sum(flux);
-        if (mesh_.boundary()[patchi].name() != "inlet") continue;
-        const fvPatch& floor = mesh_.boundary()[patchi];
-        const scalarField rise((gradP_.boundaryField()[patchi].patchInternalField() & floor.nf())/floor.deltaCoeffs());
-        pIn += sum((p_.boundaryField()[patchi].patchInternalField() + rise)*floor.magSf());
-        area += sum(floor.magSf());
+        const fvPatch& patch = mesh_.boundary()[patchi];
+        const scalar flux = sum(epsPhi_.boundaryField()[patchi]);
+        out += flux;
+        if (patch.name() != "inlet") continue;
+        in -= flux;
+        const scalarField rise((gradP_.boundaryField()[patchi].patchInternalField() & patch.nf())/patch.deltaCoeffs());
+        pIn += sum((p_.boundaryField()[patchi].patchInternalField() + rise)*patch.magSf());
+        area += sum(patch.magSf());
     }
     const scalar stored =
         displaced_*gSum((eps_.primitiveField() - eps_.oldTime().primitiveField())*mesh_.V().field())/dt;
@@ -286,9 +286,10 @@ void Gas::measure(double* values) const
     reduce(out, sumOp<scalar>());
     reduce(pIn, sumOp<scalar>());
     reduce(area, sumOp<scalar>());
-    values[2] = in > 0 ? mag(stored + out)/in : mag(stored + out);
-    values[3] = area > 0 ? rho_.value()*pIn/area : 0;
-    values[4] = iterations_;
+    values[2] = mag(stored + out);
+    values[3] = in;
+    values[4] = area > 0 ? rho_.value()*pIn/area : 0;
+    values[5] = iterations_;
 }
 
 void Gas::write()

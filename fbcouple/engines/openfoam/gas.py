@@ -50,10 +50,12 @@ class GasState:
 
     courant: float
     fourier: float
-    mass_error: float
-    """Gas volume rate that continuity lost over the one that came in."""
+    lost: float
+    """Gas volume that continuity lost [m3/s]."""
+    inflow: float
+    """Gas volume that came in by the inlet [m3/s], below 0 where it went out."""
     inlet_pressure: float
-    """Mean dynamic pressure over the open floor [Pa]."""
+    """Mean dynamic pressure at the faces of the inlet [Pa]."""
     iterations: int
 
 
@@ -132,11 +134,11 @@ class Gas:
         self._read_fields()
 
     def measure(self) -> GasState:
-        """Courant and Fourier number, mass error, inlet pressure and iterations of the last step (collective)."""
-        values = np.empty(5)
+        """Courant and Fourier number, lost gas, inflow, inlet pressure and iterations of the last step (collective)."""
+        values = np.empty(6)
         self._check(self._library.gas_measure(_pointer(values)))
-        courant, fourier, mass_error, pressure, iterations = values.tolist()
-        return GasState(courant, fourier, mass_error, pressure, int(iterations))
+        courant, fourier, lost, inflow, pressure, iterations = values.tolist()
+        return GasState(courant, fourier, lost, inflow, pressure, int(iterations))
 
     def derive(self, names: Sequence[str]) -> np.ndarray:
         """Fields of the velocity as it is now, shape (n, 3 names), of "curl" [1/s], "convection" u.grad(u) and

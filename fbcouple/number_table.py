@@ -1,0 +1,305 @@
+"""Tables of numbers as other programs write them: a head with the names of the columns, and a row a line.
+
+Separators are commas, semicolons, tabs or blanks; decimal commas count where commas do not separate. A head may say the
+unit of a column (`x [mm]`) and may stand behind a `#`. What cannot be read is told as it was found.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from itertools import chain
+from pathlib import Path
+
+import numpy as np
+
+from fbcouple.errors import CaseError
+
+LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6}
+SPEEDS = {"m/s": 1.0, "m s-1": 1.0, "m s^-1": 1.0, "cm/s": 1e-2, "mm/s": 1e-3}
+DENSITIES = {"kg/m3": 1.0, "kg/m^3": 1.0, "kg/m³": 1.0, "kg m-3": 1.0, "g/cm3": 1e3, "g/cm^3": 1e3, "g/cm³": 1e3}
+"""Units that a head may name, and their size in SI units."""
+
+_SIGNATURES = {
+    b"\xff\xfe": "UTF-16 text",
+    b"\xfe\xff": "UTF-16 text",
+    b"PK\x03\x04": "a zip archive or a workbook",
+    b"\xd0\xcf\x11\xe0": "a workbook",
+    b"\x1f\x8b": "compressed (gzip)",
+    b"\x89HDF": "an HDF5 file",
+}
+_FOREIGN = {
+    "ITEM:": "a LIGGGHTS or LAMMPS dump",
+    "# vtk DataFile": "a VTK file",
+    "<?xml": "an XML file, as VTK's are",
+    "<VTKFile": "a VTK file",
+    "{": "JSON",
+}
+"""First bytes, and first words, of files that are no such tables."""
+_LONGEST_HEAD = 100_000
+_SHOWN = 60
+
+
+@dataclass(frozen=True)
+class Form:
+    """What a file is to hold.
+
+    columns: name -> units that its head may say; needed: those that must be there; aliases: other heads -> name;
+    unclear: heads that could mean one of the columns -> what to do about it; largest: bytes that the file may have;
+    rows: what a row stands for.
+    """
+
+    columns: dict[str, dict[str, float]]
+    needed: tuple[str, ...]
+    rows: str
+    largest: int
+    aliases: dict[str, str] = field(default_factory=dict)
+    unclear: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def first_line(self) -> str:
+        """The head that a file of this form has at least."""
+        return ",".join(self.needed)
+
+
+@dataclass(frozen=True)
+class Table:
+    """Columns of finite numbers in SI units, (rows,) each, and the heads of the columns that were not read."""
+
+    columns: dict[str, np.ndarray]
+    unread: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _Head:
+    """The line of the names, its number, the separator (None: blanks) and the names as they stand there."""
+
+    line: str
+    number: int
+    separator: str | None
+    names: tuple[str, ...]
+
+
+Lines = Iterator[tuple[int, str]]
+
+
+def read_table(path: Path, form: Form) -> Table:
+    """Read the columns that `form` knows from the file `path`; others are not looked at, and named.
+
+    Raises: CaseError (one text that begins with the file's name) saying what was found, where, and how to mend it.
+    """
+    try:
+        if not path.is_file():
+            reason = "it is not a plain file" if path.exists() else "No such file or directory"
+            raise CaseError([f"{path.name} cannot be read: {reason}; give a CSV file, starting `{form.first_line}`."])
+        if path.stat().st_size > form.largest:
+            limit = f"at most {form.largest / 1e6:g} MB are allowed"
+            raise CaseError([f"{path.name} has {path.stat().st_size / 1e6:g} MB, {limit}; give fewer {form.rows}."])
+        _refuse_foreign(path, form)
+        with path.open(encoding="utf-8-sig") as file:
+            return _read_lines(path.name, enumerate(file, start=1), form)
+    except OSError as error:
+        text = f"{path.name} cannot be read: {error.strerror}"
+        raise CaseError([f"{text}; give a CSV file, starting `{form.first_line}`."]) from None
+    except UnicodeDecodeError as error:
+        text = f"{path.name} is not UTF-8 text (byte {error.object[error.start]:#04x})"
+        raise CaseError([f"{text}; save it as CSV in UTF-8."]) from None
+
+
+def _refuse_foreign(path: Path, form: Form) -> None:
+    with path.open("rb") as file:
+        start = file.read(4096)
+    for signature, kind in _SIGNATURES.items():
+        if start.startswith(signature):
+            raise CaseError([f"{path.name} is {kind}; save it as CSV in UTF-8, starting `{form.first_line}`."])
+    if b"\0" in start:
+        text = f"{path.name} holds NUL bytes, so it is UTF-16 or no text at all"
+        raise CaseError([f"{text}; save it as CSV in UTF-8, starting `{form.first_line}`."])
+    for words, kind in _FOREIGN.items():
+        if start.lstrip().startswith(words.encode()):
+            text = f"{path.name} is {kind} (it begins with `{words}`)"
+            raise CaseError([f"{text}; write its {form.rows} as CSV, starting `{form.first_line}`."])
+
+
+def _read_lines(file: str, lines: Lines, form: Form) -> Table:
+    head, rest = _find_head(file, lines, form)
+    found = _place_columns(file, head, form)
+    places = [place for place, _ in found.values()]
+    flat = np.fromiter(_read_numbers(file, rest, head, places), np.float64)
+    if not flat.size:
+        raise CaseError([f"{file} holds no {form.rows}; add a row for each below the header."])
+    rows = flat.reshape(-1, len(places)).T
+    columns = {
+        name: column.copy() if factor == 1.0 else (column * factor if factor > 1.0 else column / (1.0 / factor))
+        for (name, (_, factor)), column in zip(found.items(), rows, strict=True)
+    }
+    unread = tuple(name for place, name in enumerate(head.names) if place not in places and name)
+    return Table(columns, unread)
+
+
+def _find_head(file: str, lines: Lines, form: Form) -> tuple[_Head, Lines]:
+    """The first line that is no comment; of a file that begins with numbers the comment before them."""
+    commented: _Head | None = None
+    for number, line in lines:
+        text = line.strip()
+        if not text or text.lower().startswith("sep="):
+            continue
+        if len(text) > _LONGEST_HEAD:
+            raise CaseError([f"{file}: line {number} has {len(text)} characters and no row is so long; mend it."])
+        if text.startswith("#"):
+            head = _split_head(text.lstrip("# "), number)
+            named = {_understand(name, form)[0] for name in head.names}
+            commented = head if set(form.needed) <= named else commented
+            continue
+        head = _split_head(text, number)
+        if not all(_is_number(name) for name in head.names):
+            return head, lines
+        if commented is None:
+            found = f"{file}: line {number}, `{_shorten(text)}`, holds numbers and no line before it names the columns"
+            raise CaseError([f"{found}; start the file with the line `{form.first_line}`."])
+        return commented, chain([(number, line)], lines)
+    if commented is not None:
+        raise CaseError([f"{file} holds no {form.rows}; add a row for each below the header."])
+    raise CaseError([f"{file} is empty; start it with the line `{form.first_line}` and add {form.rows}."])
+
+
+def _split_head(text: str, number: int) -> _Head:
+    separator = next((sign for sign in (";", "\t", ",") if sign in text), None)
+    if separator is None:  # `x [m]` is one name
+        text = text.replace(" [", "[").replace(" (", "(")
+    names = [name.strip().strip('"').strip() for name in _split(text, separator)]
+    while len(names) > 1 and not names[-1]:
+        names.pop()
+    return _Head(text, number, separator, tuple(names))
+
+
+def _split(line: str, separator: str | None) -> list[str]:
+    if '"' not in line:
+        return line.split(separator)
+    try:
+        return next(csv.reader([line], delimiter=separator or " ", skipinitialspace=True))
+    except csv.Error:
+        return [line]  # told as a row that has not the columns of the head
+
+
+def _understand(name: str, form: Form) -> tuple[str | None, str | None]:
+    """The column that a head means, None if it is none of the form's, and the unit that it says."""
+    unit = None
+    text = name
+    for opening, closing in ("[]", "()"):
+        if name.endswith(closing) and opening in name:
+            text, _, unit = name[:-1].partition(opening)
+    word = text.strip().lower()
+    word = form.aliases.get(word, word)
+    if unit is None and word not in form.columns and "/" in word:
+        before, _, after = text.partition("/")
+        if (short := form.aliases.get(before.strip().lower(), before.strip().lower())) in form.columns:
+            return short, after.strip()
+    return (word, unit if unit is None else unit.strip()) if word in form.columns else (None, unit)
+
+
+def _place_columns(file: str, head: _Head, form: Form) -> dict[str, tuple[int, float]]:
+    """Column -> its place in a row, and its unit in SI units."""
+    places: dict[str, tuple[int, float]] = {}
+    unclear = ""
+    where = f"{file}: line {head.number}, `{_shorten(head.line)}`,"
+    for place, name in enumerate(head.names):
+        column, unit = _understand(name, form)
+        if column is None:
+            word = name.lower().partition("[")[0].partition("(")[0].partition("/")[0].strip()
+            if word in form.unclear:
+                unclear = unclear or f"{where} has a column `{name}`; {form.unclear[word]}."
+            continue
+        if column in places:
+            raise CaseError([f"{where} names the column {column} twice; keep one."])
+        units = form.columns[column]
+        if unit is not None and unit not in units:
+            known = ", ".join(units) or "none"
+            raise CaseError([f"{where} gives {column} in `{_shorten(unit)}`; units that are read: {known}."])
+        places[column] = place, 1.0 if unit is None else units[unit]
+    missing = [name for name in form.needed if name not in places]
+    if missing:
+        lacking = " and ".join(missing) if len(missing) < 3 else f"{', '.join(missing[:-1])} and {missing[-1]}"
+        text = f"{where} has no column {lacking}"
+        if "" in head.names:
+            text += "; the empty names look like several data sets side by side, of which one is read"
+        raise CaseError(
+            [f"{text}; name the columns as in `{','.join(form.columns)}`, the first {len(form.needed)} at least."]
+        )
+    if unclear:
+        raise CaseError([unclear])
+    return places
+
+
+def _read_numbers(file: str, lines: Iterable[tuple[int, str]], head: _Head, places: list[int]) -> Iterator[float]:
+    """The numbers at `places` of every row, one after the other."""
+    separator, width = head.separator, len(head.names)
+    comma = point = 0
+    for number, line in lines:
+        text = line.strip()
+        if not text or text[0] == "#":
+            continue
+        fields = _split(line.rstrip("\r\n") if separator else text, separator)
+        if len(fields) != width and (len(fields) < width or any(extra.strip() for extra in fields[width:])):
+            raise CaseError([_word_width(file, number, text, len(fields), head)])
+        for place in places:
+            entry = fields[place]
+            if "," in entry:
+                comma = comma or number
+            elif "." in entry:
+                point = point or number
+            if comma and point:
+                text = f"{file}: line {comma} has a decimal comma and line {point} a decimal point"
+                raise CaseError([f"{text}; write all numbers one way, and none with a sign between thousands."])
+            yield _read_number(file, number, entry, head.names[place])
+
+
+def _read_number(file: str, line: int, entry: str, column: str) -> float:
+    try:
+        if "_" in entry:
+            raise ValueError
+        value = float(entry.replace(",", ".") if entry.count(",") == 1 else entry)
+    except ValueError:
+        shown = f"`{_shorten(entry.strip())}`" if entry.strip() else "nothing"
+        strange = next((f" (with the character U+{ord(sign):04X})" for sign in entry if ord(sign) > 127), "")
+        raise CaseError([f"{file}: line {line} has {shown}{strange} for {column}; give a number."]) from None
+    if not math.isfinite(value):
+        raise CaseError([f"{file}: line {line} has `{_shorten(entry.strip())}` for {column}; give a finite number."])
+    return value
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text.replace(",", "."))
+    except ValueError:
+        return False
+    return True
+
+
+def _word_width(file: str, line: int, text: str, found: int, head: _Head) -> str:
+    width = len(head.names)
+    told = (
+        f"{file}: line {line}, `{_shorten(text)}`, has {found} columns and the header, `{_shorten(head.line)}`, {width}"
+    )
+    if head.separator == "," and found == 2 * width:
+        return f"{told}; commas cannot separate columns and decimals: write decimal points, or `;` between the columns."
+    return f"{told}; give every row the columns of the header."
+
+
+def _shorten(text: str) -> str:
+    shown = text if text.isprintable() else text.encode("unicode_escape").decode("ascii")
+    return shown if len(shown) <= _SHOWN else f"{shown[:_SHOWN]}..."
+
+
+def guess_frame(low: float, high: float, width: float) -> str:
+    """What coordinates from `low` to `high` may be measured in that are not within 0 to `width` [m]; "" if no guess."""
+    scales = {"": 1.0, "mm": LENGTHS["mm"], "cm": LENGTHS["cm"]}
+    if low >= 0.0:
+        found = [unit for unit, scale in scales.items() if unit and 0.1 * width <= high * scale <= width]
+    else:
+        reach = 2.0 * max(-low, high)
+        fitting = [unit for unit, scale in scales.items() if 0.1 * width <= reach * scale <= width]
+        found = [f"{unit} from the middle".strip() for unit in fitting]
+    return f" (they look like {' or '.join(found)})" if found else ""

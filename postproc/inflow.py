@@ -1,0 +1,56 @@
+"""How fast the gas flows in, by the case: the velocity that figures and tables put others in proportion to."""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Mapping
+from itertools import pairwise
+from typing import Any
+
+Row = tuple[float, float]
+
+
+def list_rows(gas: Mapping[str, Any]) -> list[Row]:
+    """Rows (time [s], velocity [m/s]) of the inflow; one if it is constant. Up is above zero."""
+    if gas.get("inlet_velocity") is not None:
+        return [(0.0, float(gas["inlet_velocity"]))]
+    return [(float(time), float(velocity)) for time, velocity in gas["inlet_ramp"]]
+
+
+def find_fastest(gas: Mapping[str, Any], start: float, end: float) -> float:
+    """Largest speed [m/s] of the inflow, up or down, from `start` to `end` [s]; 0 if there is none."""
+    return max(abs(velocity) for _, velocity in _cut(list_rows(gas), start, end))
+
+
+def find_mean(gas: Mapping[str, Any], start: float, end: float) -> float:
+    """Time mean [m/s] of the inflow from `start` to `end` [s], above zero if more comes in than goes out."""
+    rows = _cut(list_rows(gas), start, end)
+    if end <= start:
+        return rows[-1][1]
+    area = sum(0.5 * (before[1] + after[1]) * (after[0] - before[0]) for before, after in pairwise(rows))
+    return area / (end - start)
+
+
+def _cut(rows: list[Row], start: float, end: float) -> list[Row]:
+    """The rows between `start` and `end`, with one at each of these two: of a jump there only the side within."""
+    inner = [row for row in rows if start < row[0] < end]
+    return [(start, _find_after(rows, start)), *inner, (end, _find_before(rows, end))]
+
+
+def _find_after(rows: list[Row], time: float) -> float:
+    """Velocity at `time`, of a jump there the later one; before the first row its own, after the last its own."""
+    place = bisect_right(rows, time, key=lambda row: row[0])
+    return rows[-1][1] if place == len(rows) else _interpolate(rows, max(place, 1), time)
+
+
+def _find_before(rows: list[Row], time: float) -> float:
+    """Velocity at `time`, of a jump there the earlier one."""
+    place = bisect_left(rows, time, key=lambda row: row[0])
+    return rows[-1][1] if place == len(rows) else _interpolate(rows, max(place, 1), time)
+
+
+def _interpolate(rows: list[Row], place: int, time: float) -> float:
+    """Velocity at `time` between the rows `place` - 1 and `place`; before them that of the former."""
+    (early, slow), (late, fast) = rows[place - 1], rows[min(place, len(rows) - 1)]
+    part = (time - early) / (late - early) if late > early else 0.0
+    return slow + min(max(part, 0.0), 1.0) * (fast - slow)
