@@ -8,8 +8,10 @@ diverged or broke a conservation check; 75 stopped early with a checkpoint. Heav
 
 from __future__ import annotations
 
+import io
 import math
 import re
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from shlex import quote
@@ -280,6 +282,9 @@ for command in (post, report, claims, study, bench, doctor):
 
 def main() -> None:
     """Entry point of the `fbcouple` command."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")  # a terminal that has not all letters gets their numbers
     cli(prog_name="fbcouple")
 
 

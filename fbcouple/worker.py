@@ -166,7 +166,7 @@ def work(run: Path, limits: Limits, resume: Path | None, comm: MPI.Comm, summons
     here = Path(".")
     case = load_case("case.toml")
     scene = open_scene(case, here, comm, case.end_time, resume / RESTART if resume else None)
-    recorder = Recorder(scene, here, Path("case.toml").read_text(encoding="utf-8"))
+    recorder = Recorder(scene, here, Path("case.toml").read_text(encoding="utf-8-sig"))
     if resume:
         read_checkpoint(scene, recorder, resume)
     simulate(scene, recorder, Keeper(scene, here, limits, summons))
