@@ -1,7 +1,7 @@
 """One archive for a bug report: what is installed, and of a run its case, decks, manifest and logs; no results.
 
-Passwords and keys stay at home: of the environment only what the solvers and MPI read is taken, and what looks like a
-secret, or is the value of a variable that is called one, is masked in every text. The size is bounded.
+Only known files are taken, and of them and of the environment only what is known to be harmless (`disclosure`): a file
+of the user's own, such as a drag law or start positions, stays at home. The size is bounded.
 """
 
 from __future__ import annotations
@@ -14,11 +14,13 @@ import platform
 import re
 import tarfile
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
 
 from fbcouple import __version__
+from fbcouple.decks.render import DECKS
+from fbcouple.disclosure import Vocabulary, list_environment, mask_values
 from fbcouple.doctor import Row
 from fbcouple.errors import CaseError, SolverError
 
@@ -28,31 +30,22 @@ LARGEST = 20_000_000
 """Bytes of all of them together, before they are compressed."""
 MOST_LISTED = 10_000
 _BEGINNING = 100_000
-_MASK = "***"
-_SHORTEST_SECRET = 6
-_ENVIRONMENT = re.compile(
-    r"(OMPI|PMIX|PRTE|FOAM|WM|SLURM|PBS|LSB|OMP|NUMBA|FBCOUPLE|LC)_\w+|PATH|LD_LIBRARY_PATH|PYTHONPATH|LANG|SHELL"
-)
-_SECRET_NAME = re.compile(r"(?i)key|token|secret|passw|passphrase|credential|cookie|auth")
-_SECRET_TEXT = re.compile(
-    rb"(?i)((?:password|passwd|passphrase|secret|token|api[_-]?key)[\"']?\s*[=:]\s*[\"']?)[^\s\"',;]+"
-    rb"|(://[^/\s:@]+:)[^/\s@]+(?=@)"
-)
 # Of a run folder, what matters most first.
 _PARTS = (
     "case.toml",
     "manifest.json",
     "logs/failure.json",
-    "logs/*",
-    "grains/in.grains",
-    "fluid/system/*",
-    "fluid/constant/*",
-    "fluid/0/*",
-    "checkpoints/*/index.json",
-    "batch/*",
-    "*.py",
-    "*.csv",
+    "logs/launcher.log",
+    "logs/fluid.log",
+    "logs/grains.log",
+    "logs/mesh.log",
+    "logs/run.jsonl",
+    *DECKS,
+    "checkpoints/step-*/index.json",
+    "batch/state",
 )
+_CHECKPOINT = re.compile(r"step-\d{1,12}")
+_MPI_MESSAGES = Path("/usr/share/openmpi")
 
 
 def write_bundle(rows: list[Row], run: Path | None, folder: Path) -> Path:
@@ -65,15 +58,16 @@ def write_bundle(rows: list[Row], run: Path | None, folder: Path) -> Path:
     moment = time.strftime("%Y%m%d-%H%M%S", time.gmtime())
     name = f"fbcouple-bundle-{run.resolve().name + '-' if run else ''}{moment}"
     place, unfinished = folder / f"{name}.tar.gz", folder / f".{name}.part"
-    texts = {"about.json": _describe(rows), "environment.txt": list_environment(os.environ)}
+    vocabulary = Vocabulary([*_find_messages(rows), *sorted(_MPI_MESSAGES.glob("help-*.txt"))])
     try:
-        texts |= _read_run(run) if run else {}
+        texts = {"about.json": _describe(rows, vocabulary), "environment.txt": list_environment(os.environ)}
+        texts |= _read_run(run, vocabulary) if run else {}
         with tarfile.open(unfinished, "w:gz") as archive:
-            for file, content in texts.items():
-                masked = mask(content, os.environ)
+            for file, text in texts.items():
+                content = mask_values(text, os.environ).encode("utf-8", "backslashreplace")
                 about = tarfile.TarInfo(f"{name}/{file}")
-                about.size, about.mtime = len(masked), int(time.time())
-                archive.addfile(about, io.BytesIO(masked))
+                about.size, about.mtime = len(content), int(time.time())
+                archive.addfile(about, io.BytesIO(content))
         unfinished.replace(place)
     except OSError as error:
         unfinished.unlink(missing_ok=True)
@@ -81,25 +75,14 @@ def write_bundle(rows: list[Row], run: Path | None, folder: Path) -> Path:
     return place
 
 
-def list_environment(variables: Mapping[str, str]) -> bytes:
-    """The variables that solvers, MPI and batch systems read, a line each, but none that is called a secret."""
-    told = {
-        name: value
-        for name, value in variables.items()
-        if _ENVIRONMENT.fullmatch(name) and not _SECRET_NAME.search(name)
-    }
-    return "".join(f"{name}={value}\n" for name, value in sorted(told.items())).encode(errors="surrogateescape")
+def _find_messages(rows: list[Row]) -> Iterator[Path]:
+    """The libraries and programs that the doctor has found."""
+    for row in rows:
+        if row.found.startswith("/") and (path := Path(row.found.split(",")[0])).is_file():
+            yield path
 
 
-def mask(content: bytes, variables: Mapping[str, str]) -> bytes:
-    """`content` without what looks like a secret, or is the value of a variable that is called one."""
-    for name, value in variables.items():
-        if _SECRET_NAME.search(name) and len(value) >= _SHORTEST_SECRET:
-            content = content.replace(os.fsencode(value), _MASK.encode())
-    return _SECRET_TEXT.sub(lambda found: (found[1] or found[2]) + _MASK.encode(), content)
-
-
-def _describe(rows: list[Row]) -> bytes:
+def _describe(rows: list[Row], vocabulary: Vocabulary) -> str:
     wanted = importlib.metadata.requires("fbcouple") or []
     names = [found[0] for line in wanted if "extra ==" not in line and (found := re.match(r"[\w.-]+", line))]
     about = {
@@ -108,14 +91,14 @@ def _describe(rows: list[Row]) -> bytes:
         "system": platform.platform(),
         "cores": os.cpu_count(),
         "packages": {name: importlib.metadata.version(name) for name in names},
-        "doctor": [asdict(row) for row in rows],
+        "doctor": [asdict(row) | {"found": vocabulary.filter(row.found).rstrip("\n")} for row in rows],
     }
-    return (json.dumps(about, indent=1) + "\n").encode()
+    return json.dumps(about, indent=1) + "\n"
 
 
-def _read_run(run: Path) -> dict[str, bytes]:
-    """Name in the archive -> content; a file that found no room any more is named in left-out.txt."""
-    texts = {"files.txt": "".join(_list_files(run)).encode(errors="surrogateescape")}
+def _read_run(run: Path, vocabulary: Vocabulary) -> dict[str, str]:
+    """Name in the archive -> text; a file that found no room any more is named in left-out.txt."""
+    texts = {"files.txt": "".join(_list_files(run, vocabulary))}
     room = LARGEST
     left_out = []
     for path in _find_files(run):
@@ -123,10 +106,10 @@ def _read_run(run: Path) -> dict[str, bytes]:
         if min(path.stat().st_size, LARGEST_FILE) > room:
             left_out.append(f"{name}\n")
         elif name not in texts:
-            texts[name] = _read(path)
+            texts[name] = vocabulary.filter(_read(path).decode("utf-8", "replace"))
             room -= len(texts[name])
     if left_out:
-        texts["left-out.txt"] = "".join(left_out).encode(errors="surrogateescape")
+        texts["left-out.txt"] = "".join(left_out)
     return texts
 
 
@@ -135,7 +118,9 @@ def _find_files(run: Path) -> Iterator[Path]:
     here = run.resolve()
     for part in _PARTS:
         for path in sorted(run.glob(part)):
-            if path.is_file() and path.resolve() == here / path.relative_to(run):
+            inside = path.relative_to(run)
+            is_known = inside.parts[0] != "checkpoints" or _CHECKPOINT.fullmatch(inside.parts[1])
+            if is_known and path.is_file() and path.resolve() == here / inside:
                 yield path
 
 
@@ -150,12 +135,13 @@ def _read(path: Path) -> bytes:
         return beginning + f"\n[... {size - _BEGINNING - end} bytes are left out ...]\n".encode() + file.read(end)
 
 
-def _list_files(run: Path) -> Iterator[str]:
-    """Size, time and name of every file in the run folder."""
+def _list_files(run: Path, vocabulary: Vocabulary) -> Iterator[str]:
+    """Size, time and name of every file in the run folder; of a name that is not known, its ending at most."""
     for number, path in enumerate(sorted(run.rglob("*"))):
         if number == MOST_LISTED:
             yield "[... and more]\n"
             return
         about = path.lstat()
         moment = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime(about.st_mtime))
-        yield f"{about.st_size:>14} {moment} {path.relative_to(run)}{'/' if path.is_dir() else ''}\n"
+        name = "/".join(map(vocabulary.filter_name, path.relative_to(run).parts))
+        yield f"{about.st_size:>14} {moment} {name}{'/' if path.is_dir() else ''}\n"

@@ -9,6 +9,7 @@ output went away. Heavy modules load inside commands.
 
 from __future__ import annotations
 
+import io
 import math
 import re
 import sys
@@ -284,6 +285,9 @@ for command in (post, report, claims, study, bench, doctor):
 
 def main() -> None:
     """Entry point of the `fbcouple` command."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")  # a terminal that has not all letters gets their numbers
     open_standard_streams()
     code: Any = 0
     try:

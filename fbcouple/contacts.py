@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from fbcouple.loops import njit
 
 
 def find_max_overlap(positions: np.ndarray, radii: np.ndarray, count: int) -> float:

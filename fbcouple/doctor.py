@@ -11,10 +11,12 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+from fbcouple.cache import require_trusted
 from fbcouple.engines.native import MPI_LIBRARY
 from fbcouple.engines.openfoam.build import adapter_path, build_adapter, compiler_version
 from fbcouple.environment import child_environment
 from fbcouple.errors import SolverError
+from fbcouple.places import cache_folder
 
 _FIX = "fbcouple doctor --fix"
 _INSTALL = "sudo apt-get install"
@@ -86,6 +88,7 @@ def examine() -> list[Row]:
         *(_program(name) for name in _FOAM_PROGRAMS),
         _control_dict(),
         _compiler(),
+        _cache(),
         _adapter(mpi),
         _pictures(),
         _cores(),
@@ -217,9 +220,20 @@ def _compiler() -> Row:
 
 def _built() -> bool:
     try:
-        return adapter_path().is_file()
+        return os.path.isfile(adapter_path())
     except SolverError:
         return False
+
+
+def _cache() -> Row:
+    wanted = "a folder that you or root own and nobody else writes"
+    try:
+        folder = cache_folder()
+        if os.path.lexists(folder):
+            require_trusted(folder)
+    except SolverError as error:
+        return Row("cache", str(error), wanted, False, "name a folder of your own in FBCOUPLE_CACHE")
+    return Row("cache", str(folder), wanted, True, "name a folder of your own in FBCOUPLE_CACHE")
 
 
 def _adapter(mpi: _Loaded) -> Row:
@@ -228,7 +242,7 @@ def _adapter(mpi: _Loaded) -> Row:
         path = adapter_path()
     except SolverError as error:
         return Row("adapter", str(error), wanted, False, f"mend the rows above, then {_FIX}")
-    if not path.is_file():
+    if not os.path.isfile(path):
         return Row("adapter", f"no {path}", wanted, False, _FIX)
     row = _library(str(path), mpi, f"rm {shlex.quote(str(path))} && {_FIX}")
     return Row("adapter", row.found, f"{wanted}; {row.wanted}", row.ok, row.mend)

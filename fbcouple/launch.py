@@ -15,6 +15,7 @@ from pathlib import Path
 import xarray as xr
 
 import fbcouple.checkpoint
+from fbcouple.cache import prepare_compiled
 from fbcouple.case.drag_file import require_trust
 from fbcouple.case.load import load_case
 from fbcouple.case.schema import Case
@@ -107,6 +108,7 @@ class Start:
 
 def _prepare(run: Path, case: Case, ranks: int, checkpoint: Checkpoint | None, guard: Guard) -> None:
     """Make the folder ready: what earlier runs left is gone, and mesh and fields are there."""
+    prepare_compiled()
     _clear(run, checkpoint)
     prepare_failure(run)
     if case.gas and checkpoint:

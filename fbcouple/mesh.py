@@ -91,7 +91,7 @@ def _run_tool(run: Path, guard: Guard | None, *tool: str) -> None:
             process = subprocess.Popen(
                 command,
                 cwd=run,
-                env=mpi_environment(),
+                env=mpi_environment() | {"PWD": str(run.resolve())},
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,

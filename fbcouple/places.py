@@ -3,7 +3,7 @@
 import os
 from pathlib import Path
 
-from fbcouple.errors import CaseError
+from fbcouple.errors import CaseError, SolverError
 
 _PACKAGE = Path(__file__).resolve().parent
 
@@ -26,10 +26,18 @@ FRAMES = "frames"
 
 
 def cache_folder() -> Path:
-    """Return the folder of built things: `FBCOUPLE_CACHE`, else `fbcouple` in the user's XDG cache folder."""
+    """Return the folder of built things: `FBCOUPLE_CACHE`, else `fbcouple` in the user's XDG cache folder.
+
+    Raises: SolverError if neither is there.
+    """
     if given := os.environ.get("FBCOUPLE_CACHE"):
         return Path(given).expanduser().resolve()
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "fbcouple"
+    above = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    if not above.is_absolute():  # as the XDG specification says
+        above = Path(os.path.expanduser("~/.cache")) if os.environ.get("HOME", "~") else Path("~")
+    if not above.is_absolute():
+        raise SolverError("there is no home folder for the cache of built things; name a folder in FBCOUPLE_CACHE")
+    return above / "fbcouple"
 
 
 def require_usable(run: Path) -> None:

@@ -172,7 +172,7 @@ def work(run: Path, limits: Limits, resume: Path | None, comm: MPI.Comm, summons
     made = read_making(here)
     about = describe(case, here, list_makers(made.versions), made.updates) if comm.rank == 0 else {}
     scene = open_scene(case, here, comm, case.end_time, resume / RESTART if resume else None)
-    recorder = Recorder(scene, here, Path("case.toml").read_text(encoding="utf-8"), made.list_attributes())
+    recorder = Recorder(scene, here, Path("case.toml").read_text(encoding="utf-8-sig"), made.list_attributes())
     if resume:
         read_checkpoint(scene, recorder, resume)
     simulate(scene, recorder, Keeper(scene, here, limits, summons, about))

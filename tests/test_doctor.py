@@ -28,6 +28,7 @@ NEEDED = {
     "decomposePar",
     "OpenFOAM's controlDict",
     "C++ compiler",
+    "cache",
     "adapter",
     "3-D pictures",
     "cores",

@@ -11,12 +11,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from fbcouple.errors import DivergedError
 from fbcouple.exchange.cell_plan import CellPlan
 from fbcouple.exchange.cell_weights import CellMapping
 from fbcouple.exchange.plan import Patch, Plan
+from fbcouple.loops import njit
 
 SOLIDS_COLUMNS = 7
 """sum V_p, sum m_p, sum m_p v (3), sum m_p v.v, sum m_p |v - cell mean|^2, each over the cell volume."""

@@ -56,7 +56,7 @@ class Taken:
 def open_run(case: Case, comm: MPI.Comm, warm: float = 0.0) -> tuple[Scene, Recorder]:
     """Open the run in the current folder, and take it through its first steps and through `warm` [s] (collective)."""
     scene = open_scene(case, Path("."), comm, 1e9)
-    recorder = Recorder(scene, Path("."), Path("case.toml").read_text(encoding="utf-8"))
+    recorder = Recorder(scene, Path("."), Path("case.toml").read_text(encoding="utf-8-sig"))
     start(scene)
     recorder.observe(scene)
     for _ in range(_FIRST):

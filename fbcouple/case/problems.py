@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import difflib
 import json
-from collections.abc import Iterable
+import re
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,6 +17,7 @@ from fbcouple.case.section import Section
 
 _LONGEST = 60
 _DEEPEST = 3
+_DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d+(?:[eE][+-]?\d+)?\s*")
 
 
 @dataclass(frozen=True)
@@ -125,7 +127,11 @@ def _word_wrong(key: str, value: Any, root: type[Section]) -> Problem:
         return Problem(key, f"{show(value)} is given, a section is allowed; write [{key}] and its keys below it.")
     option = list_options(root)[key]
     unit = f" (in {option.unit})" if option.unit != "1" else ""
-    if isinstance(value, str) and "number" in option.allowed:
+    if isinstance(value, str) and _DECIMAL_COMMA.fullmatch(value):
+        mend = f"write a decimal point: {value.strip().replace(',', '.')}"
+    elif option.unit != "1" and isinstance(value, list | tuple) and _may_have_commas(value):
+        mend = "a comma parts two numbers, so write decimal points"
+    elif isinstance(value, str) and "number" in option.allowed:
         mend = "give a bare number, without quotes or unit"
     elif isinstance(value, str) and (close := suggest(value, option.allowed.replace('"', "").split(" or "))):
         mend = f'did you mean "{close}"'
@@ -134,6 +140,11 @@ def _word_wrong(key: str, value: Any, root: type[Section]) -> Problem:
     else:
         mend = "mend the value"
     return Problem(key, f"{show(value)} is given, {option.allowed}{unit} is allowed; {mend}. {option.sentence}")
+
+
+def _may_have_commas(value: Sequence[Any]) -> bool:
+    """Is it a list of whole numbers, so many that each could be a half of one with a decimal comma?"""
+    return len(value) > 1 and len(value) % 2 == 0 and all(type(entry) is int for entry in value)
 
 
 def _word_default(default: Any) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import codecs
+import re
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
@@ -19,6 +21,7 @@ LARGEST_FILE = 50_000_000
 BASE = "base"
 """Key at the top of a case file: the shipped case that the file's own keys go on top of, section by section."""
 MOST_BASES = 5
+_DECIMAL_COMMA = re.compile(r"(?:=|\[|,\s)\s*([+-]?\d+,\d+(?:[eE][+-]?\d+)?)(?![\w.])")
 
 
 def list_shipped() -> dict[str, Path]:
@@ -90,13 +93,14 @@ def read_toml(path: Path, place: str) -> dict[str, Any]:
     try:
         if path.stat().st_size > LARGEST_FILE:
             raise CaseError([f"{place}: larger than {LARGEST_FILE / 1e6:.0f} MB; a case file has a few kB."])
-        return tomllib.loads(path.read_bytes().decode("utf-8"))
+        content = path.read_bytes()
+        return tomllib.loads(content.decode("utf-8-sig"))
     except OSError as error:
         problem = f"cannot be read: {error.strerror}; check the path and its permissions."
     except tomllib.TOMLDecodeError as error:
-        problem = f"is not TOML: {show(str(error), 0).strip(chr(34))}; mend that line{_hint_overwrite(error)}."
+        problem = _word_not_toml(str(error), content.decode("utf-8-sig").splitlines())
     except UnicodeDecodeError as error:
-        problem = f"is not UTF-8 text (byte {error.start}); save the file as UTF-8."
+        problem = _word_not_utf8(error, content)
     except RecursionError:
         problem = "lists or tables are nested too deeply; a case file needs two levels."
     except ValueError as error:
@@ -133,9 +137,27 @@ def _put_on_top(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
     return merged
 
 
-def _hint_overwrite(error: Exception) -> str:
-    twice = any(word in str(error) for word in ("overwrite", "twice", "declared", "mutate"))
-    return " (a key or section is given twice)" if twice else ""
+def _word_not_toml(words: str, lines: list[str]) -> str:
+    """The place first, which the reader gives behind its words; a text of the file within them may be of any length."""
+    what, _, where = words.rpartition(" (at ")
+    place = where.removesuffix(")")
+    number = re.match(r"line (\d+)", place)
+    line = lines[int(number[1]) - 1] if number and int(number[1]) <= len(lines) else ""
+    comma = _DECIMAL_COMMA.search(line)
+    if comma:
+        hint = f"{comma[1]} has a decimal comma; write a decimal point: {comma[1].replace(',', '.')}"
+    elif any(word in what for word in ("overwrite", "twice", "declared", "mutate")):
+        hint = "mend that line (a key or section is given twice)"
+    else:
+        hint = "mend that line"
+    return f"{place or 'the file'}: is not TOML: {show(what or words).strip(chr(34))}; {hint}."
+
+
+def _word_not_utf8(error: UnicodeDecodeError, content: bytes) -> str:
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return "is UTF-16 text; save the file as UTF-8."
+    line = content.count(b"\n", 0, error.start) + 1
+    return f"line {line}: is not UTF-8 text (byte 0x{content[error.start]:02X}); save the file as UTF-8."
 
 
 def apply_settings(raw: dict[str, Any], sets: Sequence[str]) -> tuple[set[str], list[Problem]]:

@@ -8,8 +8,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import extending, f8, njit, types
+from numba import extending, f8, types
 from numba.core import cgutils
+
+from fbcouple.loops import njit
 
 compiled = njit(cache=True, fastmath=True, error_model="numpy")
 inlined = njit(inline="always", fastmath=True, error_model="numpy")

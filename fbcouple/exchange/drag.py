@@ -6,7 +6,6 @@ import runpy
 from pathlib import Path
 
 import numpy as np
-from numba import njit
 from numba.core.errors import NumbaError
 
 from fbcouple.case.drag_file import FUNCTION, OWN
@@ -14,6 +13,7 @@ from fbcouple.case.schema import Exchange
 from fbcouple.errors import CaseError
 from fbcouple.exchange.drag_laws import DRAG_LAWS
 from fbcouple.exchange.law import DragLaw
+from fbcouple.loops import njit
 
 _TRIED = np.linspace(0.36, 1.0, 9), np.array([[0.0], [1e-3], [1.0], [30.0]])
 """Voidages and slips [m/s] at which an own law must be finite and not negative, with 1 mm in air."""

@@ -11,10 +11,10 @@ import math
 from functools import cache
 
 import numpy as np
-from numba import njit
 
 from fbcouple.exchange.compiled import compiled, inlined
 from fbcouple.exchange.plan import Patch
+from fbcouple.loops import njit
 
 CUT = 3.0
 """Bandwidths at which the Gaussian kernel ends."""

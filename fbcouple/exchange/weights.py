@@ -7,10 +7,10 @@ periodic axis the cells go on.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from fbcouple.errors import DivergedError
 from fbcouple.exchange.plan import Patch
+from fbcouple.loops import njit
 
 _BLOCK = 128
 """Particles whose coordinates go through the SIMD loop at once: they stay in the first cache."""

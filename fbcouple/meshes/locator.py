@@ -7,9 +7,9 @@ on the point alone. Where a walk ends at a wall (around a corner of the region) 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from scipy.spatial import cKDTree
 
+from fbcouple.loops import njit
 from fbcouple.meshes.tetrahedra import Tetrahedra, find_neighbours
 
 ROUNDING = 1e-9

@@ -13,7 +13,16 @@ from fbcouple.case.schema import Case
 from fbcouple.case.section import as_tuple
 from fbcouple.errors import CaseError
 from fbcouple.study.schema import Study
-from fbcouple.study.source import Settings, Source, check_keys, find_mistakes, flatten, word_settings
+from fbcouple.study.source import (
+    MOST,
+    Settings,
+    Source,
+    check_keys,
+    check_number,
+    find_mistakes,
+    flatten,
+    word_settings,
+)
 
 RANKS = "ranks"
 REFERENCE = "reference"
@@ -68,6 +77,11 @@ def _check(study: Study, knobs: Settings) -> Iterator[Problem]:
         elif key == RANKS and not all(type(n) is int and 1 <= n <= MOST_RANKS for n in values):
             text = f"{show(values)} is given, whole numbers from 1 to {MOST_RANKS} are allowed; mend the values."
             yield Problem(f"knobs.{key}", text)
+    lists = {key: values for key, values in knobs.items() if isinstance(values, list)}
+    if study.design == "grid":
+        yield from check_number("knobs", lists, 'take fewer values, or design = "each"')
+    elif sum(map(len, lists.values())) >= MOST:
+        yield Problem("knobs", f"more than {MOST} members are given, as many are allowed; take fewer values.")
 
 
 def _look_at_knobs(member: Member, base: str) -> Member:

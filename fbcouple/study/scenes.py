@@ -16,7 +16,15 @@ from fbcouple.case.problems import Problem, show, suggest
 from fbcouple.case.schema import Case
 from fbcouple.errors import CaseError
 from fbcouple.study.schema import Stability
-from fbcouple.study.source import Settings, Source, check_keys, find_mistakes, flatten, word_settings
+from fbcouple.study.source import (
+    Settings,
+    Source,
+    check_keys,
+    check_number,
+    find_mistakes,
+    flatten,
+    word_settings,
+)
 
 SPANS = ("gas", "particles", "contact", "fall", "passage")
 OWN = ("base", "span", "forms", "times", "ranks")
@@ -90,6 +98,8 @@ def _expand(study: Stability, source: Source, group: str, table: Settings) -> It
     base = source.find_base(own.get("base", study.base))
     lists = {key: value if _is_list_of(key, value) else [value] for key, value in table.items()}
     common = flatten(study.set)
+    if problems := list(check_number(f"scenes.{group}", lists, "take fewer values")):
+        raise CaseError([f"{source.place}: {problem}" for problem in problems])
     for values in itertools.product(*lists.values()):
         settings = common | dict(zip(lists, values, strict=True))
         varied = {key: settings[key] for key, choice in lists.items() if len(choice) > 1}

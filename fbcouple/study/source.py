@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
@@ -21,6 +22,8 @@ FILE_NAME = "study.toml"
 Kind = TypeVar("Kind", bound=Section)
 Settings = dict[str, Any]
 """Case keys and their values, on top of a base case."""
+MOST = 1000
+"""Members of a study, or scenes of one of its tables."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +78,15 @@ def flatten(table: Settings, above: str = "") -> Settings:
         dotted = f"{above}{key}"
         flat |= flatten(value, f"{dotted}.") if isinstance(value, dict) else {dotted: value}
     return flat
+
+
+def check_number(key: str, lists: Mapping[str, Sequence[Any]], mend: str) -> Iterator[Problem]:
+    """Count the combinations of the values in `lists` before they are made: they grow as a power."""
+    sizes = [len(values) for values in lists.values()]
+    if (number := math.prod(sizes)) > MOST:
+        shown = " x ".join(map(str, sizes[:8])) + (" x ..." if len(sizes) > 8 else "")
+        text = f"{shown} = {show(number)} combinations are given, at most {MOST} are allowed"
+        yield Problem(key, f"{text}; {mend}.")
 
 
 def check_keys(keys: Sequence[str], where: str, also: Sequence[str] = ()) -> Iterator[Problem]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import shutil
 import tomllib
 from pathlib import Path
@@ -294,7 +295,18 @@ def test_folder_without_case_file(tmp_path):
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        (b"title = \n", "at line 1, column 9"),
+        (b"title = \n", "case.toml: line 1, column 9: is not TOML"),
+        (b"end_time = 1\n" + b"x" * 200 + b" = 1 2\n", "line 2, column 206: is not TOML"),
+        (b"title = 'x'\nend_time = 1,25\n", "line 2, column 13"),
+        (b"end_time = -1,2e-3\n", "-1,2e-3 has a decimal comma; write a decimal point: -1.2e-3."),
+        (b"[domain]\nsize = [0,02, 0,02, 0,06]\n", "line 2, column 10"),
+        (b"[domain]\nsize = [0,02, 0,02, 0,06]\n", "0,02 has a decimal comma; write a decimal point: 0.02."),
+        (b"[domain]\nsize = [1,2, 1,2, 1,6]\n", "[1, 2, 1, 2, 1, 6] is given"),
+        (b"[domain]\nsize = [1,2, 1,2, 1,6]\n", "a comma parts two numbers, so write decimal points"),
+        (b'end_time = "1,2"', "write a decimal point: 1.2"),
+        (b'title = "never closed', "end of document: is not TOML"),
+        ("title = 'x'".encode("utf-16"), "case.toml: is UTF-16 text; save the file as UTF-8"),
+        (b"title = 'x'\n# \xfc\n", "case.toml: line 2: is not UTF-8 text (byte 0xFC)"),
         (b"a = 1\na = 2\n", "given twice"),
         (b"[gas]\n[gas]\n", "given twice"),
         (b'title = "\xff"', "not UTF-8"),
@@ -313,6 +325,14 @@ def test_folder_without_case_file(tmp_path):
 def test_file_that_is_no_case(tmp_path, content, words):
     (tmp_path / "case.toml").write_bytes(content)
     assert words in "\n".join(problems_of(tmp_path))
+
+
+def test_byte_order_mark_is_no_part_of_the_case(tmp_path):
+    """As some editors write it in front of a file."""
+    (tmp_path / "case.toml").write_bytes(PARTICLE.encode())
+    without = load_case(str(tmp_path))
+    (tmp_path / "case.toml").write_bytes(codecs.BOM_UTF8 + PARTICLE.encode())
+    assert load_case(str(tmp_path)) == without
 
 
 def test_unreadable_file(tmp_path, monkeypatch):

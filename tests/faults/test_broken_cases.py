@@ -87,7 +87,6 @@ def mutate_structure(text: bytes) -> Iterator[tuple[str, bytes]]:
     yield "many sections", text + b"".join(b"\n[s%d]\n" % n for n in range(5000))
     yield "hexadecimal", replace_value(text, "particles.diameter", b"0x" + b"f" * 100_000)
     yield "exponent", replace_value(text, "particles.diameter", b"1e" + b"9" * 100_000)
-    yield "byte order mark", b"\xef\xbb\xbf" + text
     yield "UTF-16", text.decode().encode("utf-16")
     yield "Latin-1", text.replace(b'title = "', b'title = "\xfc')
     yield "zero bytes", text.replace(b"\n", b"\0\n")

@@ -67,11 +67,36 @@ def test_a_knob_of_lists(write):
         ('["path"]', '["finest:solids_centre_z"]', "measures", "add [reference]"),
         ("gas.max_courant = 10.0", "gas.max_couran = 10.0", "set.gas.max_couran", "did you mean `gas.max_courant`"),
         ('"case.toml"', '"cas.toml"', "base", "neither a shipped case nor a file"),
+        ("[1e-3, 2e-3]", str([1e-3] * 501), "knobs", "501 x 2 = 1002 combinations are given, at most 1000 are allowed"),
     ],
 )
 def test_mistake_names_key_and_mend(write, old, new, key, mend):
     problems = problems_of(write((old, new)))
     assert any(key in problem and mend in problem for problem in problems), problems
+
+
+def test_a_grid_is_counted_before_it_is_made(write):
+    """30 values of eight knobs are 656 thousand million members."""
+    keys = ("density", "viscosity", "inlet_velocity", "max_fourier", "pressure_tolerance", "max_courant")
+    more = "".join(f"gas.{key} = {list(range(1, 31))}\n" for key in keys)
+    path = write(("[1e-3, 2e-3]\n", f"{list(range(1, 31))}\n{more}contact.stiffness = {list(range(1, 31))}\n"))
+    (problem,) = problems_of(path)
+    assert "30 x 30 x 30 x 30 x 30 x 30 x 30 x ... = " in problem
+    assert "at most 1000 are allowed" in problem and 'design = "each"' in problem
+    path.write_text(path.read_text().replace('design = "grid"\n', "").replace("[1, 2, 3,", f"[{'1, ' * 900}"))
+    (problem,) = problems_of(path)
+    assert "more than 1000 members" in problem
+
+
+def test_scenes_are_counted_before_they_are_made(write):
+    text = """title = "many"
+base = "case.toml"
+[scenes.all]
+"""
+    keys = ("density", "viscosity", "inlet_velocity", "max_fourier", "pressure_tolerance", "max_courant", "max_step")
+    text += "".join(f"gas.{key} = {list(range(1, 31))}\n" for key in keys)
+    with pytest.raises(CaseError, match=r"scenes\.all: 30 x 30 .* at most 1000 are allowed"):
+        list_scenes(*read_study(str(write(text=text)), Stability))
 
 
 def test_mistakes_come_all_at_once(write):

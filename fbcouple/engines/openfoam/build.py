@@ -17,6 +17,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+from fbcouple.cache import make_folder, require_trusted
 from fbcouple.engines.openfoam.commands import run_command
 from fbcouple.engines.openfoam.headers import debian_headers, include_folders
 from fbcouple.errors import FbcoupleError, SolverError
@@ -133,7 +134,7 @@ def adapter_path() -> Path:
 
     Raises
     ------
-    SolverError : no OpenFOAM, or neither a compiler nor a built adapter
+    SolverError : no OpenFOAM, neither a compiler nor a built adapter, or a cache that others can write
     """
     installation = find_installation()
     flags = (*installation.compile_flags, *installation.link_flags)
@@ -145,9 +146,13 @@ def adapter_path() -> Path:
     except SolverError:
         built = sorted(cache_folder().glob(f"{stem}-*.so"))
         if built:
+            require_trusted(cache_folder(), built[:1])
             return built[0]
         raise
-    return cache_folder() / f"{stem}-{_short_hash(compiler.encode())}.so"
+    place = cache_folder() / f"{stem}-{_short_hash(compiler.encode())}.so"
+    if os.path.lexists(place.parent):
+        require_trusted(place.parent, [place] if os.path.exists(place) else [])
+    return place
 
 
 def build_adapter(force: bool = False) -> Path:
@@ -166,9 +171,9 @@ def build_adapter(force: bool = False) -> Path:
     SolverError : no OpenFOAM or compiler, headers not to be had, or the compiler's words
     """
     target = adapter_path()
-    if target.is_file() and not force:
+    if os.path.isfile(target) and not force:
         return target
-    target.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(target.parent)
     with _lock(target.parent):
         if force or not target.is_file():
             _compile(target)
@@ -180,6 +185,7 @@ def _compile(target: Path) -> None:
     installation = find_installation()
     if installation.project is None:
         headers = debian_headers(installation.version, target.parent)
+        require_trusted(target.parent, [headers])
     else:
         headers = installation.project / "src"
     unfinished = target.with_name(f".{target.name}.{os.getpid()}")
@@ -225,7 +231,13 @@ def _lock(folder: Path) -> Iterator[None]:
 
     Where the file system has no locks two builds may do the same work; each names its library when it is whole.
     """
-    with (folder / "build.lock").open("w", encoding="utf-8") as file:
+    try:
+        file = (folder / "build.lock").open("w", encoding="utf-8")
+    except OSError as error:
+        text = f"{folder}: the cache cannot be written ({error.strerror}), and there is no adapter for this OpenFOAM"
+        mend = "build where it can be written (fbcouple doctor --fix), or name a folder of your own in FBCOUPLE_CACHE"
+        raise SolverError(f"{text} in it; {mend}") from error
+    with file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX)
         except OSError as error:
