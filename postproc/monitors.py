@@ -116,6 +116,8 @@ def _support(results: Results) -> Watched:
 def _inflow(results: Results) -> Watched:
     if results.gas_flux is None:
         raise NotDrawableError(["no inlet flow."])
+    if results.case["domain"].get("shape") == "file":
+        raise NotDrawableError(["the cross-section of a mesh from a file need not be its inlet's."])
     velocity = results.gas_flux / float(results.case["gas"]["density"])
     layers = results.mean("gas_flux").sel(component="z").mean(["x", "y"]).values / velocity
     words = "mean gas flux at a height over U_f, farthest from 1"

@@ -140,6 +140,8 @@ def read_mesh_of_case(domain: Domain, folder: Path) -> PolyMesh:
 @lru_cache(maxsize=2)
 def _read_once(path: Path, newest: int, inlet: str, outlet: str) -> PolyMesh:
     mesh = read_polymesh(path) if path.is_dir() else read_mesh_file(path)
+    if inlet == outlet:
+        raise CaseError([f"{path.name}: patch {inlet} is both the inlet and the outlet; name one for each."])
     for name in (inlet, outlet):
         if name not in mesh.patches or not mesh.patches[name][1]:
             known = ", ".join(mesh.patches)
