@@ -56,7 +56,7 @@ def _run(scene: Scene, folder: Path, study: Stability) -> tuple[Ending, Ending |
 def _describe(scene: Scene, ending: Ending, run: Path) -> Row:
     case = load_case(str(run))
     verdict, why, signs = _judge_run(case, ending, _read_rows(run))
-    predicted, doubts = predict(case)
+    predicted, doubts = predict(case, run)
     varied = ", ".join(f"{key} = {value}" for key, value in scene.varied.items())
     row: Row = {"scene": scene.group, "varied": varied, "form": scene.form, "predicted": predicted, "doubts": doubts}
     row |= {"verdict": verdict, "signs": why, "how": ending.how, "why": ending.text[:200]}
@@ -96,9 +96,9 @@ def _judge_run(case: Case, ending: Ending, rows: list[Row]) -> tuple[str, str, d
     return verdict, why, signs
 
 
-def predict(case: Case) -> tuple[str, str]:
-    """The worst verdict of the pre-flight numbers, and the numbers that say so."""
-    judged = [number for number in estimate(case) if number.verdict]
+def predict(case: Case, folder: Path = Path()) -> tuple[str, str]:
+    """The worst verdict of the pre-flight numbers of a case whose files lie in `folder`, and which say so."""
+    judged = [number for number in estimate(case, folder=folder) if number.verdict]
     worst = max((PREDICTIONS.index(number.verdict or "fit") for number in judged), default=0)
     said = [number.name for number in judged if number.verdict == PREDICTIONS[worst]] if worst else []
     return PREDICTIONS[worst], ", ".join(said)

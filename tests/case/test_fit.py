@@ -6,7 +6,7 @@ import pytest
 
 from fbcouple.case.load import load_case
 from fbcouple.case.preflight import coupling_step, estimate, gas_step, require_fit
-from fbcouple.case.source import list_shipped
+from fbcouple.case.source import find_case, list_shipped
 from fbcouple.errors import CaseError
 
 STIFF = ("exchange.scheme=explicit", "gas.max_courant=5", "gas.max_fourier=5")
@@ -14,7 +14,7 @@ STIFF = ("exchange.scheme=explicit", "gas.max_courant=5", "gas.max_fourier=5")
 
 @pytest.mark.parametrize("name", list_shipped())
 def test_shipped_cases_are_fit(name, on_a_cluster):
-    require_fit(load_case(name))
+    require_fit(load_case(name), folder=find_case(name).parent)
 
 
 def test_unfit_case_is_refused_with_number_limit_and_mend(call, tmp_path):

@@ -9,6 +9,7 @@ import xarray as xr
 from fbcouple.grid import Grid
 from fbcouple.results import write_results
 from postproc.dataset import NotDrawableError, depth_average, open_results
+from postproc.monitors import MONITORS
 
 CELLS, SIZE = (4, 4, 5), (0.08, 0.08, 0.25)
 CASE = """
@@ -78,3 +79,13 @@ def test_a_hole_inside_is_told(run, tmp_path):
     data.to_netcdf(run / "results.nc")
     with pytest.raises(NotDrawableError, match="1 of"):
         open_results(run).mean("pressure")
+
+
+def test_flux_over_the_inlets_velocity_is_said_only_where_the_floor_is_the_inlet(run):
+    assert MONITORS["gas_flux"](open_results(run)).value > 1.0
+    with xr.open_dataset(run / "results.nc") as opened:
+        changed = opened.load()
+    changed.attrs["case"] = changed.attrs["case"].replace('"cylinder"', '"file"')
+    changed.to_netcdf(run / "results.nc")
+    with pytest.raises(NotDrawableError, match="cross-section"):
+        MONITORS["gas_flux"](open_results(run))

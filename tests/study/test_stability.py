@@ -9,6 +9,7 @@ import pytest
 
 from fbcouple.case.load import load_case
 from fbcouple.case.preflight import require_fit
+from fbcouple.case.source import find_case
 from fbcouple.errors import CaseError
 from fbcouple.places import CASES
 from fbcouple.study.scenes import list_scenes
@@ -172,13 +173,13 @@ def test_what_check_calls_unfit_is_refused(name):
     """Every shipped scene: `setup` without --force takes what is called fit or warned of, and nothing else."""
     refused = 0
     for scene in list_scenes(*read_study(name, Stability)):
-        case = load_case(scene.base, word_settings(scene.settings))
-        if predict(case)[0] == "unfit":
+        case, folder = load_case(scene.base, word_settings(scene.settings)), find_case(scene.base).parent
+        if predict(case, folder)[0] == "unfit":
             refused += 1
             with pytest.raises(CaseError, match="--force"):
-                require_fit(case)
+                require_fit(case, folder=folder)
         else:
-            require_fit(case)
+            require_fit(case, folder=folder)
     assert refused
 
 
