@@ -94,12 +94,12 @@ def _list_named(run: Results) -> list[str]:
 
 
 def _read_for(run: Results, reference: Reference, is_given: bool) -> Points:
-    path = Path(reference.file) if is_given else find_companion(run.path.parent, reference.file, ".csv")
     domain = run.case["domain"]
     if domain.get("shape", "box") != "box" or domain.get("elements"):
         text = f"{reference}: the region of {run.label} is no box of hexahedra, and only that has measured lines"
         raise CaseError([f"{text}; leave it out."])
     try:
+        path = Path(reference.file) if is_given else find_companion(run.path.parent, reference.file, ".csv")
         return read_line(reference, path, run.size)
     except CaseError as error:
         raise CaseError([f"{run.label}, {reference}: {problem}" for problem in error.problems]) from None
