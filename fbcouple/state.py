@@ -18,7 +18,7 @@ import numpy as np
 
 from fbcouple import checkpoint
 from fbcouple.averages.means import Means
-from fbcouple.errors import SolverError
+from fbcouple.errors import CaseError, SolverError
 from fbcouple.recorder import Recorder
 from fbcouple.scene import Scene
 
@@ -107,7 +107,18 @@ def _save_sums(scene: Scene) -> dict[str, np.ndarray]:
 
 
 def read_checkpoint(scene: Scene, recorder: Recorder, folder: Path) -> None:
-    """Put `scene` and `recorder` into the state of the checkpoint in `folder`; the solvers are in it already."""
+    """Put `scene` and `recorder` into the state of the checkpoint in `folder`; the solvers are in it already.
+
+    Raises: CaseError if it holds other things than this run writes, whole as it may be.
+    """
+    try:
+        _read_state(scene, recorder, folder)
+    except (LookupError, ValueError, TypeError, AttributeError) as error:
+        words = f"{type(error).__name__}: {error}"
+        raise CaseError([f"{folder}: does not hold the state of this run ({words}); --fresh starts again"]) from error
+
+
+def _read_state(scene: Scene, recorder: Recorder, folder: Path) -> None:
     numbers = json.loads((folder / "state.json").read_text(encoding="utf-8"))
     scene.clock.load(numbers["clock"])
     sums = _load_sums(scene, folder)

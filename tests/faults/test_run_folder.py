@@ -294,6 +294,15 @@ def test_a_law_that_was_changed_between_stop_and_resume_is_refused(tmp_path, par
     assert result.exit_code == 1 and "law.py has changed since; put back what the run had then" in result.stderr
 
 
+def test_a_checkpoint_with_the_state_of_something_else_ends_in_words(stopped):
+    for folder in list_checkpoints(stopped):
+        (folder / "state.json").write_text("[]")
+        change_index(folder)
+    result = call("run", stopped, "--resume")
+    assert result.exit_code == 1 and "does not hold the state of this run (TypeError: " in result.stderr
+    assert "Traceback" not in result.stderr and len(result.stderr.splitlines()) == 1
+
+
 DAMAGES: dict[str, Callable[[Path], object]] = {
     "truncated": lambda path: path.write_bytes(path.read_bytes()[: path.stat().st_size // 2]),
     "empty": lambda path: path.write_bytes(b""),
