@@ -12,6 +12,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from fbcouple.checkpoint import word_newest
 from fbcouple.environment import missing_program, mpi_environment
 from fbcouple.errors import CaseError, DivergedError, FbcoupleError, SolverError, StoppedError
 from fbcouple.failure import give_room_back, read_failure
@@ -83,7 +84,11 @@ class Job:
             raise missing_program("mpirun", "openmpi-bin") from error
 
     def _judge(self, job: subprocess.Popen) -> None:
-        give_room_back(self._run)
+        try:
+            give_room_back(self._run)
+        except OSError as error:  # nor could a rank write down why it ended
+            text = f"{self._run}: cannot be written any more: {error}; {word_newest(self._run)}"
+            raise SolverError(text) from error
         note = (self._run / "logs/failure.json").exists()
         if job.returncode or note or not (self._run / "results.nc").exists():
             if self._requests.count > 1 and not note:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -18,11 +19,14 @@ from fbcouple.cli import cli
 from fbcouple.errors import CaseError
 
 HOUR = 3600
+REAL_PYTHON = sys.executable
+LONGEST = 120.0
+"""Wall time [s] that a test waits for a script, on a machine that does much else."""
 # Stands in for the interpreter that runs `fbcouple run`: notes its arguments, exits as the file `code` says.
 PYTHON = """#!/bin/bash
 echo "$@" >> {folder}/calls
 trap 'exit 75' USR1
-if [ -e {folder}/waits ]; then touch {folder}/waiting; sleep 30 & wait $!; fi
+if [ -e {folder}/waits ]; then touch {folder}/waiting; sleep 120 & wait $!; fi
 exit "$(cat {folder}/code)"
 """
 NOTE = '#!/bin/bash\necho "$(basename "$0") $*" >> {folder}/calls\necho "{answer}"\n'
@@ -59,7 +63,7 @@ def read_calls(site: Path) -> list[str]:
 
 
 def run_job(job: Path, **environment: str) -> int:
-    return subprocess.run([job], env=os.environ | environment, check=False, timeout=30).returncode
+    return subprocess.run([job], env=os.environ | environment, check=False, timeout=LONGEST).returncode
 
 
 def batch(*arguments: object) -> Result:
@@ -203,17 +207,42 @@ def test_failed_run_is_not_tried_again(runs, site, code):
     assert len(read_calls(site)) == 1
 
 
+@pytest.mark.parametrize("code", ["138", "143"])
+def test_notice_before_the_run_can_listen_is_no_failure(runs, site, code):
+    """The interpreter is still starting, and ends by the signal: no step was taken, the next job does the work."""
+    job, _ = write_job(runs / "a", "slurm", request_of("slurm"))
+    (site / "code").write_text(code)
+    assert run_job(job, SLURM_JOB_ID="42") == 75
+    assert "scontrol requeue 42" in read_calls(site) and (runs / "a/batch/state").read_text() == "75\n"
+
+
+def test_job_takes_no_code_of_the_folder_it_starts_in(runs, site, tmp_path):
+    """With the real interpreter, search paths as people leave them, and modules of every name in the current folder."""
+    job, _ = write_job(runs / "a", "slurm", request_of("slurm"))
+    job.write_text(job.read_text().replace(str(site / "python"), REAL_PYTHON))
+    here = tmp_path / "here"
+    here.mkdir()
+    for name in ("fbcouple", "numpy", "argparse", "json"):
+        (here / f"{name}.py").write_text("open('ran', 'w').close()")
+    (here / "cat").write_text("#!/bin/sh\ntouch ran\n")
+    (here / "cat").chmod(0o755)
+    lists = {"PATH": f".:{os.environ['PATH']}:", "PYTHONPATH": ":lib", "LD_LIBRARY_PATH": ";.:/lib"}
+    done = subprocess.run([job], cwd=here, env=os.environ | lists, capture_output=True, text=True, check=False)
+    assert done.returncode == 1 and "set the run up again" in done.stderr, done.stderr
+    assert not (here / "ran").exists()
+
+
 @pytest.mark.parametrize("chain", [None, 2])
 def test_notice_becomes_a_checkpoint_and_a_requeue(runs, site, chain):
     job, _ = write_job(runs / "a", "slurm", request_of("slurm", chain=chain))
     (site / "waits").touch()
     started = subprocess.Popen([job], env=os.environ | {"SLURM_JOB_ID": "42"})
-    deadline = time.monotonic() + 20
-    while not (site / "waiting").exists() and time.monotonic() < deadline:
+    deadline = time.monotonic() + LONGEST
+    while not (site / "waiting").exists():
+        assert started.poll() is None and time.monotonic() < deadline
         time.sleep(0.05)
-    time.sleep(0.2)
     started.send_signal(signal.SIGUSR1)
-    assert started.wait(timeout=20) == 75
+    assert started.wait(timeout=LONGEST) == 75
     assert ("scontrol requeue 42" in read_calls(site)) is (chain is None)
     assert (runs / "a/batch/state").read_text() == "75\n"
 
@@ -229,7 +258,7 @@ def test_notice_becomes_a_checkpoint_and_a_requeue(runs, site, chain):
 def test_chain_is_handed_in_one_after_the_other(runs, site, scheduler, calls):
     job, submit = write_job(runs / "a", scheduler, request_of(scheduler, chain=3))
     (runs / "a/batch/state").write_text("3\n")
-    assert subprocess.run([submit], check=False, timeout=20).returncode == 0
+    assert subprocess.run([submit], check=False, timeout=LONGEST).returncode == 0
     assert read_calls(site) == [call.format(job=job) for call in calls]
     assert not (runs / "a/batch/state").exists()
 

@@ -17,7 +17,7 @@ from fbcouple.keeper import Summons
 from fbcouple.recorder import Recorder
 from fbcouple.scene import Scene
 
-LONGEST = 300.0
+LONGEST = 900.0
 """Wall time [s] after which nobody will come any more."""
 heard: list[Summons] = []
 

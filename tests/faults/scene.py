@@ -98,8 +98,21 @@ def poison(monkeypatch: pytest.MonkeyPatch, name: str, step: int) -> None:
     monkeypatch.setattr(fbcouple.launch, "mpi_command", start_poisoned)
 
 
-PATIENCE = 180.0
+PATIENCE = 600.0
 """Wall time [s] that a test waits for what must come, on a machine that does much else."""
+
+
+STARTED: list[subprocess.Popen] = []
+"""What the test under way has started."""
+
+
+def end_started() -> None:
+    """Leave nothing behind where a test failed: the job of a killed parent ends by itself."""
+    while STARTED:
+        job = STARTED.pop()
+        if job.poll() is None:
+            job.kill()
+            job.communicate()
 
 
 def start(run: Path, *words: str) -> subprocess.Popen:
@@ -121,7 +134,10 @@ def start_to_hold(run: Path, where: str, number: int, *words: str) -> subprocess
 
 def start_program(program: list[str], run: Path, *words: str) -> subprocess.Popen:
     command = [sys.executable, *program, str(run), *words]
-    return subprocess.Popen(command, env={**os.environ}, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    STARTED.append(
+        subprocess.Popen(command, env={**os.environ}, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    )
+    return STARTED[-1]
 
 
 def await_true(is_so: Callable[[], object], job: subprocess.Popen | None = None) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import signal
+import subprocess
 import time
 from pathlib import Path
 
@@ -129,6 +130,30 @@ def test_wall_limit_ends_with_a_checkpoint(tmp_path):
     rows: list[dict] = []
     launch(run, 1, rows.append, resume=True, until=1e-4)
     assert rows == [] and list((run / "checkpoints").glob("step-*"))
+
+
+CLOCK = """
+#include <dlfcn.h>
+#include <stdlib.h>
+#include <time.h>
+extern "C" int clock_gettime(clockid_t clock, timespec* now) {
+    static auto ask = (int (*)(clockid_t, timespec*)) dlsym(RTLD_NEXT, "clock_gettime");
+    int code = ask(clock, now);
+    if (clock == CLOCK_REALTIME && getenv("OMPI_COMM_WORLD_RANK")) now->tv_sec -= 3600;
+    return code;
+}
+"""
+
+
+def test_wall_limit_does_not_follow_a_clock_that_is_set_back(tmp_path, monkeypatch):
+    """The machine's clock loses an hour after the start: by it, the limit would be an hour away."""
+    run, shim = prepare(tmp_path, ["end_time=10.0"]), tmp_path / "clock.so"
+    compiler = ["g++", "-shared", "-fPIC", "-x", "c++", "-", "-o", str(shim), "-ldl"]
+    subprocess.run(compiler, input=CLOCK, text=True, check=True)
+    monkeypatch.setenv("LD_PRELOAD", str(shim))
+    parent = start(run, "--wall-limit", "0.01")
+    _, words = parent.communicate(timeout=PATIENCE)
+    assert parent.returncode == 75 and "stopped by the wall limit at t = " in words, words
 
 
 @pytest.mark.slow
