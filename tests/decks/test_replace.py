@@ -15,7 +15,8 @@ from click.testing import CliRunner
 from fbcouple.cli import cli
 from fbcouple.decks import replace
 from fbcouple.meshes.block import make_block
-from fbcouple.meshes.foam_files import FILES, write_polymesh
+from fbcouple.meshes.foam_files import write_polymesh
+from fbcouple.meshes.foam_text import FILES
 
 CASE = """
 title = "twenty particles"
