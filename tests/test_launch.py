@@ -154,9 +154,7 @@ def test_liggghts_own_words(solids):
 
 
 def test_liggghts_own_words_on_the_command_line(coupled):
-    spoil(
-        coupled / "grains/in.grains", "gran model hooke/stiffness tangential history\npair_coeff", "nix\npair_coeff"
-    )
+    spoil(coupled / "grains/in.grains", "gran model hooke/stiffness tangential history\npair_coeff", "nix\npair_coeff")
     result = call("run", coupled, "-n", 2, "--trust")
     assert result.exit_code == 3
     assert result.stderr.startswith("LIGGGHTS: ERROR") and "pair style" in result.stderr
