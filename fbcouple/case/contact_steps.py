@@ -8,8 +8,8 @@ and a sphere has 2/5 of the inertia: so the tangential dashpots are the limit lo
 limit a bed creeps and its kinetic energy never decays, at amplitudes that look like those of a quiet bed.
 
 The sums, as multiples of the load of one contact, are the largest eigenvalues of the contact networks of settled beds
-of 504 spheres. Settled dry beds with 3 to 20 steps and e from 0.1 to 0.97 come to rest, or do not, as this says to one
-step.
+of 504 spheres. Settled dry beds with 3 to 20 steps and e from 0.1 to 0.97 come to rest, or do not, as this says to a
+step and a half. Beds of low friction pack more densely and may be left with 0.2 mm/s.
 """
 
 from __future__ import annotations
