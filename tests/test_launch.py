@@ -162,8 +162,10 @@ def test_words_of_liggghts_on_one_rank(solids, ranks):
         start(solids, ranks)
 
 
-def test_no_text_of_the_case_is_in_a_line_that_liggghts_cuts(tmp_path):
-    """It reads 255 bytes of a line: here are 105 letters of three bytes each."""
+def test_no_text_of_the_case_is_in_a_line_that_liggghts_cuts(tmp_path, monkeypatch):
+    """It reads 255 bytes of a line: here are 105 letters of three bytes, and ranks whose locale has none of them."""
+    for name, value in {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0"}.items():
+        monkeypatch.setenv(name, value)
     text = SOLIDS.replace("fifty particles", "\u5e8a" * 105)
     run = prepare(tmp_path, text)
     assert max(map(len, (run / "grains/particles.data").read_bytes().splitlines())) < 255

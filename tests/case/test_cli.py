@@ -15,6 +15,22 @@ from fbcouple.case.load import load_case
 from fbcouple.case.source import list_sets, list_shipped
 from fbcouple.errors import CaseError, DivergedError, SolverError
 
+PARTICLE = """
+end_time = 1
+[domain]
+size = [1, 1, 1]
+cells = [4, 4, 4]
+[particles]
+diameter = 0.1
+density = 1000
+count = 1
+[start]
+[contact]
+restitution = 1
+wall_restitution = 1
+friction = 0
+wall_friction = 0
+"""
 BROKEN = {
     "wrong key": (("density = 2500.0", "densty = 2500.0"), "particles.densty", "did you mean `density`"),
     "wrong type": (("mass = 0.075", 'mass = "75 g"'), "particles.mass", "give a bare number"),
@@ -25,12 +41,17 @@ BROKEN = {
 }
 
 
-def start(folder: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
+def start(folder: Path, *arguments: object, **variables: str) -> subprocess.CompletedProcess[str]:
     """Start the command line in a process of its own, in `folder`."""
     root = str(Path(fbcouple.__file__).parents[1])
     command = [sys.executable, "-m", "fbcouple.cli", *map(str, arguments)]
     return subprocess.run(
-        command, cwd=folder, env={"PYTHONPATH": root, "PATH": ""}, capture_output=True, text=True, check=False
+        command,
+        cwd=folder,
+        env={"PYTHONPATH": root, "PATH": "", **variables},
+        capture_output=True,
+        encoding="utf-8",
+        check=False,
     )
 
 
@@ -70,6 +91,38 @@ def test_missing_file_in_a_process_of_its_own(tmp_path):
 def test_bytes_that_are_no_text_in_a_process_of_its_own(tmp_path):
     done = start(tmp_path, "check", "patil/c2", "--set", "title=\udcff")
     assert done.returncode == 1 and "not UTF-8" in done.stderr and "Traceback" not in done.stderr
+
+
+ASCII = {"PYTHONIOENCODING": "ascii"}, {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0"}
+TABLE = """
+from fbcouple import cli
+from fbcouple.commands.table import print_table
+cli.cli = lambda prog_name: print_table(["letter"], [[chr(0x5E8A)]])
+cli.main()
+"""
+
+
+@pytest.mark.parametrize("locale", ASCII)
+def test_letters_that_the_locale_has_not(tmp_path, locale):
+    """Files are read and written as in any other locale; a mistake is told."""
+    title = 'title = "b\u00e9d \u5e8a"\n'
+    (tmp_path / "case.toml").write_text(title + PARTICLE, encoding="utf-8")
+    done = start(tmp_path, "setup", "case.toml", "-o", "run", "--explain", **locale)
+    assert done.returncode == 0, done.stderr
+    assert title in (tmp_path / "run/case.toml").read_text(encoding="utf-8")
+    (tmp_path / "case.toml").write_text(f'"d\u5e8a" = 1\n{title}{PARTICLE}', encoding="utf-8")
+    done = start(tmp_path, "check", "case.toml", **locale)
+    assert done.returncode == 1 and done.stderr.startswith("case.toml: d"), done.stderr
+    assert "a case file has no such key" in done.stderr and "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize("locale", ASCII)
+def test_letters_that_the_terminal_has_not_are_told_by_their_numbers(tmp_path, locale):
+    environment = {"PYTHONPATH": str(Path(fbcouple.__file__).parents[1]), "PATH": "", **locale}
+    done = subprocess.run(
+        [sys.executable, "-c", TABLE], env=environment, cwd=tmp_path, capture_output=True, check=False
+    )
+    assert done.returncode == 0 and b"\\u5e8a" in done.stdout, done.stderr
 
 
 def test_usage_errors_are_2(call):

@@ -299,7 +299,7 @@ def test_folder_without_case_file(tmp_path):
         (b"end_time = 1\n" + b"x" * 200 + b" = 1 2\n", "line 2, column 206: is not TOML"),
         (b"title = 'x'\nend_time = 1,25\n", "line 2, column 13"),
         (b"end_time = -1,2e-3\n", "-1,2e-3 has a decimal comma; write a decimal point: -1.2e-3."),
-        (b"[domain]\nsize = [0,02, 0,02, 0,06]\n", "line 2, column 10"),
+        (b"[domain]\nsize = [0,02, 0,02, 0,06]\n", "line 2, column 12"),
         (b"[domain]\nsize = [0,02, 0,02, 0,06]\n", "0,02 has a decimal comma; write a decimal point: 0.02."),
         (b"[domain]\nsize = [1,2, 1,2, 1,6]\n", "[1, 2, 1, 2, 1, 6] is given"),
         (b"[domain]\nsize = [1,2, 1,2, 1,6]\n", "a comma parts two numbers, so write decimal points"),

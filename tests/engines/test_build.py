@@ -1,6 +1,7 @@
 """The adapter's build: really compiled, kept in a cache, and failing with words that help."""
 
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -135,11 +136,11 @@ def test_two_builds_at_once_compile_once(headers_kept, tmp_path):
 
 @pytest.fixture
 def site(tmp_path, monkeypatch):
-    """The parts of a site's own OpenFOAM v2306 that the build reads."""
-    project = tmp_path / "OpenFOAM-v2306"
+    """The parts of a site's own OpenFOAM v1912 that the build reads."""
+    project = tmp_path / "OpenFOAM-v1912"
     for folder in ("META-INFO", "src/OpenFOAM/lnInclude", "wmake/rules/General/Gcc"):
         (project / folder).mkdir(parents=True)
-    (project / "META-INFO" / "api-info").write_text("api=2306\npatch=0\n")
+    (project / "META-INFO" / "api-info").write_text("api=1912\npatch=0\n")
     (project / "wmake" / "rules" / "General" / "Gcc" / "c++").write_text("CC = g++$(COMPILER_VERSION) -std=c++14\n")
     settings = {
         "WM_PROJECT_DIR": str(project),
@@ -156,17 +157,23 @@ def site(tmp_path, monkeypatch):
 
 def test_a_sites_openfoam_brings_its_flags(site):
     installation = build.find_installation()
-    assert installation.project == site and installation.version == "2306-linux64GccSPInt64Opt"
-    assert {"-std=c++14", "-DOPENFOAM=2306", "-DWM_SP", "-DWM_LABEL_SIZE=64"} <= set(installation.compile_flags)
+    assert installation.project == site and installation.version == "1912-linux64GccSPInt64Opt"
+    assert {"-std=c++14", "-DOPENFOAM=1912", "-DWM_SP", "-DWM_LABEL_SIZE=64"} <= set(installation.compile_flags)
     assert {"-L/site/lib", "-Wl,-rpath,/site/lib/openmpi-4.1.2"} <= set(installation.link_flags)
 
 
-@pytest.mark.parametrize("about", ["api=1906\n", ""])
-def test_an_old_or_foreign_openfoam_is_refused(site, about):
+@pytest.mark.parametrize("about", ["api=1906\n", "api=2012\n", "api=2306\n", ""])
+def test_another_openfoam_is_refused(site, about):
     (site / "META-INFO" / "api-info").write_text(about)
-    with pytest.raises(
-        SolverError, match=r"WM_PROJECT_DIR=.*allowed: openfoam\.com v1912 or newer.*unset WM_PROJECT_DIR"
-    ):
+    with pytest.raises(SolverError, match=r"WM_PROJECT_DIR=.*allowed: openfoam\.com v1912 alone.*unset WM_PROJECT_DIR"):
+        build.find_installation()
+
+
+def test_another_openfoam_without_its_sources_is_refused_too(site):
+    """Its libraries would be taken beside Debian's headers."""
+    (site / "META-INFO" / "api-info").write_text("api=2312\n")
+    shutil.rmtree(site / "src")
+    with pytest.raises(SolverError, match=r"api=2312; allowed: openfoam\.com v1912 alone"):
         build.find_installation()
 
 
