@@ -64,7 +64,7 @@ def _make_ring() -> tuple[PolyMesh, np.ndarray, float]:
 _INLETS = {"tilted": _make_tilted, "ring": _make_ring}
 
 
-@scene("inlet-faces", ranks=(1, 2), variants=tuple(_INLETS), judge=lambda found: (n for v in found.values() for n in v))
+@scene("inlet-faces", ranks=(2,), variants=tuple(_INLETS), judge=lambda found: (n for v in found.values() for n in v))
 def inlet_faces(place: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
     """Through a plane inlet that leans by 30 degrees, and one that is a ring of the side wall, with beads before it:
     the gas that comes in, in each step, is the velocity times the area."""

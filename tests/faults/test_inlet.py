@@ -73,6 +73,7 @@ def test_particles_at_the_outlet_are_counted_and_told(tmp_path):
     assert float(results["tracked_position"].max()) < 0.02
 
 
+@pytest.mark.slow
 def test_the_ramp_of_many_rows_runs(tmp_path):
     """More rows than fit into a line of OpenFOAM; the gas of each recorded step is the table's at its end."""
     times = np.linspace(0.0, 2e-3, 400)
