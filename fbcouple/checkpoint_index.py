@@ -25,7 +25,12 @@ LARGEST = 200_000_000
 _FOLDER = re.compile(r"step-(\d{12})")
 _OWN_FILES = re.compile(r"state\.json|history\.jsonl|recorder\.json|snapshots\.npz|grains\.restart")
 _CELLS = re.compile(r"cells-(\d{4,6})\.npz")
-_FIELD = re.compile(r"fluid/(?:processor(\d{1,6})/)?(\d+(?:\.\d+)?(?:e[+-]?\d+)?)/([A-Za-z]\w*|uniform/time)")
+_TIME = r"\d+(?:\.\d+)?(?:e[+-]?\d+)?"
+_FIELD = re.compile(
+    rf"fluid/(?:processor(\d{{1,6}})/)?({_TIME})/([A-Za-z]\w*|uniform/time|expressions/exprResultGlobals)"
+)
+    r"fluid/(?:processor(\d{1,6})/)?(\d+(?:\.\d+)?(?:e[+-]?\d+)?)/([A-Za-z]\w*|uniform/time|expressions/exprResultGlobals)"
+)
 _CHECKSUM = re.compile(r"[0-9a-f]{64}")
 _KINDS = {"step": int, "time": float, "ranks": int, "case": dict, "inputs": dict, "made_by": dict, "updates": list}
 _MOST_NAMED = 3
