@@ -29,8 +29,6 @@ _TIME = r"\d+(?:\.\d+)?(?:e[+-]?\d+)?"
 _FIELD = re.compile(
     rf"fluid/(?:processor(\d{{1,6}})/)?({_TIME})/([A-Za-z]\w*|uniform/time|expressions/exprResultGlobals)"
 )
-    r"fluid/(?:processor(\d{1,6})/)?(\d+(?:\.\d+)?(?:e[+-]?\d+)?)/([A-Za-z]\w*|uniform/time|expressions/exprResultGlobals)"
-)
 _CHECKSUM = re.compile(r"[0-9a-f]{64}")
 _KINDS = {"step": int, "time": float, "ranks": int, "case": dict, "inputs": dict, "made_by": dict, "updates": list}
 _MOST_NAMED = 3
