@@ -23,6 +23,7 @@ from fbcouple.decks.render import DECKS
 from fbcouple.disclosure import Vocabulary, list_environment, mask_values
 from fbcouple.doctor import Row
 from fbcouple.errors import CaseError, SolverError
+from fbcouple.versions import find_commit
 
 LARGEST_FILE = 1_000_000
 """Bytes of a file that are taken; of a longer one its beginning and its end."""
@@ -87,6 +88,7 @@ def _describe(rows: list[Row], vocabulary: Vocabulary) -> str:
     names = [found[0] for line in wanted if "extra ==" not in line and (found := re.match(r"[\w.-]+", line))]
     about = {
         "fbcouple": __version__,
+        "commit": find_commit(),
         "python": platform.python_version(),
         "system": platform.platform(),
         "cores": os.cpu_count(),

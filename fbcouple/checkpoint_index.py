@@ -67,7 +67,7 @@ def name_folder(step: int) -> str:
 def write_index(folder: Path, about: dict[str, Any], files: dict[str, tuple[int, str]]) -> Path:
     """Write the index of the checkpoint in `folder`, with a checksum of its own, and return its place."""
     text = json.dumps({"format": FORMAT, **about, "files": files}, indent=1)
-    (folder / NAME).write_text(json.dumps({"sha256": hash_text(text), "index": text}))
+    (folder / NAME).write_text(json.dumps({"sha256": hash_text(text), "index": text}), encoding="utf-8")
     return folder / NAME
 
 
