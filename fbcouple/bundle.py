@@ -21,6 +21,8 @@ from pathlib import Path
 from fbcouple import __version__
 from fbcouple.doctor import Row
 from fbcouple.errors import CaseError, SolverError
+from fbcouple.places import cache_folder
+from fbcouple.unexpected import LAST_ERROR
 
 LARGEST_FILE = 1_000_000
 """Bytes of a file that are taken; of a longer one its beginning and its end."""
@@ -67,7 +69,7 @@ def write_bundle(rows: list[Row], run: Path | None, folder: Path) -> Path:
     place, unfinished = folder / f"{name}.tar.gz", folder / f".{name}.part"
     texts = {"about.json": _describe(rows), "environment.txt": list_environment(os.environ)}
     try:
-        texts |= _read_run(run) if run else {}
+        texts |= _read_last_error() | (_read_run(run) if run else {})
         with tarfile.open(unfinished, "w:gz") as archive:
             for file, content in texts.items():
                 masked = mask(content, os.environ)
@@ -111,6 +113,12 @@ def _describe(rows: list[Row]) -> bytes:
         "doctor": [asdict(row) for row in rows],
     }
     return (json.dumps(about, indent=1) + "\n").encode()
+
+
+def _read_last_error() -> dict[str, bytes]:
+    """The traceback of the last unexpected error, if one was kept."""
+    place = cache_folder() / LAST_ERROR
+    return {LAST_ERROR: _read(place)} if place.is_file() else {}
 
 
 def _read_run(run: Path) -> dict[str, bytes]:
