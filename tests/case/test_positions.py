@@ -84,7 +84,8 @@ def test_what_follows_from_the_sizes_knows_them(bed, tmp_path):
 
 
 def test_sizes_that_the_diameter_of_the_case_lies_beside_are_warned_of(bed, tmp_path):
-    numbers = {number.name: number for number in estimate(bed(["x,y,z,radius", *give(ROWS, *[1e-3] * 3)]), folder=tmp_path)}
+    case = bed(["x,y,z,radius", *give(ROWS, *[1e-3] * 3)])
+    numbers = {number.name: number for number in estimate(case, folder=tmp_path)}
     assert numbers["smallest diameter"].value == 2e-3 and numbers["smallest diameter"].verdict == "warn"
 
 
