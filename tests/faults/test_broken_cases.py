@@ -116,6 +116,8 @@ def test_there_are_enough_and_the_good_one_is_good(mutants, tmp_path):
 
 def test_every_broken_case_is_told_and_nothing_is_written(mutants, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    Path("case.toml").write_bytes(read_good(tmp_path))
+    CliRunner().invoke(cli, ["check", "case.toml"])  # what commands load once is no part of a case's time
     wrong = []
     for number, (name, text) in enumerate(mutants.items()):
         Path("case.toml").write_bytes(text)
