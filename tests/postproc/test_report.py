@@ -184,7 +184,7 @@ def test_monitors_of_a_run(content):
     assert monitors["particles lost"] == 0 and monitors["largest relative change of the solids volume"] == 0.0
     assert monitors["Courant number, largest"] == 0.2
     assert monitors["mean gas flux at a height over U_f, farthest from 1"] == pytest.approx(1.0)
-    words = "mean steady pressure drop over weight less buoyancy a floor area"
+    words = "mean steady pressure drop over weight less buoyancy a cross-section"
     assert monitors[words] == pytest.approx(600.0 / 612.8, rel=1e-3)
     assert monitors["net vertical solids flux at a height over the largest flux"] == pytest.approx(0.0, abs=1e-9)
 
