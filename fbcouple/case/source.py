@@ -17,7 +17,7 @@ FILE_NAME = "case.toml"
 SETS_NAME = "sets.toml"
 STUDIES = "studies"
 """Folder of the shipped studies, whose files are no cases."""
-LARGEST_FILE = 50_000_000
+LARGEST_FILE = 5_000_000
 BASE = "base"
 """Key at the top of a case file: the shipped case that the file's own keys go on top of, section by section."""
 MOST_BASES = 5

@@ -18,7 +18,7 @@ from fbcouple.cli import cli
 
 LONGEST = 2.0
 """Processor time [s] that a broken case may take; wall time where nothing else runs."""
-LONG = 10_000_000
+LONG = 4_900_000
 
 
 def read_good(folder: Path) -> bytes:
@@ -83,6 +83,7 @@ def mutate_structure(text: bytes) -> Iterator[tuple[str, bytes]]:
     yield "long quoted key", b'"' + "\u202e".encode() * (LONG // 3) + b'" = 1\n' + text
     yield "long list", replace_value(text, "domain.cells", b"[" + b"1," * (LONG // 40) + b"1]")
     yield "long file name", text.replace(b"mass =", b'positions = "' + b"p" * LONG + b'.csv"\nmass =')
+    yield "larger than a case file may be", text + b"#" * 5_000_000
     yield "many keys", b"".join(b"k%d = 1\n" % n for n in range(20_000)) + text
     yield "many sections", text + b"".join(b"\n[s%d]\n" % n for n in range(5000))
     yield "hexadecimal", replace_value(text, "particles.diameter", b"0x" + b"f" * 100_000)
@@ -116,8 +117,6 @@ def test_there_are_enough_and_the_good_one_is_good(mutants, tmp_path):
 
 def test_every_broken_case_is_told_and_nothing_is_written(mutants, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    Path("case.toml").write_bytes(read_good(tmp_path))
-    CliRunner().invoke(cli, ["check", "case.toml"])  # what commands load once is no part of a case's time
     wrong = []
     for number, (name, text) in enumerate(mutants.items()):
         Path("case.toml").write_bytes(text)
