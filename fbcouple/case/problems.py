@@ -7,6 +7,7 @@ import json
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 from pydantic import ValidationError
@@ -101,12 +102,17 @@ def _find_meant(parts: list[str], root: type[Section]) -> str | None:
     return suggest(parts[-1], list_sections(root)[parts[0] if len(parts) > 1 else ""].model_fields)
 
 
+@lru_cache
+def _find_owners(root: type[Section]) -> dict[str, str]:
+    """Last part of an option's key -> the first key that ends in it."""
+    return {key.rpartition(".")[2]: key for key in reversed(list_options(root))}
+
+
 def _word_unknown(parts: list[str], wanted: str | None, root: type[Section]) -> Problem:
     section = parts[0] if len(parts) > 1 else ""
     known = ", ".join(list_sections(root)[section].model_fields)
     owner = f"[{section}]" if section else f"a {root.__name__.lower()} file"
-    elsewhere = [key for key in list_options(root) if key.split(".")[-1] == parts[-1]]
-    guess = wanted or (elsewhere[0] if elsewhere else None)
+    guess = wanted or _find_owners(root).get(parts[-1])
     hint = f"; did you mean `{guess}`" if guess else "; remove it"
     return Problem(show_key(parts), f"{owner} has no such key, allowed are: {known}{hint}.")
 
