@@ -228,7 +228,7 @@ def test_job_takes_no_code_of_the_folder_it_starts_in(runs, site, tmp_path):
     (here / "cat").chmod(0o755)
     lists = {"PATH": f".:{os.environ['PATH']}:", "PYTHONPATH": ":lib", "LD_LIBRARY_PATH": ";.:/lib"}
     done = subprocess.run([job], cwd=here, env=os.environ | lists, capture_output=True, text=True, check=False)
-    assert done.returncode == 1 and "set the run up again" in done.stderr, done.stderr
+    assert done.returncode == 1 and "is not a run folder" in done.stderr, done.stderr
     assert not (here / "ran").exists()
 
 

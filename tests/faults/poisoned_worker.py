@@ -44,8 +44,8 @@ def nan_velocity(scene: Scene) -> None:
 def nan_drag(scene: Scene) -> None:
     exert = scene.coupling.drag
 
-    def exert_wrongly(particles, dt) -> None:
-        exert(particles, dt)
+    def exert_wrongly(particles, dt, last_dt) -> None:
+        exert(particles, dt, last_dt)
         scene.coupling.drag_sums[CELL, 0] = np.nan
 
     scene.coupling.drag = exert_wrongly
