@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import math
+from pathlib import Path
 
 import pytest
 
@@ -17,6 +19,8 @@ from fbcouple.study.schema import Stability
 from fbcouple.study.signs import SIGNS, judge, read_signs
 from fbcouple.study.source import read_study, word_settings
 from fbcouple.study.stability import confuse, find_limits, predict, run_scenes
+
+ROOT = Path(__file__).resolve().parents[2]
 
 STABILITY = """
 title = "beads"
@@ -181,6 +185,19 @@ def test_what_check_calls_unfit_is_refused(name):
         else:
             require_fit(case, folder=folder)
     assert refused
+
+
+def test_the_published_confusion_has_no_miss_and_says_what_check_says_today():
+    with (ROOT / "docs/results/studies/stability/scenes.csv").open() as file:
+        rows = {(row["scene"], row["varied"], row["form"]): row for row in csv.DictReader(file)}
+    for scene in list_scenes(*read_study("stability", Stability)):
+        varied = ", ".join(f"{key} = {value}" for key, value in scene.varied.items())
+        row = rows.pop((scene.group, varied, scene.form))
+        case = load_case(scene.base, word_settings(scene.settings))
+        assert row["predicted"] == predict(case, find_case(scene.base).parent)[0], scene.name
+        assert row["verdict"] == "stable" or row["predicted"] != "fit", scene.name
+        assert row["verdict"] != "unstable" or row["predicted"] == "unfit", scene.name
+    assert not rows, "scenes that the study no longer has"
 
 
 RESTARTED = """
