@@ -23,6 +23,9 @@ from fbcouple.decks.render import DECKS
 from fbcouple.disclosure import Vocabulary, list_environment, mask_values
 from fbcouple.doctor import Row
 from fbcouple.errors import CaseError, SolverError
+from fbcouple.places import cache_folder
+from fbcouple.unexpected import LAST_ERROR
+from fbcouple.versions import find_commit
 
 LARGEST_FILE = 1_000_000
 """Bytes of a file that are taken; of a longer one its beginning and its end."""
@@ -61,7 +64,7 @@ def write_bundle(rows: list[Row], run: Path | None, folder: Path) -> Path:
     vocabulary = Vocabulary([*_find_messages(rows), *sorted(_MPI_MESSAGES.glob("help-*.txt"))])
     try:
         texts = {"about.json": _describe(rows, vocabulary), "environment.txt": list_environment(os.environ)}
-        texts |= _read_run(run, vocabulary) if run else {}
+        texts |= _read_last_error(vocabulary) | (_read_run(run, vocabulary) if run else {})
         with tarfile.open(unfinished, "w:gz") as archive:
             for file, text in texts.items():
                 content = mask_values(text, os.environ).encode("utf-8", "backslashreplace")
@@ -87,6 +90,7 @@ def _describe(rows: list[Row], vocabulary: Vocabulary) -> str:
     names = [found[0] for line in wanted if "extra ==" not in line and (found := re.match(r"[\w.-]+", line))]
     about = {
         "fbcouple": __version__,
+        "commit": find_commit(),
         "python": platform.python_version(),
         "system": platform.platform(),
         "cores": os.cpu_count(),
@@ -94,6 +98,12 @@ def _describe(rows: list[Row], vocabulary: Vocabulary) -> str:
         "doctor": [asdict(row) | {"found": vocabulary.filter(row.found).rstrip("\n")} for row in rows],
     }
     return json.dumps(about, indent=1) + "\n"
+
+
+def _read_last_error(vocabulary: Vocabulary) -> dict[str, str]:
+    """The traceback of the last unexpected error, if one was kept."""
+    place = cache_folder() / LAST_ERROR
+    return {LAST_ERROR: vocabulary.filter(_read(place).decode("utf-8", "replace"))} if place.is_file() else {}
 
 
 def _read_run(run: Path, vocabulary: Vocabulary) -> dict[str, str]:

@@ -197,7 +197,9 @@ def _require_same(index: Index, case: Case, run: Path) -> None:
 
 
 def _read_words(run: Path) -> Words:
-    return list_words([path.read_text(encoding="utf-8") for path in (run / "fluid/0").glob("*") if path.is_file()])
+    """Words of the fields as they start, and of the mesh's patches."""
+    decks = [run / "fluid/system/blockMeshDict", *(run / "fluid/0").glob("*")]
+    return list_words([path.read_text(encoding="utf-8", errors="replace") for path in decks if path.is_file()])
 
 
 def _flush(path: Path) -> None:

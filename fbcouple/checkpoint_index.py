@@ -25,7 +25,10 @@ LARGEST = 200_000_000
 _FOLDER = re.compile(r"step-(\d{12})")
 _OWN_FILES = re.compile(r"state\.json|history\.jsonl|recorder\.json|snapshots\.npz|grains\.restart")
 _CELLS = re.compile(r"cells-(\d{4,6})\.npz")
-_FIELD = re.compile(r"fluid/(?:processor(\d{1,6})/)?(\d+(?:\.\d+)?(?:e[+-]?\d+)?)/([A-Za-z]\w*|uniform/time)")
+_TIME = r"\d+(?:\.\d+)?(?:e[+-]?\d+)?"
+_FIELD = re.compile(
+    rf"fluid/(?:processor(\d{{1,6}})/)?({_TIME})/([A-Za-z]\w*|uniform/time|expressions/exprResultGlobals)"
+)
 _CHECKSUM = re.compile(r"[0-9a-f]{64}")
 _KINDS = {"step": int, "time": float, "ranks": int, "case": dict, "inputs": dict, "made_by": dict, "updates": list}
 _MOST_NAMED = 3
@@ -64,7 +67,7 @@ def name_folder(step: int) -> str:
 def write_index(folder: Path, about: dict[str, Any], files: dict[str, tuple[int, str]]) -> Path:
     """Write the index of the checkpoint in `folder`, with a checksum of its own, and return its place."""
     text = json.dumps({"format": FORMAT, **about, "files": files}, indent=1)
-    (folder / NAME).write_text(json.dumps({"sha256": hash_text(text), "index": text}))
+    (folder / NAME).write_text(json.dumps({"sha256": hash_text(text), "index": text}), encoding="utf-8")
     return folder / NAME
 
 

@@ -124,5 +124,11 @@ def make_control_dict(project: Path) -> str:
 
 def mpi_command(ranks: int, program: list[str]) -> list[str]:
     """The command line that starts `program` on `ranks` ranks; more ranks than cores share them."""
-    crowded = ["--oversubscribe"] if ranks > len(os.sched_getaffinity(0)) else []
+    crowded = ["--oversubscribe"] if ranks > len(os.sched_getaffinity(0)) or _has_cores_of_a_step(ranks) else []
     return ["mpirun", "-n", str(ranks), "--bind-to", "none", *crowded, *program]
+
+
+def _has_cores_of_a_step(ranks: int) -> bool:
+    """Does SLURM's `srun -n 1 -c CORES` give the cores for `ranks`? mpirun counts the one task."""
+    cores = os.environ.get("SLURM_CPUS_ON_NODE", "")
+    return "SLURM_STEP_ID" in os.environ and cores.isdecimal() and 1 < ranks <= int(cores)

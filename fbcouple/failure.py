@@ -14,6 +14,13 @@ _LONGEST = 5000  # characters, of which each takes six bytes at most in JSON
 _TAIL = 15
 # LIGGGHTS' own word for a particle that went out of the box or is not finite.
 _DIVERGED = "Lost atoms"
+# What the launcher says at length, and what it means for a run.
+_LAUNCHER_WORDS = {
+    "There are not enough slots available": (
+        "mpirun: the batch system gives this job fewer places than the run has ranks; "
+        "ask it for as many tasks (--ntasks) or cores of the task (-c), or give fewer ranks by -n"
+    ),
+}
 SOLVER_LOGS = {"grains.log": "LIGGGHTS", "fluid.log": "OpenFOAM"}
 
 
@@ -56,6 +63,9 @@ def read_failure(run: Path, launcher_words: str) -> tuple[str, int]:
         words = _find_last_error(run / "logs" / name)
         if words:
             return f"{solver}: {words} (in logs/{name})", 4 if _DIVERGED in words else 3
+    for phrase, meaning in _LAUNCHER_WORDS.items():
+        if phrase in launcher_words:
+            return f"{meaning} (in logs/launcher.log)", 3
     tail = "\n".join(launcher_words.strip().splitlines()[-_TAIL:])
     return f"the run ended without a word of its own; the MPI launcher said:\n{tail}", 3
 

@@ -88,6 +88,6 @@ def open_standard_streams() -> None:
         except OSError:
             os.open(os.devnull, os.O_RDWR)
     for name, number in (("stdout", 1), ("stderr", 2)):
-        stream = getattr(sys, name) or os.fdopen(number, "w")
+        stream = getattr(sys, name) or os.fdopen(number, "w", encoding="utf-8")
         stream.reconfigure(errors="backslashreplace")
         setattr(sys, name, stream)

@@ -29,7 +29,8 @@ _LIBRARIES = ("numpy", "numba", "scipy")
 _PROBE = """
 import ctypes, pathlib, sys
 ctypes.CDLL(sys.argv[1], ctypes.RTLD_GLOBAL)
-files = {line.split(None, 5)[5] for line in pathlib.Path("/proc/self/maps").read_text().splitlines() if ".so" in line}
+lines = pathlib.Path("/proc/self/maps").read_text(encoding="utf-8", errors="surrogateescape").splitlines()
+files = {line.split(None, 5)[5] for line in lines if ".so" in line}
 print(next(file for file in files if pathlib.Path(file).name.startswith(sys.argv[1].partition(".so")[0])))
 """
 
@@ -96,6 +97,8 @@ def _ask(*command: str) -> str:
     """First line that a program prints."""
     if not shutil.which(command[0]):
         return NOT_FOUND
-    done = subprocess.run(command, env=mpi_environment(), capture_output=True, text=True, errors="replace", check=False)
+    done = subprocess.run(
+        command, env=mpi_environment(), capture_output=True, encoding="utf-8", errors="replace", check=False
+    )
     lines = done.stdout.splitlines()
     return lines[0].strip() if lines and done.returncode == 0 else NOT_FOUND

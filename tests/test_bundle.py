@@ -18,6 +18,12 @@ from fbcouple.errors import CaseError, SolverError
 ROWS = [doctor.Row("thing", "1.0", ">=1.0", True, "mend it so")]
 
 
+@pytest.fixture(autouse=True)
+def no_earlier_error(monkeypatch, tmp_path):
+    """The traceback that the user's own last command left is not these tests'."""
+    monkeypatch.setattr("fbcouple.bundle.cache_folder", lambda: tmp_path / "no cache")
+
+
 @pytest.fixture
 def run(tmp_path):
     folder = tmp_path / "bed"

@@ -10,7 +10,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 FILES = sorted([*ROOT.glob("fbcouple/**/*.py"), *ROOT.glob("postproc/**/*.py")])
-OTHER_OPEN = {"os", "tarfile", "Image", "mapping"}
+OTHER_OPEN = {"os", "tarfile", "gzip", "Image", "mapping"}
 """What has an `open` that opens no text file."""
 
 
@@ -27,7 +27,7 @@ def _is_text(call: ast.Call) -> bool:
     function = call.func
     name = function.attr if isinstance(function, ast.Attribute) else getattr(function, "id", "")
     if name in ("read_text", "write_text"):
-        return isinstance(function, ast.Attribute)
+        return isinstance(function, ast.Attribute) and not (name == "read_text" and call.args)
     if name in ("open", "fdopen", "NamedTemporaryFile"):
         owner = ast.unparse(function.value) if isinstance(function, ast.Attribute) else ""
         if name == "open" and owner.rpartition(".")[2] in OTHER_OPEN:
@@ -43,6 +43,7 @@ def _is_text(call: ast.Call) -> bool:
     [
         ("path.read_text()", 1),
         ("path.read_text(errors='replace')", 1),
+        ("path.read_text('ascii')", 0),
         ("path.write_text(text, encoding='utf-8')", 0),
         ("open(path)", 1),
         ("path.open('a')", 1),

@@ -127,6 +127,17 @@ def test_settings_of_mpi_stay_where_there_is_no_outer_job():
     assert given.items() <= child_environment(given).items()
 
 
+@pytest.mark.parametrize(
+    ("cores", "ranks", "crowded"), [("4", 4, True), ("4", 5, False), ("1", 1, False), ("", 2, False)]
+)
+def test_ranks_share_the_cores_of_one_task(monkeypatch, cores, ranks, crowded):
+    """`srun -n 1 -c 4 fbcouple run RUN -n 4`: mpirun sees one task; more ranks than cores are still refused."""
+    monkeypatch.setattr(os, "sched_getaffinity", lambda process: range(64))
+    monkeypatch.setenv("SLURM_STEP_ID", "0")
+    monkeypatch.setenv("SLURM_CPUS_ON_NODE", cores)
+    assert ("--oversubscribe" in mpi_command(ranks, ["x"])) is crowded
+
+
 def test_every_child_is_given_its_environment():
     """Whoever starts a process says with which environment."""
     silent = []

@@ -100,3 +100,9 @@ def test_a_torn_note_does_not_hide_the_logs(run, torn):
 def test_without_any_words_the_launchers_last_fifteen_lines(run):
     text, code = read_failure(run, LAUNCHER + "\n\n")
     assert code == 3 and text.splitlines()[1:] == [f"line {n}" for n in range(25, 40)]
+
+
+def test_a_batch_system_with_too_few_places_is_told_in_one_line(run):
+    words = "There are not enough slots available in the system to satisfy the 2\nslots that were requested"
+    text, code = read_failure(run, f"{'-' * 70}\n{words}\n{LAUNCHER}")
+    assert code == 3 and len(text.splitlines()) == 1 and "fewer places than the run has ranks" in text

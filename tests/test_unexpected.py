@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import tarfile
+
 import pytest
 from click.testing import CliRunner
 
 import fbcouple.case.source
+from fbcouple.bundle import write_bundle
 from fbcouple.cli import cli
 from fbcouple.errors import CaseError
 from fbcouple.unexpected import describe
@@ -59,6 +62,14 @@ def test_traceback_that_cannot_be_kept_is_not_promised(fail, monkeypatch, tmp_pa
     monkeypatch.setenv("FBCOUPLE_CACHE", str(tmp_path / "file/cache"))
     done = fail(KeyError("complete"))
     assert done.exit_code == 3 and "FBCOUPLE_TRACEBACK=1 shows its traceback" in done.stderr
+
+
+def test_archive_for_a_report_has_the_traceback(fail, tmp_path):
+    fail(KeyError("complete"))
+    archive = write_bundle([], None, tmp_path)
+    with tarfile.open(archive) as opened:
+        (name,) = (name for name in opened.getnames() if name.endswith("/last-error.txt"))
+        assert b"list_badly" in opened.extractfile(name).read()
 
 
 def test_foreseen_errors_and_usage_are_as_before(fail):

@@ -20,13 +20,13 @@ _COUNT = re.compile(rb"\s*(\d{1,18})\s*")
 _BYTES = {b"List<scalar>": 8, b"List<vector>": 24, b"List<symmTensor>": 48, b"List<tensor>": 72}
 """Bytes of an entry of a list in binary."""
 _NUMBER = re.compile(rb"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
-_QUOTED = re.compile(rb'"(LSB;label=(32|64);scalar=64|[\d.e+-]+(/uniform)?)"')
-_PATCH = re.compile(rb"procBoundary\d+to\d+(throughcyclic)?")
+_QUOTED = re.compile(rb'"(LSB;label=(32|64);scalar=64|[\d.e+-]+(/(uniform|expressions))?)"')
+_PATCH = re.compile(rb"procBoundary\d+to\d+(through\w+)?")
 _WORDS = frozenset(
     b"FoamFile version format ascii binary class arch location object dictionary time value name index deltaT deltaT0 "
     b"dimensions oriented internalField boundaryField uniform nonuniform List<scalar> List<vector> List<symmTensor> "
     b"List<tensor> volScalarField volVectorField surfaceScalarField surfaceVectorField type calculated processor "
-    b"processorCyclic cyclic".split()
+    b"processorCyclic cyclic variables".split()
 )
 Words = Collection[bytes]
 

@@ -71,20 +71,21 @@ def test_each_particle_has_the_size_that_its_row_gives(bed, tmp_path, column):
     assert load_case(str(tmp_path / "run")) == case
 
 
-def test_what_follows_from_the_sizes_knows_them(bed):
+def test_what_follows_from_the_sizes_knows_them(bed, tmp_path):
     """The smallest sets the DEM step: T_C goes as sqrt(m), so d^1.5 of it; all densities are in the weight."""
     case = bed(["x,y,z,diameter,density", *give(ROWS, "1e-3,1000", "0.25e-3,1000", "1e-3,3000")])
     alone = bed(["x,y,z", *ROWS])
     assert dem_step(case.contact, case.particles) == pytest.approx(dem_step(alone.contact, alone.particles) / 8)
-    numbers = {number.name: number for number in estimate(case)}
+    numbers = {number.name: number for number in estimate(case, folder=tmp_path)}
     weight = math.pi / 6 * (1e-9 * (1000 + 3000 - 2 * 1.2) + 0.25e-3**3 * (1000 - 1.2)) * 9.81
     assert numbers["pressure drop"].value == pytest.approx(weight / 0.0004)
     assert numbers["smallest diameter"].value == 0.25e-3 and numbers["largest diameter"].verdict == "fit"
     assert [kind.species for kind in list_kinds(case.particles)] == [1, 1, 1]
 
 
-def test_sizes_that_the_diameter_of_the_case_lies_beside_are_warned_of(bed):
-    numbers = {number.name: number for number in estimate(bed(["x,y,z,radius", *give(ROWS, *[1e-3] * 3)]))}
+def test_sizes_that_the_diameter_of_the_case_lies_beside_are_warned_of(bed, tmp_path):
+    case = bed(["x,y,z,radius", *give(ROWS, *[1e-3] * 3)])
+    numbers = {number.name: number for number in estimate(case, folder=tmp_path)}
     assert numbers["smallest diameter"].value == 2e-3 and numbers["smallest diameter"].verdict == "warn"
 
 

@@ -76,7 +76,8 @@ def test_reader_that_goes_away_ends_a_listing_quietly():
     assert done.returncode == 141 and done.stderr == ""
 
 
-def test_listing_on_a_full_disk_is_no_success():
+def test_listing_on_a_full_disk_is_no_success(monkeypatch, tmp_path):
+    monkeypatch.setenv("FBCOUPLE_CACHE", str(tmp_path))
     with open("/dev/full", "w") as full:
         done = call("cases", stdout=full, stderr=subprocess.PIPE)
     assert done.returncode == 3 and len(done.stderr.splitlines()) == 1

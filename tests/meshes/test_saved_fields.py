@@ -33,7 +33,7 @@ def write(path: Path, entry: bytes = b"", values: bytes = VALUES, header: bytes 
     """A field p of as many numbers as `values` holds, with `entry` in the patch outlet."""
     inner = b"internalField   nonuniform List<scalar> \n%d\n(%s);\n" % (len(values) // 8, values)
     patches = b"boundaryField\n{\n outlet\n {\n type fixedMean;\n value nonuniform List<scalar> 0;\n%s\n }\n" % entry
-    more = b" procBoundary0to1\n {\n type processor;\n value uniform -1.5e-07;\n }\n}\n// ***** //\n"
+    more = b" procBoundary0to1throughxlo\n {\n type processor;\n value uniform -1.5e-07;\n }\n}\n// ***** //\n"
     path.write_bytes(header + inner + patches + more)
     return path
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import math
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -172,13 +173,22 @@ def test_prediction_is_the_worst_number():
     assert verdict == "unfit" and "fluid step/tau_g" in doubts
 
 
+@cache
+def list_shipped(name):
+    """Every scene of a shipped study, its case, its folder, and what `check` says of it."""
+    scenes = list_scenes(*read_study(name, Stability))
+    cases = [(load_case(scene.base, word_settings(scene.settings)), find_case(scene.base).parent) for scene in scenes]
+    return [
+        (scene, case, folder, predict(case, folder)[0]) for scene, (case, folder) in zip(scenes, cases, strict=True)
+    ]
+
+
 @pytest.mark.parametrize("name", ["stability", "explicit-limit"])
 def test_what_check_calls_unfit_is_refused(name):
     """Every shipped scene: `setup` without --force takes what is called fit or warned of, and nothing else."""
     refused = 0
-    for scene in list_scenes(*read_study(name, Stability)):
-        case, folder = load_case(scene.base, word_settings(scene.settings)), find_case(scene.base).parent
-        if predict(case, folder)[0] == "unfit":
+    for _, case, folder, predicted in list_shipped(name):
+        if predicted == "unfit":
             refused += 1
             with pytest.raises(CaseError, match="--force"):
                 require_fit(case, folder=folder)
@@ -190,11 +200,10 @@ def test_what_check_calls_unfit_is_refused(name):
 def test_the_published_confusion_has_no_miss_and_says_what_check_says_today():
     with (ROOT / "docs/results/studies/stability/scenes.csv").open() as file:
         rows = {(row["scene"], row["varied"], row["form"]): row for row in csv.DictReader(file)}
-    for scene in list_scenes(*read_study("stability", Stability)):
+    for scene, _, _, predicted in list_shipped("stability"):
         varied = ", ".join(f"{key} = {value}" for key, value in scene.varied.items())
         row = rows.pop((scene.group, varied, scene.form))
-        case = load_case(scene.base, word_settings(scene.settings))
-        assert row["predicted"] == predict(case, find_case(scene.base).parent)[0], scene.name
+        assert row["predicted"] == predicted, scene.name
         assert row["verdict"] == "stable" or row["predicted"] != "fit", scene.name
         assert row["verdict"] != "unstable" or row["predicted"] == "unfit", scene.name
     assert not rows, "scenes that the study no longer has"
