@@ -48,6 +48,8 @@ LEANING = 45.0
 """Angle [deg] to the vertical from which on an inlet is one in a side."""
 ROUND = 0.1
 """Length of the mean normal of an inlet below which it looks all around: that of a plane patch is 1."""
+JET = 0.5
+"""Area of the inlet over the column's cross-section below which the gas is a jet into a bed that rests beside it."""
 TURBULENT = 2300.0
 """Bulk Reynolds number below which gas in a duct is laminar."""
 
@@ -69,7 +71,7 @@ def estimate(case: Case, law: Law | None = None, folder: Path = Path()) -> list[
     if case.particles and case.gravity > 0.0:
         parts.append(partial(_weigh_bed, region=region))
         if case.contact:
-            parts.append(partial(_watch_rest, law=law))
+            parts.append(partial(_watch_rest, law=law, region=region))
     if case.gas:
         parts += [_time_gas, partial(_look_at_inlet, region=region)]
     if case.gas and case.particles and case.exchange:
@@ -147,16 +149,18 @@ def _weigh_bed(case: Case, region: Region) -> Iterator[Number]:
         yield Number("pressure drop", drop, "Pa", None, None, meaning)
 
 
-def _watch_rest(case: Case, law: Law | None) -> Iterator[Number]:
-    """Does friction have to hold the bed at rest: no gas, or at some time less than fluidizes it?"""
+def _watch_rest(case: Case, law: Law | None, region: Region) -> Iterator[Number]:
+    """Does friction have to hold the bed at rest: no gas, at some time less than fluidizes it, or a jet and a bed that
+    rests beside it?"""
     assert case.particles is not None
     slowest, onset = 0.0, math.inf
     if case.gas:
-        slowest = max(inlet_range(case.gas, 0.0, case.end_time)[0], 0.0)
+        slowest = _spread_out(case, max(inlet_range(case.gas, 0.0, case.end_time)[0], 0.0), region)
         known = case.exchange and (law or case.exchange.drag != OWN)
         heavier = mean_density(case.particles) > case.gas.density
         onset = (minimum_fluidization(case, law=law) if heavier else 0.0) if known else 0.0
-    yield from tell_creep(case, rests=slowest == 0.0 or slowest < onset)
+    jet = region.inlet < JET * region.section
+    yield from tell_creep(case, rests=slowest == 0.0 or slowest < onset or (case.gas is not None and jet))
 
 
 def _time_gas(case: Case) -> Iterator[Number]:
@@ -246,6 +250,13 @@ def _measure_spread(case: Case, width: float) -> Iterator[Number]:
         yield Number(f"width {axis}", width / float(size), "cells", "at least 1", verdict, meaning)
 
 
+def _spread_out(case: Case, velocity: float, region: Region) -> float:
+    """Superficial velocity [m/s] in the mean cross-section of the settled bed of gas that comes in at `velocity`."""
+    assert case.particles is not None
+    solids = solids_volume(case.particles)
+    return velocity * region.inlet * region.find_level(solids / SETTLED) * SETTLED / solids
+
+
 def _fluidize(case: Case, law: Law | None, region: Region) -> Iterator[Number]:
     """Of gas that flows up; its velocity is that of the column where the inlet is a part of its cross-section."""
     assert case.gas is not None and case.particles is not None
@@ -256,9 +267,7 @@ def _fluidize(case: Case, law: Law | None, region: Region) -> Iterator[Number]:
     if fastest <= 0.0:
         yield Number("terminal velocity", terminal, "m s-1", None, None, "Fall speed of a lone particle.")
         return
-    bed = region.find_level(solids_volume(case.particles) / SETTLED)
-    onset, there = minimum_fluidization(case, law=law), fastest * region.inlet * bed * SETTLED
-    there /= solids_volume(case.particles)
+    onset, there = minimum_fluidization(case, law=law), _spread_out(case, fastest, region)
     meaning = "U_mf of the case's drag law at voidage 0.40; below it the bed stays packed."
     yield Number("minimum fluidization", onset, "m s-1", f"below U_f = {there:g}", _judge(onset < there), meaning)
     above = fastest * region.inlet / region.section

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
+from fbcouple.case import preflight
 from fbcouple.case.contact_steps import FREE, Contacts, Oscillator, count_steps
 from fbcouple.case.derived import dem_step, least_steps, steps_per_contact
 from fbcouple.case.load import load_case
 from fbcouple.case.preflight import estimate, require_fit
 from fbcouple.case.presets import describe_preset
 from fbcouple.case.schema import Contact, Particles
-from fbcouple.case.source import find_case
 from fbcouple.errors import CaseError
 
 HERTZ = {"model": "hertz", "youngs_modulus": 5e6, "poisson_ratio": 0.45, "impact_speed": 0.2}
@@ -202,9 +203,17 @@ def test_a_ramp_counts_at_its_slowest_within_the_run(ramp, verdict):
     assert number_of(case.model_copy(update={"gas": gas}), "sliding at rest").verdict == verdict
 
 
-def test_bed_height_in_cells():
+@pytest.mark.parametrize(("share", "verdict"), [(0.9, None), (0.4, "warn")])
+def test_a_bed_rests_beside_a_jet(monkeypatch, share, verdict):
+    """Also where the jet has gas enough for the whole cross-section: 3 m/s, U_mf 0.54 m/s."""
+    case = load_case("patil/c2", ["gas.inlet_velocity=3"])
+    region = preflight.find_region(case)
+    monkeypatch.setattr(preflight, "find_region", lambda case, folder: replace(region, inlet=share * region.inlet))
+    assert number_of(case, "sliding at rest").verdict == verdict
+
+
+def test_bed_height_in_cells(bed):
     number = number_of(load_case("patil/c1"), "bed height in cells")
     assert number.value == pytest.approx(0.0416667 / (0.25 / 55), rel=1e-3) and number.verdict is None
     assert "5-14 cells" in number.meaning
-    impact = estimate(load_case("single-impact"), folder=find_case("single-impact").parent)
-    assert "bed height in cells" not in [number.name for number in impact]
+    assert number_of(load_case(bed), "bed height in cells") is None

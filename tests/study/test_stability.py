@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import math
+from functools import cache
+from pathlib import Path
 
 import pytest
 
@@ -17,6 +20,8 @@ from fbcouple.study.schema import Stability
 from fbcouple.study.signs import SIGNS, judge, read_signs
 from fbcouple.study.source import read_study, word_settings
 from fbcouple.study.stability import confuse, find_limits, predict, run_scenes
+
+ROOT = Path(__file__).resolve().parents[2]
 
 STABILITY = """
 title = "beads"
@@ -168,19 +173,40 @@ def test_prediction_is_the_worst_number():
     assert verdict == "unfit" and "fluid step/tau_g" in doubts
 
 
+@cache
+def list_shipped(name):
+    """Every scene of a shipped study, its case, its folder, and what `check` says of it."""
+    scenes = list_scenes(*read_study(name, Stability))
+    cases = [(load_case(scene.base, word_settings(scene.settings)), find_case(scene.base).parent) for scene in scenes]
+    return [
+        (scene, case, folder, predict(case, folder)[0]) for scene, (case, folder) in zip(scenes, cases, strict=True)
+    ]
+
+
 @pytest.mark.parametrize("name", ["stability", "explicit-limit"])
 def test_what_check_calls_unfit_is_refused(name):
     """Every shipped scene: `setup` without --force takes what is called fit or warned of, and nothing else."""
     refused = 0
-    for scene in list_scenes(*read_study(name, Stability)):
-        case, folder = load_case(scene.base, word_settings(scene.settings)), find_case(scene.base).parent
-        if predict(case, folder)[0] == "unfit":
+    for _, case, folder, predicted in list_shipped(name):
+        if predicted == "unfit":
             refused += 1
             with pytest.raises(CaseError, match="--force"):
                 require_fit(case, folder=folder)
         else:
             require_fit(case, folder=folder)
     assert refused
+
+
+def test_the_published_confusion_has_no_miss_and_says_what_check_says_today():
+    with (ROOT / "docs/results/studies/stability/scenes.csv").open() as file:
+        rows = {(row["scene"], row["varied"], row["form"]): row for row in csv.DictReader(file)}
+    for scene, _, _, predicted in list_shipped("stability"):
+        varied = ", ".join(f"{key} = {value}" for key, value in scene.varied.items())
+        row = rows.pop((scene.group, varied, scene.form))
+        assert row["predicted"] == predicted, scene.name
+        assert row["verdict"] == "stable" or row["predicted"] != "fit", scene.name
+        assert row["verdict"] != "unstable" or row["predicted"] == "unfit", scene.name
+    assert not rows, "scenes that the study no longer has"
 
 
 RESTARTED = """
