@@ -69,7 +69,8 @@ def test_archive_for_a_report_has_the_traceback(fail, tmp_path):
     archive = write_bundle([], None, tmp_path)
     with tarfile.open(archive) as opened:
         (name,) = (name for name in opened.getnames() if name.endswith("/last-error.txt"))
-        assert b"list_badly" in opened.extractfile(name).read()
+        text = opened.extractfile(name).read()
+    assert b"Traceback" in text and b"fbcouple/commands/group.py" in text
 
 
 def test_foreseen_errors_and_usage_are_as_before(fail):

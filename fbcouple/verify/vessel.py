@@ -28,21 +28,23 @@ _STEPS = 120
 @scene("closed-vessel", ranks=(1, 2))
 def closed_vessel(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Upward volume flow of the gas against the downward one of the solids, summed over all cells, in each of 120
-    steps of a bed that falls: d(eps)/dt + div(eps u) = 0 between walls makes both the same."""
+    steps of a bed that falls: d(eps)/dt + div(eps u) = 0 between walls makes both the same. The solids' flow is that of
+    the step in which they moved; where steps change, the volumes over all steps agree less well than the flows."""
     bench = open_bench(place, comm, _VESSEL)
     start(bench)
-    worst = fastest = leaving = 0.0
+    worst = fastest = leaving = driven = fallen = 0.0
     before = _lift(bench)
     for _ in range(_STEPS):
         take_step(bench)
         assert bench.gas_state is not None
         now = _lift(bench)
-        solids, gas = (now - before) / bench.dt, _flow(bench)
-        before = now
+        solids, gas = (now - before) / bench.moved, _flow(bench)
+        driven, fallen, before = driven + gas * bench.dt, fallen + now - before, now
         fastest = max(fastest, abs(gas))
         worst = max(worst, abs(gas - solids))
         leaving = max(leaving, bench.gas_state.lost)
     yield Number("gas up less solids down, of the largest flow", worst / fastest, 0.0, 1e-9)
+    yield Number("volume of gas up over that of solids down", driven / fallen, 1.0, 0.01)
     yield Number("gas that is lost", leaving * bench.grid.size[2] / fastest, 0.0, 1e-9)
 
 

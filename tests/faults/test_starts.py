@@ -30,7 +30,10 @@ def write_case(folder: Path, places: list[tuple[float, float, float]], *sets: st
 @pytest.mark.parametrize(
     ("place", "words"),
     [
-        ((1.3e-3, 1e-3, 1e-3), r"particle 1 at (0.001, 0.001, 0.001) m overlaps another by 0.7 of their mean diameter"),
+        (
+            (1.3e-3, 1e-3, 1e-3),
+            "particle 1 at (0.001, 0.001, 0.001) m and particle 19 at (0.0013, 0.001, 0.001) m overlap by 0.7 of",
+        ),
         ((0.0, 1e-3, 1e-3), "1 particles are not inside the box, first is particle 19 at (0, 0.001, 0.001)"),
         ((1e-3, 1e-3, 1.0), "1 particles are not inside the box, first is particle 19 at (0.001, 0.001, 1)"),
     ],
