@@ -5,6 +5,7 @@ Two means: a small file system of its own where one can be mounted, and the limi
 
 from __future__ import annotations
 
+import errno
 import os
 import subprocess
 import sys
@@ -18,7 +19,10 @@ from scene import find_differences, poison, prepare
 
 from fbcouple.checkpoint import list_checkpoints
 from fbcouple.errors import SolverError
+from fbcouple.job import Job
 from fbcouple.launch import launch
+from fbcouple.lock import hold
+from fbcouple.stop_signals import Requests
 
 SETS = ["end_time=3e-3", "averages.start=0.0", "output.record_every=1e-4", "output.particles_every=1.0"]
 STEP = 12
@@ -102,3 +106,17 @@ def test_disk_that_is_full_before_the_start(disk, means):
     assert done.returncode == 3 and len(done.stderr.splitlines()) == 1, done.stderr
     assert ("No space left on device" if means == "file system" else "File too large") in done.stderr
     assert not (run / "results.nc").exists() and not (run / "checkpoints").exists()
+
+
+def test_file_system_that_went_read_only_is_told(tmp_path, monkeypatch):
+    """No rank could write down why it ended; the parent says where, why, and what the run goes on from."""
+    for folder in ("logs", "checkpoints/step-000000000010"):
+        (tmp_path / folder).mkdir(parents=True)
+
+    def refuse(run: Path) -> None:
+        raise OSError(errno.EROFS, "Read-only file system", str(run / "logs/failure.room"))
+
+    monkeypatch.setattr("fbcouple.job.give_room_back", refuse)
+    words = rf"{tmp_path}: cannot be written any more: .*Read-only file system.*step-000000000010 stands, --resume"
+    with hold(tmp_path) as lock, Requests() as requests, pytest.raises(SolverError, match=words):
+        Job(["true"], tmp_path, 60.0, lock, requests).follow(lambda row: None)
