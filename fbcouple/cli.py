@@ -187,7 +187,8 @@ def run(run: Path, ranks: int, resume: bool, fresh: bool, trusted: bool, **limit
     with Requests() as requests:  # from here to the last word, a signal is a request to stop
         run_on(run, ranks, resume, fresh, trusted, requests, limits)
         if requests.first:
-            click.echo(f"{run}: {requests.first} came too late to stop the run: it had taken its last step")
+            late = "came too late to stop the run: no moment for a checkpoint was left before its end"
+            click.echo(f"{run}: {requests.first} {late}")
 
 
 def run_on(
