@@ -40,6 +40,7 @@ _NUMBERS = (
     "_elapsed",
     "_pressure_time",
     "_support_time",
+    "_displaced_wrongly",
 )
 
 
@@ -53,7 +54,7 @@ class Recorder:
         self._rows: list[dict[str, Any]] = []
         self._cadence = Cadence(scene.case.output.record_every)
         self._momentum_error = self._mass_error = self._inflow_error = self._courant = 0.0
-        self._elapsed = self._pressure_time = self._support_time = 0.0
+        self._elapsed = self._pressure_time = self._support_time = self._displaced_wrongly = 0.0
         self._roll = RollCall(scene)
         self._flux, self._inflow, self._outlet = HeightFlux(), Inflow(scene, run), Outlet(scene, run)
         self._inspected: tuple[int, dict[str, Any]] = (-1, {})
@@ -133,6 +134,7 @@ class Recorder:
             self._elapsed += scene.dt
             self._pressure_time += state.inlet_pressure * scene.dt
             self._support_time += balance.support * scene.dt
+            self._displaced_wrongly += state.displaced_wrongly
         self._momentum_error = max(self._momentum_error, balance.momentum_error)
         self._roll.require_all(scene)
         if scene.coupling:
@@ -152,9 +154,10 @@ class Recorder:
             row["gas_inflow_error"] = self._inflow_error
         if scene.coupling:
             row["momentum_error"] = self._momentum_error
+            row["displaced_gas_error"] = self._displaced_wrongly / row["solids_volume"]
             row["gas_support"] = self._support_time / self._elapsed / find_weight(scene) if self._elapsed else 0.0
         self._momentum_error = self._mass_error = self._inflow_error = self._courant = 0.0
-        self._elapsed = self._pressure_time = self._support_time = 0.0
+        self._elapsed = self._pressure_time = self._support_time = self._displaced_wrongly = 0.0
         return row
 
     def _share_walls(self, scene: Scene) -> dict[str, float]:

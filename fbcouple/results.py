@@ -50,6 +50,11 @@ HISTORIES: dict[str, tuple[str, str]] = {
         "1",
         "superficial velocity at the inlet against the case's, farthest off since the last row, over the fastest one",
     ),
+    "displaced_gas_error": (
+        "1",
+        "gas volume that coupling steps not as long as the one before displaced too much or too little, added up cell "
+        "by cell since the last row, over the solids volume",
+    ),
     "gas_flux_error": (
         "1",
         "gas flux at a height (in a mesh of polyhedra: at the outlet) against continuity, farthest off, over the "

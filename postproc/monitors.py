@@ -71,6 +71,12 @@ def _asked_inflow(results: Results) -> Watched:
     return Watched(words, _largest(results, "gas_inflow_error"), "1e-6")
 
 
+@monitor("displaced_gas_error")
+def _displaced(results: Results) -> Watched:
+    words = "gas that unequal steps displaced too much or too little between rows, over the solids, largest"
+    return Watched(words, _largest(results, "displaced_gas_error"), "small: changes of the step are few")
+
+
 @monitor("particles_at_outlet")
 def _at_outlet(results: Results) -> Watched:
     words = "particles at the outlet, most: it is a wall for them"

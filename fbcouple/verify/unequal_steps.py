@@ -85,12 +85,14 @@ def settle(place: Path, comm: MPI.Comm, steps: str, cloud: Cloud) -> Iterator[Nu
     """Let the cloud settle; the means over the last round, and the largest errors of conservation."""
     bench = open_bench(place, comm, cloud.describe(), cloud.place())
     start(bench)
-    kept, momentum, solids = [], 0.0, 0.0
-    volume = None
+    kept, momentum, solids, displaced = [], 0.0, 0.0, 0.0
+    volume, voidage = None, _keep_voidage(bench)
     for _ in take_steps(bench, _take_rounds(_STEPS[steps])):
         momentum = max(momentum, bench.balance.momentum_error)
         volume = volume or _find_solids(bench)
         solids = max(solids, abs(_find_solids(bench) / volume - 1.0))
+        displaced = max(displaced, _check_displaced(bench, voidage) / volume)
+        voidage = _keep_voidage(bench)
         kept.append((bench.dt, *_look_inside(bench, cloud)))
     rows = np.array(kept)
     last = rows[rows[:, 0].cumsum() > rows[:, 0].sum() * (1.0 - 1.0 / _ROUNDS) * (1.0 + 1e-9)]
@@ -99,6 +101,7 @@ def settle(place: Path, comm: MPI.Comm, steps: str, cloud: Cloud) -> Iterator[Nu
     yield Number("pressure gradient", float(slope), 0.0, 0.0, "Pa m-1")
     yield Number("momentum, of the drag", momentum, 0.0, 1e-10)
     yield Number("solids volume", solids, 0.0, 1e-12)
+    yield Number("displaced_gas_error of a step, against a sum of its own", displaced, 0.0, 1e-12)
 
 
 def _take_rounds(steps: Sequence[int]) -> Iterator[int]:
@@ -113,6 +116,19 @@ def _take_rounds(steps: Sequence[int]) -> Iterator[int]:
 def _find_solids(bench: Scene) -> float:
     assert bench.coupling is not None
     return bench.comm.allreduce(bench.cells.add_up(1.0 - bench.coupling.voidage))
+
+
+def _keep_voidage(bench: Scene) -> np.ndarray:
+    assert bench.gas is not None
+    return bench.gas.voidage.copy()
+
+
+def _check_displaced(bench: Scene, before: np.ndarray) -> float:
+    """How far off [m3] is what the adapter says that the step displaced too much or too little?"""
+    assert bench.gas is not None and bench.gas_state is not None
+    change = float(np.abs((bench.gas.voidage - before) * bench.gas.volumes).sum())
+    wrong = abs(bench.dt / bench.moved - 1.0) * bench.comm.allreduce(change)
+    return abs(bench.gas_state.displaced_wrongly - wrong)
 
 
 def _look_inside(bench: Scene, cloud: Cloud) -> tuple[float, float]:

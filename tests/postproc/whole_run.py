@@ -115,6 +115,7 @@ def make_history() -> list[dict[str, Any]]:
                 "momentum_error": 1e-14,
                 "gas_mass_error": 1e-9,
                 "gas_inflow_error": 1e-16,
+                "displaced_gas_error": 1e-3,
                 "particles_at_outlet": 0,
                 "max_courant": 0.2,
                 "min_voidage": 0.4,

@@ -280,8 +280,8 @@ void Gas::measure(double* values) const
         pIn += sum((p_.boundaryField()[patchi].patchInternalField() + rise)*patch.magSf());
         area += sum(patch.magSf());
     }
-    const scalar stored =
-        displaced_*gSum((eps_.primitiveField() - eps_.oldTime().primitiveField())*mesh_.V().field())/dt;
+    const scalarField change((eps_.primitiveField() - eps_.oldTime().primitiveField())*mesh_.V().field());
+    const scalar stored = displaced_*gSum(change)/dt;
     reduce(in, sumOp<scalar>());
     reduce(out, sumOp<scalar>());
     reduce(pIn, sumOp<scalar>());
@@ -290,6 +290,7 @@ void Gas::measure(double* values) const
     values[3] = in;
     values[4] = area > 0 ? rho_.value()*pIn/area : 0;
     values[5] = iterations_;
+    values[6] = displaced_ == 1 ? 0 : mag(displaced_ - 1)*gSumMag(change);
 }
 
 void Gas::write()

@@ -9,7 +9,7 @@ import re
 import shutil
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
 
@@ -60,6 +60,9 @@ class GasState:
     inlet_pressure: float
     """Mean dynamic pressure at the faces of the inlet [Pa]."""
     iterations: int
+    displaced_wrongly: float
+    """Gas volume [m3] that the step displaced too much or too little, cell by cell: it was not as long as the one in
+    which the particles moved."""
 
 
 class Gas:
@@ -138,11 +141,11 @@ class Gas:
         self._read_fields()
 
     def measure(self) -> GasState:
-        """Courant and Fourier number, lost gas, inflow, inlet pressure and iterations of the last step (collective)."""
-        values = np.empty(6)
+        """What the last step was like (collective)."""
+        values = np.empty(len(fields(GasState)))
         self._check(self._library.gas_measure(_pointer(values)))
-        courant, fourier, lost, inflow, pressure, iterations = values.tolist()
-        return GasState(courant, fourier, lost, inflow, pressure, int(iterations))
+        courant, fourier, lost, inflow, pressure, iterations, displaced_wrongly = values.tolist()
+        return GasState(courant, fourier, lost, inflow, pressure, int(iterations), displaced_wrongly)
 
     def derive(self, names: Sequence[str]) -> np.ndarray:
         """Fields of the velocity as it is now, shape (n, 3 names), of "curl" [1/s], "convection" u.grad(u) and
