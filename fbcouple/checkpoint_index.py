@@ -1,7 +1,8 @@
 """What a checkpoint may hold, and whether it holds it: its index, the names of its files, and their sums.
 
-A checkpoint may come from anybody: its index has no secret in it, so that what it lists is no less foreign than what it
-does not. A solver reads of it only files of the names below; fields of the gas hold numbers and known words only.
+A checkpoint may come from anybody, and what its index lists is then no less foreign than what it does not. A solver
+reads of it only files of the names below; fields of the gas hold numbers and known words only. LIGGGHTS' restart file
+cannot be looked at like that: the index is signed with a key of this user, and what has not his signature is another's.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from fbcouple.case.problems import show
 from fbcouple.errors import CaseError
 from fbcouple.manifest import hash_file, hash_text
 from fbcouple.meshes.saved_fields import Words, require_known_words
+from fbcouple.own_key import is_own, sign
 
 FORMAT = 3
 NAME = "index.json"
@@ -52,6 +54,8 @@ class Index:
     """With what else the run went on before, a line each."""
     files: dict[str, tuple[int, str]] = field(default_factory=dict)
     """File, named from the checkpoint's folder -> size and SHA-256."""
+    own: bool = False
+    """Did this user write it, by its signature?"""
 
 
 def is_name(name: str) -> bool:
@@ -65,9 +69,12 @@ def name_folder(step: int) -> str:
 
 
 def write_index(folder: Path, about: dict[str, Any], files: dict[str, tuple[int, str]]) -> Path:
-    """Write the index of the checkpoint in `folder`, with a checksum of its own, and return its place."""
+    """Write the index of the checkpoint in `folder`, with a checksum of its own and this user's signature, and return
+    its place."""
     text = json.dumps({"format": FORMAT, **about, "files": files}, indent=1)
-    (folder / NAME).write_text(json.dumps({"sha256": hash_text(text), "index": text}), encoding="utf-8")
+    (folder / NAME).write_text(
+        json.dumps({"sha256": hash_text(text), "signature": sign(text), "index": text}), encoding="utf-8"
+    )
     return folder / NAME
 
 
@@ -79,7 +86,7 @@ def read_index(folder: Path) -> Index:
     path = folder / NAME
     if not path.is_file():
         raise CaseError([f"{NAME} is missing"])
-    told = _parse(path)
+    told, own = _parse(path)
     if told.get("format") != FORMAT:
         raise CaseError([f"format {show(told.get('format'))}, this fbcouple reads {FORMAT}"])
     if not all(isinstance(told.get(key), kind) and not isinstance(told[key], bool) for key, kind in _KINDS.items()):
@@ -92,23 +99,25 @@ def read_index(folder: Path) -> Index:
         or not all(_is_sum(entry) for entry in files.values())
     ):
         raise CaseError([f"{NAME} does not say what it was made of, by its files"])
-    index = Index(**{key: told[key] for key in _KINDS}, files={name: tuple(entry) for name, entry in files.items()})
+    index = Index(**{key: told[key] for key in _KINDS}, files={n: tuple(entry) for n, entry in files.items()}, own=own)
     if name_folder(index.step) != folder.name or not 0.0 < index.time < math.inf:
         raise CaseError([f"{NAME} is of step {index.step} at t = {index.time!r} s"])
     _require_own_names(index)
     return index
 
 
-def _parse(path: Path) -> dict[str, Any]:
+def _parse(path: Path) -> tuple[dict[str, Any], bool]:
+    """What the index in `path` says, and whether this user wrote it."""
     try:
         outer = json.loads(path.read_bytes()) if path.stat().st_size <= LARGEST else {}
         text = outer["index"]
         inner = json.loads(text) if outer["sha256"] == hash_text(text) else None
+        own = is_own(text, outer.get("signature"))
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         inner = None
     if not isinstance(inner, dict):
         raise CaseError([f"{NAME} is damaged"])
-    return inner
+    return inner, own
 
 
 def _is_sum(entry: Any) -> bool:

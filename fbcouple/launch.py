@@ -29,6 +29,7 @@ from fbcouple.lock import hold
 from fbcouple.making import Versions, list_makers
 from fbcouple.manifest import read_manifest, write_manifest
 from fbcouple.mesh import Guard, prepare_mesh, resume_mesh
+from fbcouple.own_key import key_file, make_key
 from fbcouple.places import PULSE
 from fbcouple.products import remove_products
 from fbcouple.run_folder import require_plain, word_path
@@ -62,8 +63,8 @@ def launch(
     until [s]: stop, with a checkpoint, at the first moment for one at or after it; resume: from the newest checkpoint
     that is whole; wall_limit [s]: wall time by which it has to be over; patience [s]: wall time without a coupling step
     after which it is taken for hanging; say: told what is refused; trusted: also with decks and files that were changed
-    since set-up; accept_update: resume also what another version of fbcouple or of a solver began; requests: to stop,
-    by default the signals that come while it is under way.
+    since set-up, or from another's checkpoint; accept_update: resume also what another version of fbcouple or of a
+    solver began; requests: to stop, by default the signals that come while it is under way.
 
     Raises CaseError if `run` is no run folder, was changed, holds what neither `fresh` nor `resume` speaks of, or has
     only damaged checkpoints; SolverError with the solver's own last words; DivergedError if a check of the run failed;
@@ -77,7 +78,7 @@ def launch(
             case = _read_run(run, fresh, resume)
             require_trust(case, trusted)
             changed = require_unchanged(case, run, trusted)
-            going_on = _choose(run, case, until, accept_update, say) if resume else Start(list_versions(case))
+            going_on = _choose(run, case, until, accept_update, trusted, say) if resume else Start(list_versions(case))
             command: list[str] = []
             if going_on:
                 _prepare(run, case, ranks, going_on.checkpoint, Guard(lock, asked))
@@ -109,6 +110,7 @@ class Start:
 def _prepare(run: Path, case: Case, ranks: int, checkpoint: Checkpoint | None, guard: Guard) -> None:
     """Make the folder ready: what earlier runs left is gone, and mesh and fields are there."""
     prepare_compiled()
+    make_key()
     _clear(run, checkpoint)
     prepare_failure(run)
     if case.gas and checkpoint:
@@ -149,7 +151,7 @@ def is_complete(run: Path, case: Case, say: Say = lambda text: None) -> bool:
         return False
 
 
-def _choose(run: Path, case: Case, until: float | None, accept_update: bool, say: Say) -> Start | None:
+def _choose(run: Path, case: Case, until: float | None, accept_update: bool, trusted: bool, say: Say) -> Start | None:
     """Where a run that is resumed goes on; None if there is nothing left to do."""
     if is_complete(run, case, say):
         say(f"{run}: is complete: nothing is left to do")
@@ -161,7 +163,22 @@ def _choose(run: Path, case: Case, until: float | None, accept_update: bool, say
         say(f"{run}: has reached t = {checkpoint.time:.6g} s already: nothing is left to do up to {until:g} s")
         return None
     versions = list_versions(case)
-    return Start(versions, checkpoint, _list_updates(checkpoint, versions, accept_update) if checkpoint else ())
+    if checkpoint is None:
+        return Start(versions)
+    updates = _list_updates(checkpoint, versions, accept_update)
+    if not checkpoint.index.own:
+        updates = (*updates, _note_foreign(checkpoint, trusted))
+    return Start(versions, checkpoint, updates)
+
+
+def _note_foreign(checkpoint: Checkpoint, trusted: bool) -> str:
+    """A line on a checkpoint that another wrote. Raises: CaseError if it is not trusted."""
+    if not trusted:
+        text = "its grains.restart is read by LIGGGHTS without a check; if you trust whoever made it say --trust"
+        raise CaseError(
+            [f"{word_path(checkpoint.folder)}: was not written by you, or not with the key in {key_file()}: {text}."]
+        )
+    return f"from t = {checkpoint.time:.6g} s on: a checkpoint of another user or machine"
 
 
 def _find_checkpoint(run: Path, case: Case, say: Say) -> Checkpoint | None:

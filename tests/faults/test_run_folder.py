@@ -19,11 +19,11 @@ import fbcouple.launch
 from fbcouple.case.changes import list_values
 from fbcouple.case.load import load_case
 from fbcouple.checkpoint import list_checkpoints
-from fbcouple.checkpoint_index import write_index
+from fbcouple.checkpoint_index import read_index, write_index
 from fbcouple.cli import cli
 from fbcouple.errors import SolverError
 from fbcouple.launch import is_complete, launch
-from fbcouple.manifest import hash_file
+from fbcouple.manifest import hash_file, hash_text
 
 LAW = "def beta(voidage, slip, diameter, density, viscosity):\n    return 1e-4 * diameter\n"
 
@@ -382,3 +382,31 @@ def test_a_run_whose_folder_is_taken_away_ends_in_words(tmp_path, what):
     assert run.exists() == (what not in ("moved", "removed"))
     if what == "moved":
         launch(run.with_name("elsewhere"), 1, lambda row: None, resume=True, until=rows[-1]["time"] + 1e-3)
+
+
+def test_a_checkpoint_of_somebody_else_is_resumed_only_where_it_is_trusted(stopped, tmp_path, monkeypatch):
+    """LIGGGHTS reads its restart file without a check, and a checksum can be made by anybody."""
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "another"))
+    before = {path: path.read_bytes() for path in stopped.rglob("*") if path.is_file() and path.name != "lock"}
+    result = call("run", stopped, "--resume")
+    newest = list_checkpoints(stopped)[0]
+    assert result.exit_code == 1 and f"{newest}: was not written by you" in result.stderr
+    assert str(tmp_path / "another/fbcouple/checkpoint-key") in result.stderr and "--trust" in result.stderr
+    assert {path: path.read_bytes() for path in stopped.rglob("*") if path.is_file() and path.name != "lock"} == before
+    result = call("run", stopped, "--resume", "--trust", "--until", "3e-3")
+    assert result.exit_code == 0, result.output
+    with xr.open_dataset(stopped / "results.nc") as results:
+        assert results.attrs["updates"].endswith("s on: a checkpoint of another user or machine")
+    assert read_index(list_checkpoints(stopped)[0]).own
+    assert len(read_index(list_checkpoints(stopped)[0]).updates) == 1
+
+
+@pytest.mark.usefixtures("no_solver")
+def test_a_signature_holds_for_the_text_that_was_signed(stopped):
+    newest = list_checkpoints(stopped)[0]
+    outer = json.loads((newest / "index.json").read_text())
+    other = outer["index"].replace('"ranks": 1', '"ranks":  1')
+    assert other != outer["index"] and read_index(newest).own
+    (newest / "index.json").write_text(json.dumps(outer | {"index": other, "sha256": hash_text(other)}))
+    assert not read_index(newest).own
+    assert call("run", stopped, "--resume").exit_code == 1
