@@ -5,11 +5,13 @@ from __future__ import annotations
 import logging
 from pathlib import Path
 
-from postproc import bubbles, cost, depth, history, impact, maps, profiles, snapshots, spectrum, views
-from postproc.dataset import NotDrawableError, NotMeantError, Results, open_results
-from postproc.figures import COMPARISONS, FIGURES
-from postproc.files import remove
-from postproc.style import journal_style, save
+from fbcouple.postproc.figures import bubbles, cost, depth, history, maps, profiles, snapshots, spectrum
+from fbcouple.postproc.figures.registry import COMPARISONS, FIGURES
+from fbcouple.postproc.files import remove
+from fbcouple.postproc.papers.hamidouche2019 import impact
+from fbcouple.postproc.style import journal_style, save
+from fbcouple.postproc.views import views
+from fbcouple.results.reader import NotDrawableError, NotMeantError, Results, open_results
 
 __all__ = [
     "COMPARISONS",

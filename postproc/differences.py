@@ -11,10 +11,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 from scipy.interpolate import CubicSpline
 
-from postproc.dataset import NotDrawableError, Results, at_height, depth_average
-from postproc.profiles import PROFILE_HEIGHT
-from postproc.scales import velocity_scale
-from postproc.style import GREY, LINES, PAGE, inset_axes, new_figure
+from fbcouple.postproc.figures.profiles import PROFILE_HEIGHT
+from fbcouple.postproc.scales import velocity_scale
+from fbcouple.postproc.style import GREY, LINES, PAGE, inset_axes, new_figure
+from fbcouple.results.reader import NotDrawableError, Results, at_height, depth_average
 
 Field = Callable[[Results, str], xr.DataArray]
 FIELDS: dict[str, Field] = {}

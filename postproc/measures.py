@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from postproc.dataset import NotDrawableError, Results, depth_average
-from postproc.profiles import vertical_flux
+from fbcouple.postproc.figures.profiles import vertical_flux
+from fbcouple.results.reader import NotDrawableError, Results, depth_average
 
 BLOCKS = 10
 DENSE = 0.2

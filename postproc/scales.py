@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from postproc.dataset import Results
+from fbcouple.results.reader import Results
 
 
 def flux_scale(results: Results) -> tuple[float, str, str]:

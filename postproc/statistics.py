@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from postproc.dataset import NotDrawableError, Results
+from fbcouple.results.reader import NotDrawableError, Results
 
 BATCH = 5
 """Values a batch of MSER-5."""

@@ -15,8 +15,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import Colormap
 from matplotlib.figure import Figure
 
-from postproc.dataset import Results
-from postproc.files import write_whole
+from fbcouple.postproc.files import write_whole
+from fbcouple.results.reader import Results
 
 DPI = 200
 FONT_SIZE = 8.0

@@ -100,4 +100,4 @@ python_packages() {
 
 system_packages
 python_packages
-step "adapter for OpenFOAM" .venv/bin/python -m fbcouple.engines.openfoam.build
+step "adapter for OpenFOAM" .venv/bin/python -m fbcouple.solvers.openfoam.build

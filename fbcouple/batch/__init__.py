@@ -1,1 +1,1 @@
-"""Runs under a batch system: a job script and how to hand it in."""
+"""Job scripts of batch systems."""

@@ -11,16 +11,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fbcouple.batch.schedulers import SCHEDULERS, Scheduler
-from fbcouple.case.checks import needed_memory
+from fbcouple.case.checks.registry import needed_memory
 from fbcouple.case.drag_file import require_trust
 from fbcouple.case.load import load_case
 from fbcouple.case.problems import show
-from fbcouple.case.schema import Case
+from fbcouple.case.schema.sections import Case
 from fbcouple.case.source import FILE_NAME
 from fbcouple.decks.render import make_environment
-from fbcouple.environment import find_package
 from fbcouple.errors import CaseError
-from fbcouple.run_folder import require_plain
+from fbcouple.machine.environment import find_package
+from fbcouple.run_folder.plain_files import require_plain
 
 # Resident memory of a rank with Python, numba and both solvers before it holds anything (measured: 320 MB) [MiB].
 _RANK_MEMORY = 400

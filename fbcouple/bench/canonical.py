@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from fbcouple.case.derived import dem_step
-from fbcouple.case.schema import Case, Contact, Particles
+from fbcouple.case.bed.derived import dem_step
+from fbcouple.case.schema.sections import Case, Contact, Particles
 from fbcouple.errors import CaseError
-from fbcouple.meshes.block import PER_SQUARE
-from fbcouple.meshes.extrusion import PER_PRISM
+from fbcouple.geometry.block import PER_SQUARE
+from fbcouple.geometry.extrusion import PER_PRISM
 
 POROSITY, PER_CELL, SUBSTEPS = 0.54, 11, 10
 TETRAHEDRA_PER_CELL = PER_SQUARE * PER_PRISM["tetrahedra"]

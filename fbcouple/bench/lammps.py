@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from fbcouple.case.derived import tangential_law
-from fbcouple.case.schema import Case
+from fbcouple.case.bed.derived import tangential_law
+from fbcouple.case.schema.sections import Case
 from fbcouple.decks.context import build_context
 from fbcouple.decks.needs import find_needs
 from fbcouple.decks.render import make_environment
-from fbcouple.environment import mpi_command, mpi_environment
 from fbcouple.errors import SolverError
+from fbcouple.machine.environment import mpi_command, mpi_environment
 
 PROGRAM = "lmp"
 SETTLE = 20

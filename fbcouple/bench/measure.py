@@ -13,12 +13,12 @@ import numpy as np
 from mpi4py import MPI
 
 from fbcouple.bench.lammps import SETTLE
-from fbcouple.case.schema import Case
-from fbcouple.recorder import Recorder
-from fbcouple.results import STAGES
-from fbcouple.scene import Scene, open_scene
-from fbcouple.stopwatch import Stopwatch
-from fbcouple.worker import start, step
+from fbcouple.case.schema.sections import Case
+from fbcouple.results.writer import STAGES
+from fbcouple.simulation.simulation import Scene, open_scene
+from fbcouple.simulation.tasks.history import Recorder
+from fbcouple.simulation.timers import Stopwatch
+from fbcouple.simulation.worker import start, step
 
 _FIRST = 5
 """Steps that are never timed: lists, buffers and compiled code are made in them."""

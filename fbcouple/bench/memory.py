@@ -11,8 +11,8 @@ import numpy as np
 from mpi4py import MPI
 
 from fbcouple.bench.measure import open_run
-from fbcouple.case.schema import Case
-from fbcouple.worker import step
+from fbcouple.case.schema.sections import Case
+from fbcouple.simulation.worker import step
 
 _ELSEWHERE = (type, types.ModuleType, types.FunctionType, types.BuiltinFunctionType, types.FrameType)
 _STEPS = 3

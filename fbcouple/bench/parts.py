@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from fbcouple.case.schema import Case
+from fbcouple.case.schema.sections import Case
 from fbcouple.errors import CaseError
 
 Content = dict[str, Any]

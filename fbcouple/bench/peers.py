@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from fbcouple.case import derived
-from fbcouple.case.mixture import list_kinds
-from fbcouple.case.schema import Case
+from fbcouple.case.bed import derived
+from fbcouple.case.bed.particle_types import list_kinds
+from fbcouple.case.schema.sections import Case
 from fbcouple.decks.render import make_environment
-from fbcouple.environment import mpi_command, mpi_environment
 from fbcouple.errors import CaseError, SolverError
+from fbcouple.machine.environment import mpi_command, mpi_environment
 
 _TEMPLATES = "peers/dpmfoam"
 _DECKS = (

@@ -17,7 +17,7 @@ from fbcouple.bench.memory import measure_memory
 from fbcouple.bench.traffic import count_traffic
 from fbcouple.bench.variant import measure_variant
 from fbcouple.case.load import load_case
-from fbcouple.case.schema import Case
+from fbcouple.case.schema.sections import Case
 
 FOUND = "bench.json"
 KINDS: dict[str, Callable[..., dict[str, Any]]] = {

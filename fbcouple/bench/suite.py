@@ -19,12 +19,12 @@ from fbcouple.bench.lammps import explain_absence, time_lammps, write_lammps
 from fbcouple.bench.parts import make_variants
 from fbcouple.bench.peers import check_peer, time_dpmfoam, write_dpmfoam
 from fbcouple.case.load import load_case, write_case
-from fbcouple.case.schema import Case
+from fbcouple.case.schema.sections import Case
 from fbcouple.decks.render import set_up
-from fbcouple.environment import mpi_command, mpi_environment
+from fbcouple.decks.set_up import lay_out
 from fbcouple.errors import SolverError
-from fbcouple.layout import lay_out
-from fbcouple.mesh import prepare_mesh
+from fbcouple.launcher.openfoam_mesh import prepare_mesh
+from fbcouple.machine.environment import mpi_command, mpi_environment
 
 _TAIL = 12
 _FOUND = "bench.json"

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from fbcouple.case.derived import wraps
-from fbcouple.case.mixture import largest_diameter
-from fbcouple.case.schema import Case
-from fbcouple.exchange.plan import Plan, find_patch
-from fbcouple.grid import Grid
-from fbcouple.partition import find_rank_grid, locate_rank
+from fbcouple.case.bed.derived import wraps
+from fbcouple.case.bed.particle_types import largest_diameter
+from fbcouple.case.schema.sections import Case
+from fbcouple.coupling.box.halo import Plan, find_patch
+from fbcouple.geometry.grid import Grid
+from fbcouple.geometry.partition import find_rank_grid, locate_rank
 
 _COMPONENTS = 12
 """Numbers a cell in a coupling step: solids, voidage, K and S (4), velocity and pressure gradient (6)."""

@@ -10,8 +10,8 @@ from mpi4py import MPI
 
 from fbcouple.bench.measure import open_run, time_coupled
 from fbcouple.bench.memory import find_arrays
-from fbcouple.case.schema import Case
-from fbcouple.results import STAGES
+from fbcouple.case.schema.sections import Case
+from fbcouple.results.writer import STAGES
 
 _BLOCKS = 10
 _PARTS = ("grains", "gas", "coupling", "averaging")

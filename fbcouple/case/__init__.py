@@ -1,1 +1,1 @@
-"""The case file: what can be set (schema), how it is read (load), what must hold (checks), what follows (derived)."""
+"""The case file: read, checked and completed."""

@@ -6,9 +6,9 @@ import json
 from dataclasses import dataclass
 from typing import Any
 
-from fbcouple.case.options import list_options
 from fbcouple.case.problems import show
-from fbcouple.case.schema import Case
+from fbcouple.case.schema.reference import list_options
+from fbcouple.case.schema.sections import Case
 
 FREE = ("end_time", "output.save_every")
 FREE_SECTIONS = ("monitors", "checkpoint")

@@ -6,11 +6,11 @@ import shutil
 from pathlib import Path
 
 from fbcouple.case.problems import show
-from fbcouple.case.schema import Case
-from fbcouple.companion_files import find_companion, is_bare
+from fbcouple.case.schema.sections import Case
 from fbcouple.errors import CaseError
-from fbcouple.meshes.foam_text import list_parts
-from fbcouple.reference import parse_reference
+from fbcouple.geometry.foam_text import list_parts
+from fbcouple.input_files.companion_files import find_companion, is_bare
+from fbcouple.input_files.measured_lines import parse_reference
 
 _TAKEN = ("fluid", "grains", "logs", "checkpoints", "frames", "figures", "vtk", "batch")
 """Folders of a run folder, beside which the case's own files come to lie."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 from pathlib import Path
 
-from fbcouple.case.schema import Case
+from fbcouple.case.schema.sections import Case
 from fbcouple.errors import CaseError
 
 OWN = "own"

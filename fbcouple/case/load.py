@@ -10,20 +10,20 @@ from typing import Any
 
 from pydantic import ValidationError
 
-import fbcouple.case.bed_checks
-import fbcouple.case.contact_checks
-import fbcouple.case.output_checks
-import fbcouple.case.position_checks
-import fbcouple.case.region_checks
-import fbcouple.case.voidage_checks  # noqa: F401  (each registers its checks)
-from fbcouple.case.checks import list_problems
-from fbcouple.case.options import list_sections
+import fbcouple.case.checks.bed
+import fbcouple.case.checks.contact
+import fbcouple.case.checks.output
+import fbcouple.case.checks.positions
+import fbcouple.case.checks.region
+import fbcouple.case.checks.voidage  # noqa: F401  (each registers its checks)
+from fbcouple.case.bed.start_sizes import adopt_sizes
+from fbcouple.case.checks.registry import list_problems
 from fbcouple.case.presets import apply_preset
 from fbcouple.case.problems import Problem, show, word_errors
-from fbcouple.case.schema import Case
-from fbcouple.case.section import as_tuple
+from fbcouple.case.schema.option import as_tuple
+from fbcouple.case.schema.reference import list_sections
+from fbcouple.case.schema.sections import Case
 from fbcouple.case.source import FILE_NAME, apply_settings, find_case, read_case
-from fbcouple.case.start_sizes import adopt_sizes
 from fbcouple.errors import CaseError
 
 

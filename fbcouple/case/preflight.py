@@ -9,9 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from fbcouple.case.checks import machine_memory, needed_memory
-from fbcouple.case.contact_numbers import tell_creep, time_contacts
-from fbcouple.case.derived import (
+from fbcouple.case.bed.contact_numbers import tell_creep, time_contacts
+from fbcouple.case.bed.derived import (
     cell_size,
     dem_step,
     fastest_inlet,
@@ -19,9 +18,10 @@ from fbcouple.case.derived import (
     inlet_range,
     open_velocity,
 )
-from fbcouple.case.drag_balance import EXPANDED, find_drag, minimum_fluidization, terminal_velocity
-from fbcouple.case.drag_file import OWN
-from fbcouple.case.mixture import (
+from fbcouple.case.bed.drag_balance import EXPANDED, find_drag, minimum_fluidization, terminal_velocity
+from fbcouple.case.bed.number import Law, Number
+from fbcouple.case.bed.number import judge as _judge
+from fbcouple.case.bed.particle_types import (
     largest_diameter,
     list_kinds,
     mean_density,
@@ -29,12 +29,12 @@ from fbcouple.case.mixture import (
     particle_count,
     solids_volume,
 )
-from fbcouple.case.number import Law, Number
-from fbcouple.case.number import judge as _judge
-from fbcouple.case.region import Region, find_region, list_inner_surfaces
-from fbcouple.case.schema import Case
-from fbcouple.case.speeds import SETTLED, estimate_overlap
-from fbcouple.case.start_numbers import describe_start
+from fbcouple.case.bed.region import Region, find_region, list_inner_surfaces
+from fbcouple.case.bed.speeds import SETTLED, estimate_overlap
+from fbcouple.case.bed.start_numbers import describe_start
+from fbcouple.case.checks.registry import machine_memory, needed_memory
+from fbcouple.case.drag_file import OWN
+from fbcouple.case.schema.sections import Case
 from fbcouple.errors import CaseError
 
 PACKED = 0.42

@@ -10,9 +10,9 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from fbcouple.case.contact_checks import is_hertz
-from fbcouple.case.derived import steps_per_contact
-from fbcouple.case.schema import Case, Contact, Particles
+from fbcouple.case.bed.derived import steps_per_contact
+from fbcouple.case.checks.contact import is_hertz
+from fbcouple.case.schema.sections import Case, Contact, Particles
 
 KEY = "accuracy"
 NONE = "none"

@@ -12,9 +12,9 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from fbcouple.case.options import list_options, list_sections
-from fbcouple.case.schema import Case
-from fbcouple.case.section import Section
+from fbcouple.case.schema.option import Section
+from fbcouple.case.schema.reference import list_options, list_sections
+from fbcouple.case.schema.sections import Case
 
 _LONGEST = 60
 _DEEPEST = 3

@@ -7,12 +7,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from fbcouple.case import derived
-from fbcouple.case.mixture import Kind, list_kinds
-from fbcouple.case.pairs import find_pair, find_wall
-from fbcouple.case.region import Region, find_region
-from fbcouple.case.schema import Case, Contact, Gas, Particles
-from fbcouple.collision import normal_damping
+from fbcouple.case.bed import derived
+from fbcouple.case.bed.contact_coefficients import find_pair, find_wall
+from fbcouple.case.bed.particle_types import Kind, list_kinds
+from fbcouple.case.bed.region import Region, find_region
+from fbcouple.case.schema.sections import Case, Contact, Gas, Particles
+from fbcouple.physics.contact import normal_damping
 
 # DIC-preconditioned CG is fastest below this many cells, multigrid above (measured on the three Patil meshes).
 _MULTIGRID_FROM = 10_000

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from fbcouple.case.acceleration import choose_acceleration
-from fbcouple.case.derived import tangential_law
-from fbcouple.case.mixture import count_kinds, list_kinds
-from fbcouple.case.pairs import list_coefficients
+from fbcouple.case.bed.acceleration import choose_acceleration
+from fbcouple.case.bed.contact_coefficients import list_coefficients
+from fbcouple.case.bed.derived import tangential_law
+from fbcouple.case.bed.particle_types import count_kinds, list_kinds
 from fbcouple.case.presets import NONE, describe_preset
-from fbcouple.case.schema import Case
+from fbcouple.case.schema.sections import Case
 
 
 @dataclass(frozen=True)

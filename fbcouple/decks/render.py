@@ -13,21 +13,21 @@ from jinja2 import FileSystemLoader, StrictUndefined
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 
 from fbcouple import __version__
+from fbcouple.case.bed.lattice import lattice_kinds, lattice_positions
+from fbcouple.case.bed.particle_types import largest_diameter, list_kinds, particle_count
+from fbcouple.case.bed.region import read_mesh
 from fbcouple.case.changes import list_values
 from fbcouple.case.companions import copy_companions
-from fbcouple.case.lattice import lattice_kinds, lattice_positions
 from fbcouple.case.load import write_case
-from fbcouple.case.mixture import largest_diameter, list_kinds, particle_count
-from fbcouple.case.region import read_mesh
-from fbcouple.case.schema import Case
+from fbcouple.case.schema.sections import Case
 from fbcouple.decks.context import build_context
 from fbcouple.decks.needs import explain, find_needs
 from fbcouple.decks.replace import put_in_place, refuse_foreign
-from fbcouple.manifest import hash_file, write_manifest
-from fbcouple.meshes.polymesh import PolyMesh
-from fbcouple.meshes.stl import write_surface
-from fbcouple.places import START, TEMPLATES, WALLS
-from fbcouple.versions import list_own_versions
+from fbcouple.geometry.polymesh import PolyMesh
+from fbcouple.geometry.stl import write_surface
+from fbcouple.paths import START, TEMPLATES, WALLS
+from fbcouple.run_folder.manifest import hash_file, write_manifest
+from fbcouple.solvers.versions import list_own_versions
 
 # deck file in the run folder -> (template, part of the scene that needs it)
 DECKS: dict[str, tuple[str, str]] = {

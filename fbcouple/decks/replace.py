@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from fbcouple.case.source import FILE_NAME
-from fbcouple.checkpoint import list_checkpoints
 from fbcouple.errors import CaseError
-from fbcouple.lock import hold
-from fbcouple.manifest import NAME, hash_file, read_manifest, write_manifest
-from fbcouple.run_folder import require_plain, word_path
+from fbcouple.run_folder.checkpoint import list_checkpoints
+from fbcouple.run_folder.lock import hold
+from fbcouple.run_folder.manifest import NAME, hash_file, read_manifest, write_manifest
+from fbcouple.run_folder.plain_files import require_plain, word_path
 
 _RENDERED = ("fluid", "grains")
 """Folders whose files follow from the case; those that lie elsewhere are the user's, copied."""

@@ -13,16 +13,16 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from fbcouple.case.bed.particle_types import particle_count
+from fbcouple.case.bed.positions import start_kinds, start_positions, start_velocities
 from fbcouple.case.changes import FREE, FREE_SECTIONS, list_changes
 from fbcouple.case.companions import list_files
-from fbcouple.case.mixture import particle_count
-from fbcouple.case.positions import start_kinds, start_positions, start_velocities
-from fbcouple.case.schema import Case
+from fbcouple.case.schema.sections import Case
 from fbcouple.decks.render import find_box, format_particles, render_decks
 from fbcouple.errors import CaseError
-from fbcouple.manifest import hash_file, read_manifest
-from fbcouple.places import START, WALLS
-from fbcouple.run_folder import require_plain, word_path
+from fbcouple.paths import START, WALLS
+from fbcouple.run_folder.manifest import hash_file, read_manifest
+from fbcouple.run_folder.plain_files import require_plain, word_path
 
 # Where solvers look for decks, and what a run itself puts there.
 _DECK_FOLDERS = ("fluid/system", "fluid/constant", "fluid/0", "grains")

@@ -8,19 +8,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fbcouple.case.derived import dem_step
+from fbcouple.case.bed.derived import dem_step
+from fbcouple.case.bed.particle_types import particle_count
 from fbcouple.case.load import load_case
-from fbcouple.case.mixture import particle_count
 from fbcouple.case.preflight import gas_step
 from fbcouple.case.problems import show, suggest
 from fbcouple.errors import CaseError
-from fbcouple.study.fronts import find_excess, mark_pareto, tabulate_knobs
+from fbcouple.results.reader import open_results
 from fbcouple.study.measures import MEASURES, Error, Finished, check_measures, find_error
 from fbcouple.study.members import REFERENCE, Member, list_members
+from fbcouple.study.pareto import find_excess, mark_pareto, tabulate_knobs
 from fbcouple.study.runs import Ending, look_up_case, run_case, run_side_by_side
 from fbcouple.study.schema import Study
 from fbcouple.study.source import Source, word_settings
-from postproc.dataset import open_results
 
 RUNS = "members"
 COSTS = {"wall": "core_seconds", "cpu": "cpu_seconds"}

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
-from postproc.style import DPI, GREEN, GREY, ORANGE, PAGE, VERMILION, journal_style, save
+from fbcouple.postproc.style import DPI, GREEN, GREY, ORANGE, PAGE, VERMILION, journal_style, save
 
 MARKS = {"unfit": "U", "warn": "W"}
 """What the pre-flight check said -> the letter in the map."""

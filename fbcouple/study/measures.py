@@ -14,17 +14,17 @@ import numpy as np
 import xarray as xr
 from scipy.integrate import solve_ivp
 
-from fbcouple.case import derived
-from fbcouple.case.drag_balance import terminal_velocity
-from fbcouple.case.lattice import lay_out
+from fbcouple.case.bed import derived
+from fbcouple.case.bed.drag_balance import terminal_velocity
+from fbcouple.case.bed.lattice import lay_out
 from fbcouple.case.problems import Problem, show, suggest
-from fbcouple.case.schema import Case
-from fbcouple.companion_files import find_companion
+from fbcouple.case.schema.sections import Case
 from fbcouple.errors import CaseError
-from fbcouple.reference import QUANTITIES, parse_reference, read_line
-from fbcouple.results import HISTORIES
-from postproc.dataset import Results, at_height, depth_average
-from postproc.measures import mean_of_history
+from fbcouple.input_files.companion_files import find_companion
+from fbcouple.input_files.measured_lines import QUANTITIES, parse_reference, read_line
+from fbcouple.postproc.measures import mean_of_history
+from fbcouple.results.reader import Results, at_height, depth_average
+from fbcouple.results.writer import HISTORIES
 
 
 @dataclass(frozen=True)
@@ -139,7 +139,7 @@ def measure_path(run: Finished, argument: str, reference: Finished | None) -> Er
 
 def _solve_path(case: Case, time: np.ndarray) -> np.ndarray:
     """Way [m] of a lone particle: m dv/dt = beta(|u - v|)(u - v) - V (rho_p - rho) g."""
-    from fbcouple.exchange.drag import DRAG_LAWS  # noqa: PLC0415  (loads numba)
+    from fbcouple.case.user_drag_law import DRAG_LAWS  # noqa: PLC0415  (loads numba)
 
     assert case.gas is not None and case.particles is not None and case.exchange is not None
     law, gas, particles, rise = DRAG_LAWS[case.exchange.drag], case.gas, case.particles, _rise(case)
@@ -158,7 +158,7 @@ def _solve_path(case: Case, time: np.ndarray) -> np.ndarray:
 def measure_bed(run: Finished, argument: str, reference: Finished | None) -> Error:
     """Pressure over a held lattice bed at the end of the run against its drag law at the lattice's voidage, and the
     gas's gain of head at its surface: dp = n beta u/eps L - rho U^2/2 (1/eps^2 - 1), u = U/eps (model A)."""
-    from fbcouple.exchange.drag import DRAG_LAWS  # noqa: PLC0415  (loads numba)
+    from fbcouple.case.user_drag_law import DRAG_LAWS  # noqa: PLC0415  (loads numba)
 
     case = run.case
     if case.gas is None or case.particles is None or case.exchange is None or case.start is None:

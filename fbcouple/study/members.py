@@ -9,8 +9,8 @@ from typing import Any
 
 from fbcouple.case.load import load_case
 from fbcouple.case.problems import Problem, show
-from fbcouple.case.schema import Case
-from fbcouple.case.section import as_tuple
+from fbcouple.case.schema.option import as_tuple
+from fbcouple.case.schema.sections import Case
 from fbcouple.errors import CaseError
 from fbcouple.study.schema import Study
 from fbcouple.study.source import (

@@ -11,7 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from postproc.style import BLUE, DPI, GREEN, GREY, INK, ORANGE, PAGE, SKY, VERMILION, journal_style, save
+from fbcouple.postproc.style import BLUE, DPI, GREEN, GREY, INK, ORANGE, PAGE, SKY, VERMILION, journal_style, save
 
 _COLOURS = (BLUE, VERMILION, GREEN, ORANGE, SKY, GREY)
 _MARKERS = "os^DvPX*<>hp"

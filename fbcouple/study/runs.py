@@ -17,14 +17,14 @@ from types import FrameType
 from typing import Any, Literal, TypeVar
 
 from fbcouple.case.load import load_case, write_case
-from fbcouple.case.schema import Case
-from fbcouple.checkpoint import list_checkpoints
-from fbcouple.environment import child_environment, hand_down
+from fbcouple.case.schema.sections import Case
+from fbcouple.decks.set_up import lay_out
 from fbcouple.errors import DivergedError, SolverError, StoppedError
-from fbcouple.launch import is_complete, launch
-from fbcouple.layout import lay_out
-from fbcouple.products import remove_run
-from fbcouple.run_folder import require_plain
+from fbcouple.launcher.launch import is_complete, launch
+from fbcouple.machine.environment import child_environment, hand_down
+from fbcouple.run_folder.checkpoint import list_checkpoints
+from fbcouple.run_folder.plain_files import require_plain
+from fbcouple.run_folder.products import remove_run
 from fbcouple.study.source import Settings, word_settings
 
 ENDING = "ending.json"

@@ -8,12 +8,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from fbcouple.case.derived import dem_step, fastest_inlet, pair_contact_time
+from fbcouple.case.bed.derived import dem_step, fastest_inlet, pair_contact_time
 from fbcouple.case.load import load_case
-from fbcouple.case.options import list_options
 from fbcouple.case.preflight import coupling_step, gas_step, response_times
 from fbcouple.case.problems import Problem, show, suggest
-from fbcouple.case.schema import Case
+from fbcouple.case.schema.reference import list_options
+from fbcouple.case.schema.sections import Case
 from fbcouple.errors import CaseError
 from fbcouple.study.schema import Stability
 from fbcouple.study.source import (

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from fbcouple.case.section import NonNegative, Positive, Section, Texts, option
+from fbcouple.case.schema.option import NonNegative, Positive, Section, Texts, option
 
 Forms = Annotated[Texts, Field(min_length=1)]
 

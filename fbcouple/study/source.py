@@ -10,11 +10,11 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from fbcouple import places
+from fbcouple import paths as places
 from fbcouple.case.load import load_case, write_value
-from fbcouple.case.options import list_options
 from fbcouple.case.problems import Problem, show, suggest, word_errors
-from fbcouple.case.section import Section
+from fbcouple.case.schema.option import Section
+from fbcouple.case.schema.reference import list_options
 from fbcouple.case.source import STUDIES, list_shipped, read_toml
 from fbcouple.errors import CaseError
 

@@ -7,16 +7,16 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from fbcouple.case.lattice import lay_out
+from fbcouple.case.bed.lattice import lay_out
+from fbcouple.case.bed.particle_types import mean_volume
 from fbcouple.case.load import load_case
-from fbcouple.case.mixture import mean_volume
 from fbcouple.case.preflight import coupling_step, estimate, response_times
-from fbcouple.case.schema import Case
-from fbcouple.results import read_line
+from fbcouple.case.schema.sections import Case
+from fbcouple.results.writer import read_line
+from fbcouple.study.indicators import judge, read_signs
 from fbcouple.study.runs import Ending, run_case, run_from_middle, run_side_by_side
 from fbcouple.study.scenes import Scene, list_scenes
 from fbcouple.study.schema import Stability
-from fbcouple.study.signs import judge, read_signs
 from fbcouple.study.source import Source
 
 RUNS = "scenes"

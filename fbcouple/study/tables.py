@@ -15,7 +15,7 @@ from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from fbcouple.places import TEMPLATES
+from fbcouple.paths import TEMPLATES
 
 Row = dict[str, Any]
 Tables = dict[str, list[Row]]

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.exchange.drag import DRAG_LAWS
-from fbcouple.verify.bench import GAS, GLASS
+from fbcouple.case.user_drag_law import DRAG_LAWS
+from fbcouple.verify.harness import GAS, GLASS
 from fbcouple.verify.lattice import VOIDAGES, HeldBed
 from fbcouple.verify.published import PUBLISHED, Bed
 from fbcouple.verify.registry import Number, scene

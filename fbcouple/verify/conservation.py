@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.case.mixture import solids_volume
-from fbcouple.exchange.voidage import VOIDAGE_METHODS
-from fbcouple.scene import Scene
-from fbcouple.verify.bench import FRICTIONLESS, GAS, GLASS, open_bench
+from fbcouple.case.bed.particle_types import solids_volume
+from fbcouple.coupling.box.mapping import VOIDAGE_METHODS
+from fbcouple.simulation.simulation import Scene
+from fbcouple.simulation.worker import start, take_step
+from fbcouple.verify.harness import FRICTIONLESS, GAS, GLASS, open_bench
 from fbcouple.verify.registry import Number, scene
-from fbcouple.worker import start, take_step
 
 _BED: dict[str, Any] = {
     "domain": {"size": [0.02, 0.01, 0.06], "cells": [8, 4, 24]},

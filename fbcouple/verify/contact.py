@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.case import derived
-from fbcouple.collision import contact_time, normal_damping
-from fbcouple.verify.bench import FRICTIONLESS, GLASS, open_bench
+from fbcouple.case.bed import derived
+from fbcouple.physics.contact import contact_time, normal_damping
+from fbcouple.verify.harness import FRICTIONLESS, GLASS, open_bench
 from fbcouple.verify.impact import find_step, look, spread_out, throw
 from fbcouple.verify.registry import Number, scene
 

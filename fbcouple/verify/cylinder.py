@@ -12,16 +12,16 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.collision import normal_damping
-from fbcouple.meshes.cylinder import find_section, make_cylinder
-from fbcouple.verify.bench import FRICTIONLESS, GAS, GLASS, Edit, open_bench, take_same_step
+from fbcouple.geometry.cylinder import find_section, make_cylinder
+from fbcouple.physics.contact import normal_damping
+from fbcouple.simulation.worker import start
 from fbcouple.verify.conservation import conserve
 from fbcouple.verify.fall import SCHILLER_NAUMANN, coarsen_bins, name_sizes
 from fbcouple.verify.gas import run_until_steady
+from fbcouple.verify.harness import FRICTIONLESS, GAS, GLASS, Edit, open_bench, take_same_step
 from fbcouple.verify.held_mesh import HeldMesh, compare_losses
 from fbcouple.verify.lattice import VOIDAGES
 from fbcouple.verify.registry import Number, scene
-from fbcouple.worker import start
 
 _ACROSS, _LAYERS = 8, 8
 """Cells across the held bed, and up in each of its slabs: in the middle of a slab nothing is known of the others."""

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.exchange.voidage import VOIDAGE_METHODS
-from fbcouple.verify.bench import FRICTIONLESS, GAS, GLASS, Edit, open_bench, take_same_step
+from fbcouple.coupling.box.mapping import VOIDAGE_METHODS
+from fbcouple.simulation.worker import start
+from fbcouple.verify.harness import FRICTIONLESS, GAS, GLASS, Edit, open_bench, take_same_step
 from fbcouple.verify.registry import Number, scene
-from fbcouple.worker import start
 
 # Fall speed [m/s] of glass spheres by diameter [m]: drag of a lone sphere (Schiller and Naumann 1933) balanced with
 # the weight less that of the gas.

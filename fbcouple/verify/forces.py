@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.exchange.particles import Particles
-from fbcouple.scene import Scene
-from fbcouple.verify.bench import FRICTIONLESS, GAS, GLASS, Edit, open_bench, take_same_step
+from fbcouple.coupling.particles import Particles
+from fbcouple.simulation.simulation import Scene
+from fbcouple.simulation.worker import start
 from fbcouple.verify.fall import coarsen_bins
 from fbcouple.verify.gas import run_until_steady, set_patches, split_sides
+from fbcouple.verify.harness import FRICTIONLESS, GAS, GLASS, Edit, open_bench, take_same_step
 from fbcouple.verify.registry import Number, scene
 from fbcouple.verify.turbulence import name_sides, start_from
-from fbcouple.worker import start
 
 _MOMENTUM = 1e-10
 

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.case import derived
-from fbcouple.engines.liggghts import Grains
-from fbcouple.verify.bench import FRICTIONLESS, GLASS
+from fbcouple.case.bed import derived
+from fbcouple.solvers.liggghts import Grains
+from fbcouple.verify.harness import FRICTIONLESS, GLASS
 from fbcouple.verify.impact import (
     GRAVITY,
     find_step,

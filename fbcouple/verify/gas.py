@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.scene import Scene
-from fbcouple.verify.bench import open_bench
+from fbcouple.simulation.simulation import Scene
+from fbcouple.verify.harness import open_bench
 from fbcouple.verify.registry import Number, scene
 
 Edits = dict[str, Callable[[str], str]]

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.meshes.polyhedra import find_centres, take_apart
-from fbcouple.meshes.polymesh import PolyMesh
-from fbcouple.meshes.tetrahedra import Tetrahedra, cut
-from fbcouple.verify.bench import GAS, GLASS, Edit, blow, open_bench
+from fbcouple.geometry.polyhedra import find_centres, take_apart
+from fbcouple.geometry.polymesh import PolyMesh
+from fbcouple.geometry.tetrahedra import Tetrahedra, cut
+from fbcouple.simulation.worker import start
+from fbcouple.verify.harness import GAS, GLASS, Edit, blow, open_bench
 from fbcouple.verify.published import PUBLISHED, Bed
 from fbcouple.verify.registry import Number
-from fbcouple.worker import start
 
 INLET = 0.5
 _STEPS = 12

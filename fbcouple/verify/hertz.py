@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.case import derived
-from fbcouple.verify.bench import FRICTIONLESS, GLASS, open_bench
+from fbcouple.case.bed import derived
+from fbcouple.verify.harness import FRICTIONLESS, GLASS, open_bench
 from fbcouple.verify.impact import (
     GRAVITY,
     find_step,

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.case import derived
-from fbcouple.case.schema import Contact, Particles
-from fbcouple.engines.liggghts import Grains
-from fbcouple.verify.bench import GLASS, open_bench
+from fbcouple.case.bed import derived
+from fbcouple.case.schema.sections import Contact, Particles
+from fbcouple.solvers.liggghts import Grains
+from fbcouple.verify.harness import GLASS, open_bench
 
 GRAVITY = 9.81
 
@@ -53,7 +53,7 @@ def spread_out(columns: int, rows: int, spacing: float) -> np.ndarray:
 
 
 def parts(contact: dict[str, Any], particles: dict[str, Any] = GLASS) -> tuple[Contact, Particles]:
-    """Make the sections [contact] and [particles] as `fbcouple.case.derived` takes them."""
+    """Make the sections [contact] and [particles] as `fbcouple.case.bed.derived` takes them."""
     return Contact.model_validate(contact), Particles.model_validate(particles | {"count": 1})
 
 

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.scene import Scene
-from fbcouple.verify.bench import FRICTIONLESS, GAS, GLASS, open_bench
+from fbcouple.simulation.simulation import Scene
+from fbcouple.simulation.worker import start, take_step
+from fbcouple.verify.harness import FRICTIONLESS, GAS, GLASS, open_bench
 from fbcouple.verify.published import PUBLISHED, Bed
 from fbcouple.verify.registry import Number, scene
-from fbcouple.worker import start, take_step
 
 _RAMP = [[0.0, 0.0], [0.05, 0.0], [0.07, 0.2], [0.08, 0.4], [0.08, 0.3], [0.13, 0.3], [0.13, 0.0], [0.15, 0.0]]
 _RAMP += [[0.15, -0.3], [0.19, -0.3]]

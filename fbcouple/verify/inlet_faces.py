@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.meshes.block import make_block
-from fbcouple.meshes.cylinder import make_cylinder
-from fbcouple.meshes.foam_files import write_polymesh
-from fbcouple.meshes.polymesh import PolyMesh
-from fbcouple.verify.bench import FRICTIONLESS, GAS, GLASS, open_bench
+from fbcouple.geometry.block import make_block
+from fbcouple.geometry.cylinder import make_cylinder
+from fbcouple.geometry.foam_files import write_polymesh
+from fbcouple.geometry.polymesh import PolyMesh
+from fbcouple.simulation.worker import start, take_step
+from fbcouple.verify.harness import FRICTIONLESS, GAS, GLASS, open_bench
 from fbcouple.verify.registry import Number, scene
-from fbcouple.worker import start, take_step
 
 _SPEED, _STEPS = 0.8, 12
 _SIDE, _LENGTH, _TILT = 0.012, 0.024, math.radians(30.0)

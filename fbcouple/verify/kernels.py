@@ -12,15 +12,15 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.case.schema import Case
-from fbcouple.exchange.coupling import Coupling, Particles
-from fbcouple.exchange.diffusion import Diffusion
-from fbcouple.exchange.filter import filtered
-from fbcouple.exchange.plan import Patch
-from fbcouple.exchange.spaces import BoxSpace
-from fbcouple.exchange.voidage import VOIDAGE_METHODS
-from fbcouple.grid import Grid
-from fbcouple.verify.bench import GAS, GLASS
+from fbcouple.case.schema.sections import Case
+from fbcouple.coupling.box.diffusion import Diffusion
+from fbcouple.coupling.box.filter import filtered
+from fbcouple.coupling.box.halo import Patch
+from fbcouple.coupling.box.mapping import VOIDAGE_METHODS
+from fbcouple.coupling.coupling import Coupling, Particles
+from fbcouple.coupling.discretisation import BoxSpace
+from fbcouple.geometry.grid import Grid
+from fbcouple.verify.harness import GAS, GLASS
 from fbcouple.verify.registry import Number, scene
 
 _GRID = Grid((41, 37, 45), (0.0615, 0.074, 0.09))

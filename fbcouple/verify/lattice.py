@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.scene import Scene
-from fbcouple.verify.bench import GAS, GLASS, blow, open_bench
-from fbcouple.worker import start
+from fbcouple.simulation.simulation import Scene
+from fbcouple.simulation.worker import start
+from fbcouple.verify.harness import GAS, GLASS, blow, open_bench
 
 VOIDAGES = (0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 LAYER = 8

@@ -18,9 +18,9 @@ from pathlib import Path
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.scene import Scene
-from fbcouple.verify.bench import open_bench
+from fbcouple.simulation.simulation import Scene
 from fbcouple.verify.gas import close_box
+from fbcouple.verify.harness import open_bench
 from fbcouple.verify.registry import Number, scene
 
 _DENSITY, _VISCOSITY = 1.2, 0.01

@@ -11,10 +11,10 @@ from typing import Any
 
 from mpi4py import MPI
 
-from fbcouple.case.region import read_mesh
-from fbcouple.case.schema import Case
-from fbcouple.verify.bench import FRICTIONLESS, GAS, GLASS
+from fbcouple.case.bed.region import read_mesh
+from fbcouple.case.schema.sections import Case
 from fbcouple.verify.conservation import conserve
+from fbcouple.verify.harness import FRICTIONLESS, GAS, GLASS
 from fbcouple.verify.held_mesh import HeldMesh, compare_losses
 from fbcouple.verify.registry import Number, scene
 

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.case.mixture import list_kinds
-from fbcouple.case.pairs import find_pair, find_wall
-from fbcouple.case.schema import Contact, Particles
-from fbcouple.verify.bench import FRICTIONLESS, GAS, GLASS, open_bench
+from fbcouple.case.bed.contact_coefficients import find_pair, find_wall
+from fbcouple.case.bed.particle_types import list_kinds
+from fbcouple.case.schema.sections import Contact, Particles
+from fbcouple.verify.harness import FRICTIONLESS, GAS, GLASS, open_bench
 from fbcouple.verify.impact import look, throw
 from fbcouple.verify.lattice import VOIDAGES, HeldBed
 from fbcouple.verify.published import PUBLISHED, Bed

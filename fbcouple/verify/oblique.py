@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.verify.bench import FRICTIONLESS, GLASS, open_bench
+from fbcouple.verify.harness import FRICTIONLESS, GLASS, open_bench
 from fbcouple.verify.impact import Motion, find_step, look, spread_out, throw
 from fbcouple.verify.registry import Number, scene
 

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.scene import Scene
-from fbcouple.verify.bench import GAS, GLASS, open_bench
+from fbcouple.simulation.simulation import Scene
+from fbcouple.simulation.worker import start, take_step
+from fbcouple.verify.harness import GAS, GLASS, open_bench
 from fbcouple.verify.published import PUBLISHED, Bed
 from fbcouple.verify.registry import Number, scene
 from fbcouple.verify.rest import lay_column
-from fbcouple.worker import start, take_step
 
 _WIDTH, _LAYERS, _PITCH = 6, 14, 1.04
 _CELL, _CELLS_UP = 1.5e-3, 12

@@ -1,6 +1,6 @@
 """The drag laws once more, as their papers print them: what the coupled code and the compiled laws are held against.
 
-Each is written apart from fbcouple/exchange/drag_laws.py, in plain Python, with U the superficial slip, Re = rho U d/mu
+Each is written apart from fbcouple/physics/drag/laws.py, in plain Python, with U the superficial slip, Re = rho U d/mu
 and phi the solids fraction, and says what its paper's force is. From that alone follows the pressure that a fixed bed
 loses per length, a number that knows no model A or B:
 - a force on each particle with the pressure gradient's: dP/L = n force;

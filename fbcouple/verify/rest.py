@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.case.derived import dem_step
-from fbcouple.engines.liggghts import Grains
-from fbcouple.verify.bench import GLASS, open_bench
+from fbcouple.case.bed.derived import dem_step
+from fbcouple.solvers.liggghts import Grains
+from fbcouple.verify.harness import GLASS, open_bench
 from fbcouple.verify.registry import Number, scene
 
 _DIAMETER = GLASS["diameter"]

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.case import derived
-from fbcouple.collision import Impact, contact_time
-from fbcouple.verify.bench import FRICTIONLESS, GLASS, open_bench
+from fbcouple.case.bed import derived
+from fbcouple.physics.contact import Impact, contact_time
+from fbcouple.verify.harness import FRICTIONLESS, GLASS, open_bench
 from fbcouple.verify.impact import look, parts, throw
 from fbcouple.verify.registry import Number, scene
 

@@ -13,8 +13,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from fbcouple.environment import mpi_command, mpi_environment
 from fbcouple.errors import CaseError, SolverError
+from fbcouple.machine.environment import mpi_command, mpi_environment
 from fbcouple.verify.process import NUMBERS
 from fbcouple.verify.registry import Number, Scene, load_scenes
 

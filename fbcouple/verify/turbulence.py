@@ -20,9 +20,9 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.scene import Scene
-from fbcouple.verify.bench import open_bench
+from fbcouple.simulation.simulation import Scene
 from fbcouple.verify.gas import Edits, set_patches
+from fbcouple.verify.harness import open_bench
 from fbcouple.verify.registry import Number, scene
 
 _CELL, _VISCOSITY, _RATE = 0.01, 1e-5, 10.0

@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.scene import Scene
-from fbcouple.verify.bench import FRICTIONLESS, open_bench, take_steps
+from fbcouple.simulation.simulation import Scene
+from fbcouple.simulation.worker import start
+from fbcouple.verify.harness import FRICTIONLESS, open_bench, take_steps
 from fbcouple.verify.registry import Number, scene
-from fbcouple.worker import start
 
 _UNEQUAL = (6, 2, 1, 9)
 _ROUNDS = 15

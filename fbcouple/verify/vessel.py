@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.scene import Scene
-from fbcouple.verify.bench import FRICTIONLESS, GAS, GLASS, open_bench
+from fbcouple.simulation.simulation import Scene
+from fbcouple.simulation.worker import start, take_step
+from fbcouple.verify.harness import FRICTIONLESS, GAS, GLASS, open_bench
 from fbcouple.verify.registry import Number, scene
-from fbcouple.worker import start, take_step
 
 _VESSEL: dict[str, Any] = {
     "domain": {"size": [0.012, 0.006, 0.024], "cells": [6, 3, 12]},

@@ -13,11 +13,11 @@ from typing import Any
 
 from mpi4py import MPI
 
-from fbcouple.case.mixture import solids_volume
-from fbcouple.verify.bench import FRICTIONLESS, GAS, open_bench
+from fbcouple.case.bed.particle_types import solids_volume
+from fbcouple.simulation.worker import start, take_step
+from fbcouple.verify.harness import FRICTIONLESS, GAS, open_bench
 from fbcouple.verify.published import PUBLISHED, Bed
 from fbcouple.verify.registry import Number, scene
-from fbcouple.worker import start, take_step
 
 _DIAMETER, _DENSITY, _GRAVITY = 1e-4, 1000.0, 9.81
 _VELOCITY = 0.00488

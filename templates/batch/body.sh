@@ -44,7 +44,7 @@ echo running > "$state"
 job= noticed=
 trap 'noticed=1; [ -z "$job" ] || kill -USR1 "$job" 2>/dev/null' USR1
 trap 'noticed=1; [ -z "$job" ] || kill -TERM "$job" 2>/dev/null' TERM
-{{ python | shell }} -m fbcouple.cli run "$run" -n {{ ranks }}{{ options }} ${how[@]+"${how[@]}"} &
+{{ python | shell }} -m fbcouple.cli.main run "$run" -n {{ ranks }}{{ options }} ${how[@]+"${how[@]}"} &
 job=$!
 if [ -n "$noticed" ]; then kill -USR1 "$job"; fi # it came before there was anybody to hand it on to
 # A trapped signal ends `wait` early, with a code above 128; the run's own code is still to come.

@@ -15,7 +15,7 @@ from click.testing import CliRunner, Result
 from fbcouple.batch.jobs import Request, estimate_memory, write_job
 from fbcouple.batch.schedulers import SCHEDULERS
 from fbcouple.case.load import load_case, write_case
-from fbcouple.cli import cli
+from fbcouple.cli.main import cli
 from fbcouple.errors import CaseError
 
 HOUR = 3600
@@ -187,7 +187,7 @@ def test_jobs_go_on_until_the_run_is_done(runs, site, scheduler):
     assert run_job(job) == 0
     calls = read_calls(site)
     limit = "" if SCHEDULERS[scheduler].warns else f" --wall-limit {2 * HOUR - 300}"
-    start = f"-m fbcouple.cli run {run} -n 4{limit}"
+    start = f"-m fbcouple.cli.main run {run} -n 4{limit}"
     assert calls == [start, f"{start} --resume", f"{start} --resume"]
 
 

@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 from click.testing import CliRunner
 
-from fbcouple.cli import cli
+from fbcouple.cli.main import cli
 from tests.batch.slurm_box import open_slurm
 
 pytestmark = pytest.mark.slow

@@ -17,15 +17,15 @@ from fbcouple.bench.parts import LEFT_OUT, make_variants
 from fbcouple.bench.peers import find_damping, find_modulus
 from fbcouple.bench.suite import compare, measure_memory, measure_parts, measure_peers
 from fbcouple.bench.traffic import count_traffic, cut_cells
-from fbcouple.case.checks import find_problems
-from fbcouple.case.derived import dem_step
-from fbcouple.case.lattice import lattice_positions
+from fbcouple.case.bed.derived import dem_step
+from fbcouple.case.bed.lattice import lattice_positions
+from fbcouple.case.checks.registry import find_problems
 from fbcouple.case.load import load_case
-from fbcouple.cli import cli
+from fbcouple.cli.main import cli
 from fbcouple.decks.render import render_decks
 from fbcouple.errors import CaseError
-from fbcouple.grid import Grid
-from fbcouple.results import STAGES
+from fbcouple.geometry.grid import Grid
+from fbcouple.results.writer import STAGES
 
 
 @pytest.mark.parametrize("cells", [(12, 12, 12), (24, 12, 12), (64, 12, 12)])

@@ -8,9 +8,10 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner, Result
 
-from fbcouple.case import bed_checks, preflight
-from fbcouple.cli import cli
-from fbcouple.places import CASES
+from fbcouple.case import preflight
+from fbcouple.case.checks import bed as bed_checks
+from fbcouple.cli.main import cli
+from fbcouple.paths import CASES
 
 Spoil = Callable[..., Path]
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fbcouple.case import bed_checks
-from fbcouple.case.checks import find_problems
+from fbcouple.case.bed.positions import start_positions
+from fbcouple.case.checks import bed as bed_checks
+from fbcouple.case.checks.registry import find_problems
 from fbcouple.case.load import load_case
-from fbcouple.case.positions import start_positions
-from fbcouple.case.records import Output
-from fbcouple.case.schema import Case
+from fbcouple.case.schema.output import Output
+from fbcouple.case.schema.sections import Case
 from fbcouple.errors import CaseError
 
 

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import fbcouple
-from fbcouple import doctor
 from fbcouple.case.load import load_case
 from fbcouple.case.source import list_sets, list_shipped
+from fbcouple.doctor.checks import checks as doctor
 from fbcouple.errors import CaseError, DivergedError, SolverError
 
 PARTICLE = """
@@ -44,7 +44,7 @@ BROKEN = {
 def start(folder: Path, *arguments: object, **variables: str) -> subprocess.CompletedProcess[str]:
     """Start the command line in a process of its own, in `folder`."""
     root = str(Path(fbcouple.__file__).parents[1])
-    command = [sys.executable, "-m", "fbcouple.cli", *map(str, arguments)]
+    command = [sys.executable, "-m", "fbcouple.cli.main", *map(str, arguments)]
     return subprocess.run(
         command,
         cwd=folder,
@@ -95,8 +95,8 @@ def test_bytes_that_are_no_text_in_a_process_of_its_own(tmp_path):
 
 ASCII = {"PYTHONIOENCODING": "ascii"}, {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0"}
 TABLE = """
-from fbcouple import cli
-from fbcouple.commands.table import print_table
+from fbcouple.cli.main import main as cli
+from fbcouple.cli.table import print_table
 cli.cli = lambda prog_name: print_table(["letter"], [[chr(0x5E8A)]])
 cli.main()
 """
@@ -224,7 +224,7 @@ def test_run_hands_its_options_to_the_launcher(call, tmp_path, monkeypatch):
         for step in range(3):
             watch({"time": 0.01 * step, "steps": step, "wall": {"grains": 2.0, "gas": 1.0, "map": 1.0}})
 
-    monkeypatch.setattr("fbcouple.launch.launch", launch)
+    monkeypatch.setattr("fbcouple.launcher.launch.launch", launch)
     assert call("setup", "patil/demo", "-o", "run").exit_code == 0
     result = call("run", "run", "-n", 2, "--until", 0.02, "--fresh")
     assert result.exit_code == 0 and asked == [(Path("run"), 2, 0.02, True)]
@@ -239,7 +239,7 @@ def test_errors_have_their_exit_codes(call, monkeypatch, error, code):
     def fail(*_, **__):
         raise error
 
-    monkeypatch.setattr("fbcouple.launch.launch", fail)
+    monkeypatch.setattr("fbcouple.launcher.launch.launch", fail)
     assert call("setup", "patil/demo", "-o", "run").exit_code == 0
     result = call("run", "run")
     assert result.exit_code == code and result.stderr == "a\nb\n"

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from fbcouple.case.derived import dem_step, hertz_contact_time, hertz_overlap, pair_contact_time
+from fbcouple.case.bed.derived import dem_step, hertz_contact_time, hertz_overlap, pair_contact_time
 from fbcouple.case.load import load_case
 from fbcouple.case.preflight import estimate
 from fbcouple.errors import CaseError

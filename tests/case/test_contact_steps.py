@@ -8,12 +8,12 @@ from dataclasses import replace
 import pytest
 
 from fbcouple.case import preflight
-from fbcouple.case.contact_steps import FREE, Contacts, Oscillator, count_steps
-from fbcouple.case.derived import dem_step, least_steps, steps_per_contact
+from fbcouple.case.bed.contact_steps import FREE, Contacts, Oscillator, count_steps
+from fbcouple.case.bed.derived import dem_step, least_steps, steps_per_contact
 from fbcouple.case.load import load_case
 from fbcouple.case.preflight import estimate, require_fit
 from fbcouple.case.presets import describe_preset
-from fbcouple.case.schema import Contact, Particles
+from fbcouple.case.schema.sections import Contact, Particles
 from fbcouple.errors import CaseError
 
 HERTZ = {"model": "hertz", "youngs_modulus": 5e6, "poisson_ratio": 0.45, "impact_speed": 0.2}

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import pytest
 
-from fbcouple.case.derived import (
+from fbcouple.case.bed.derived import (
     cell_size,
     dem_step,
     open_velocity,
     pair_contact_time,
     particle_mass,
 )
+from fbcouple.case.bed.particle_types import particle_count
 from fbcouple.case.load import load_case
-from fbcouple.case.mixture import particle_count
 from fbcouple.case.preflight import estimate
-from fbcouple.collision import normal_damping
 from fbcouple.errors import CaseError
+from fbcouple.physics.contact import normal_damping
 
 
 def numbers_of(*sets: str, name: str = "patil/c2"):

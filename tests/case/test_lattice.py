@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fbcouple.case.lattice import lattice_height, lattice_positions
+from fbcouple.case.bed.lattice import lattice_height, lattice_positions
 from fbcouple.case.load import load_case
 
 

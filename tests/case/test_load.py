@@ -9,13 +9,13 @@ from pathlib import Path
 
 import pytest
 
+from fbcouple.case.checks.contact import HERTZ_KEYS, SPRING_KEYS
 from fbcouple.case.companions import list_companions
-from fbcouple.case.contact_checks import HERTZ_KEYS, SPRING_KEYS
 from fbcouple.case.load import load_case, write_case
-from fbcouple.case.options import list_options, list_sections
+from fbcouple.case.schema.reference import list_options, list_sections
 from fbcouple.case.source import SETS_NAME, STUDIES, find_case, list_sets, list_shipped
 from fbcouple.errors import CaseError
-from fbcouple.places import CASES
+from fbcouple.paths import CASES
 
 PARTICLE = 'title = "one particle"\nend_time = 1\n[domain]\nsize = [1, 1, 1]\ncells = [4, 4, 4]\n'
 PARTICLE += "[particles]\ndiameter = 0.1\ndensity = 1000\ncount = 1\n[start]\n"
@@ -139,7 +139,7 @@ def test_base_that_is_no_shipped_case(tmp_path, base, words):
 
 
 def test_bases_that_go_round_are_told(tmp_path, monkeypatch):
-    monkeypatch.setattr("fbcouple.places.CASES", tmp_path)
+    monkeypatch.setattr("fbcouple.paths.CASES", tmp_path)
     (tmp_path / "a.toml").write_text('base = "b"\n')
     (tmp_path / "b.toml").write_text('base = "a"\n')
     (problem,) = problems_of("a")
@@ -265,7 +265,7 @@ def test_unknown_shipped_name_is_suggested():
 
 
 def test_mistake_in_a_shipped_file_names_it(monkeypatch, tmp_path):
-    monkeypatch.setattr("fbcouple.places.CASES", tmp_path)
+    monkeypatch.setattr("fbcouple.paths.CASES", tmp_path)
     (tmp_path / "bed").mkdir()
     (tmp_path / "bed/deep.toml").write_text("end_time = 1\n")
     assert all(problem.startswith("bed/deep.toml: ") for problem in problems_of("bed/deep"))

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 import fbcouple.case.load  # noqa: F401  (registers the checks)
-from fbcouple.case.checks import find_problems
-from fbcouple.case.lattice import is_layered, lattice_height, lattice_kinds, lattice_positions
-from fbcouple.case.layers import stack
-from fbcouple.case.mixture import count_kinds, draw_kinds, list_kinds, mean_density, mean_kind, solids_volume
-from fbcouple.case.positions import start_kinds
+from fbcouple.case.bed.lattice import is_layered, lattice_height, lattice_kinds, lattice_positions
+from fbcouple.case.bed.layers import stack
+from fbcouple.case.bed.particle_types import count_kinds, draw_kinds, list_kinds, mean_density, mean_kind, solids_volume
+from fbcouple.case.bed.positions import start_kinds
+from fbcouple.case.checks.registry import find_problems
 from fbcouple.case.preflight import estimate
-from fbcouple.case.schema import Case, Particles
-from fbcouple.contacts import find_max_overlap
+from fbcouple.case.schema.sections import Case, Particles
 from fbcouple.errors import CaseError
+from fbcouple.geometry.overlap import find_max_overlap
 
 
 def make(**particles):

@@ -7,13 +7,13 @@ import math
 import numpy as np
 import pytest
 
-from fbcouple.case.derived import dem_step
+from fbcouple.case.bed.derived import dem_step
+from fbcouple.case.bed.particle_types import list_kinds, particle_count, solids_volume
+from fbcouple.case.bed.positions import start_kinds, start_positions, start_velocities
 from fbcouple.case.load import load_case, write_case
-from fbcouple.case.mixture import list_kinds, particle_count, solids_volume
-from fbcouple.case.positions import start_kinds, start_positions, start_velocities
 from fbcouple.case.preflight import estimate
+from fbcouple.decks.set_up import lay_out
 from fbcouple.errors import CaseError
-from fbcouple.layout import lay_out
 
 CASE = """
 title = "a few particles"

@@ -7,8 +7,8 @@ import json
 import pytest
 
 from fbcouple.case.load import load_case, write_case
-from fbcouple.case.options import list_options
 from fbcouple.case.presets import PRESETS
+from fbcouple.case.schema.reference import list_options
 from fbcouple.decks.needs import find_needs
 from fbcouple.errors import CaseError
 

@@ -10,19 +10,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fbcouple.case.bed.lattice import lattice_positions
+from fbcouple.case.bed.region import find_region, read_mesh
+from fbcouple.case.bed.region_lattice import Inside, fill_region
 from fbcouple.case.changes import list_changes, list_values
-from fbcouple.case.lattice import lattice_positions
 from fbcouple.case.load import load_case
 from fbcouple.case.preflight import estimate
-from fbcouple.case.region import find_region, read_mesh
-from fbcouple.case.region_lattice import Inside, fill_region
+from fbcouple.decks.set_up import lay_out
 from fbcouple.errors import CaseError
-from fbcouple.layout import lay_out
-from fbcouple.meshes.cylinder import find_section, make_cylinder
-from fbcouple.meshes.foam_files import read_polymesh, write_polymesh
-from fbcouple.meshes.foam_text import FILES, list_parts
+from fbcouple.geometry.cylinder import find_section, make_cylinder
+from fbcouple.geometry.foam_files import read_polymesh, write_polymesh
+from fbcouple.geometry.foam_text import FILES, list_parts
 
-sys.path.append(str(Path(__file__).parents[1] / "meshes"))
+sys.path.append(str(Path(__file__).parents[1] / "geometry"))
 from test_meshes import write_gmsh
 
 CASE = """

@@ -7,14 +7,14 @@ import math
 import numpy as np
 import pytest
 
-from fbcouple.case.drag_balance import find_drag, terminal_velocity
+from fbcouple.case.bed.drag_balance import find_drag, terminal_velocity
+from fbcouple.case.bed.particle_types import list_kinds
+from fbcouple.case.bed.region import find_region
+from fbcouple.case.bed.speeds import find_speed, find_start
 from fbcouple.case.load import load_case
-from fbcouple.case.mixture import list_kinds
 from fbcouple.case.preflight import estimate, require_fit
-from fbcouple.case.region import find_region
-from fbcouple.case.speeds import find_speed, find_start
-from fbcouple.meshes.block import make_block
-from fbcouple.meshes.foam_files import write_polymesh
+from fbcouple.geometry.block import make_block
+from fbcouple.geometry.foam_files import write_polymesh
 
 CASE = """
 title = "speeds"

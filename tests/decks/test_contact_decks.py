@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 from test_render import CONTACT_OPTIONS, build, join, numbers_after
 
-from fbcouple.case.derived import hertz_contact_time, particle_mass
-from fbcouple.collision import normal_damping
+from fbcouple.case.bed.derived import hertz_contact_time, particle_mass
 from fbcouple.decks.needs import find_needs
 from fbcouple.decks.render import render_decks
+from fbcouple.physics.contact import normal_damping
 
 HERTZ = {
     "contact__model": "hertz",

@@ -7,10 +7,10 @@ from typing import get_args
 import pytest
 from test_render import GAS_OPTIONS, build, join, numbers_after
 
-from fbcouple.case.schema import Gas
+from fbcouple.case.schema.sections import Gas
+from fbcouple.coupling.forces import FORCES
 from fbcouple.decks.needs import find_needs
 from fbcouple.decks.render import render_decks
-from fbcouple.exchange.forces import FORCES
 from fbcouple.verify.registry import load_scenes
 
 # Part -> the changes that put it in, words that then must be there (and are not without it), files of it.

@@ -8,7 +8,7 @@ import re
 import pytest
 from test_render import build
 
-from fbcouple.case import derived
+from fbcouple.case.bed import derived
 from fbcouple.decks.needs import find_needs
 from fbcouple.decks.render import render_decks
 

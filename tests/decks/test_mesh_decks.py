@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from test_render import CYLINDER, build, join
 
-from fbcouple.case.mixture import particle_count
-from fbcouple.case.region import read_mesh
+from fbcouple.case.bed.particle_types import particle_count
+from fbcouple.case.bed.region import read_mesh
 from fbcouple.decks.needs import find_needs
 from fbcouple.decks.render import render_decks, set_up
-from fbcouple.mesh import prepare_mesh
-from fbcouple.meshes.cylinder import count_cells, find_section
-from fbcouple.meshes.foam_files import read_polymesh
+from fbcouple.geometry.cylinder import count_cells, find_section
+from fbcouple.geometry.foam_files import read_polymesh
+from fbcouple.launcher.openfoam_mesh import prepare_mesh
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from test_render import build, numbers_after, read_particles
 
-from fbcouple.case.mixture import count_kinds, list_kinds
+from fbcouple.case.bed.particle_types import count_kinds, list_kinds
 from fbcouple.decks.needs import explain, find_needs
 from fbcouple.decks.render import render_decks, set_up
 

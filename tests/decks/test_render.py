@@ -18,7 +18,7 @@ from jinja2 import UndefinedError
 from jinja2.exceptions import SecurityError
 
 from fbcouple.case.load import load_case
-from fbcouple.case.schema import Case
+from fbcouple.case.schema.sections import Case
 from fbcouple.decks import render
 from fbcouple.decks.needs import explain, find_needs
 from fbcouple.decks.render import DECKS, format_number, make_environment, render_decks, set_up

@@ -12,11 +12,11 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from fbcouple.cli import cli
+from fbcouple.cli.main import cli
 from fbcouple.decks import replace
-from fbcouple.meshes.block import make_block
-from fbcouple.meshes.foam_files import write_polymesh
-from fbcouple.meshes.foam_text import FILES
+from fbcouple.geometry.block import make_block
+from fbcouple.geometry.foam_files import write_polymesh
+from fbcouple.geometry.foam_text import FILES
 
 CASE = """
 title = "twenty particles"
@@ -39,7 +39,7 @@ GAS = "[gas]\ndensity = 1.2\nviscosity = 2e-5\ninlet_velocity = 0.5\n[exchange]\
 BESIDE = CASE.replace("count = 18", 'count = 18\npositions = "start.csv"').replace("[start]\n", "")
 HOLD = """
 import pathlib, sys
-from fbcouple.lock import hold
+from fbcouple.run_folder.lock import hold
 with hold(pathlib.Path(sys.argv[1])):
     print(flush=True)
     sys.stdin.read()

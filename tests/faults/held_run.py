@@ -5,20 +5,20 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-import fbcouple.launch
-from fbcouple.cli import main
-from fbcouple.environment import mpi_command
+import fbcouple.launcher.launch
+from fbcouple.cli.main import main
+from fbcouple.machine.environment import mpi_command
 
 
 def start_held(ranks: int, program: list[str]) -> list[str]:
     """The command of the job, with the worker that is held."""
     place = str(Path(__file__).with_name("held_worker.py"))
-    assert program[1:3] == ["-m", "fbcouple.worker"]
+    assert program[1:3] == ["-m", "fbcouple.simulation.worker"]
     return mpi_command(ranks, [program[0], place, *held, *program[3:]])
 
 
 if __name__ == "__main__":
     held = sys.argv[1:3]
     sys.argv[1:3] = ["run"]
-    fbcouple.launch.mpi_command = start_held
+    fbcouple.launcher.launch.mpi_command = start_held
     main()

@@ -12,10 +12,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from fbcouple import checkpoint, worker
-from fbcouple.keeper import Summons
-from fbcouple.recorder import Recorder
-from fbcouple.scene import Scene
+from fbcouple.run_folder.plain_files import checkpoint
+from fbcouple.simulation import worker
+from fbcouple.simulation.simulation import Scene
+from fbcouple.simulation.tasks.checkpoints import Summons
+from fbcouple.simulation.tasks.history import Recorder
 
 LONGEST = 900.0
 """Wall time [s] after which nobody will come any more."""

@@ -14,9 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-from fbcouple import worker
-from fbcouple.recorder import Recorder
-from fbcouple.scene import Scene
+from fbcouple.simulation import worker
+from fbcouple.simulation.simulation import Scene
+from fbcouple.simulation.tasks.history import Recorder
 
 CELL, PARTICLE = 7, 17
 

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-import fbcouple.launch
+import fbcouple.launcher.launch
 from fbcouple.case.load import load_case
 from fbcouple.decks.render import set_up
-from fbcouple.environment import mpi_command
+from fbcouple.machine.environment import mpi_command
 
 BED = """
 title = "250 particles"
@@ -92,10 +92,10 @@ def poison(monkeypatch: pytest.MonkeyPatch, name: str, step: int) -> None:
     place = str(Path(__file__).with_name("poisoned_worker.py"))
 
     def start_poisoned(ranks: int, program: list[str]) -> list[str]:
-        assert program[1:3] == ["-m", "fbcouple.worker"]
+        assert program[1:3] == ["-m", "fbcouple.simulation.worker"]
         return mpi_command(ranks, [program[0], place, name, str(step), *program[3:]])
 
-    monkeypatch.setattr(fbcouple.launch, "mpi_command", start_poisoned)
+    monkeypatch.setattr(fbcouple.launcher.launch, "mpi_command", start_poisoned)
 
 
 PATIENCE = 600.0
@@ -117,7 +117,7 @@ def end_started() -> None:
 
 def start(run: Path, *words: str) -> subprocess.Popen:
     """`fbcouple run` in a process of its own; without what MPI, once started in this process, told the environment."""
-    return start_program(["-m", "fbcouple.cli", "run"], run, *words)
+    return start_program(["-m", "fbcouple.cli.main", "run"], run, *words)
 
 
 def start_held(run: Path, where: str, number: int, *words: str) -> subprocess.Popen:
@@ -151,6 +151,6 @@ def await_true(is_so: Callable[[], object], job: subprocess.Popen | None = None)
 
 def find_ranks(run: Path) -> list[int]:
     """Process numbers of the ranks of `run`."""
-    pattern = f"^[^ ]*python[^ ]* (-m fbcouple.worker|[^ ]*/held_worker.py [a-z]+ [0-9]+) {run}"
+    pattern = f"^[^ ]*python[^ ]* (-m fbcouple.simulation.worker|[^ ]*/held_worker.py [a-z]+ [0-9]+) {run}"
     found = subprocess.run(["pgrep", "-f", pattern], capture_output=True, text=True, check=False)
     return [int(number) for number in found.stdout.split()]

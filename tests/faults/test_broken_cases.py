@@ -13,8 +13,8 @@ from click.testing import CliRunner
 
 import fbcouple
 from fbcouple.case.load import load_case, write_case
-from fbcouple.case.options import list_options
-from fbcouple.cli import cli
+from fbcouple.case.schema.reference import list_options
+from fbcouple.cli.main import cli
 
 LONGEST = 2.0
 """Processor time [s] that a broken case may take; wall time where nothing else runs."""
@@ -137,7 +137,7 @@ def test_every_broken_case_is_told_and_nothing_is_written(mutants, tmp_path, mon
 def test_broken_case_in_a_process_of_its_own(mutants, tmp_path, name):
     (tmp_path / "case.toml").write_bytes(mutants[name])
     root = str(Path(fbcouple.__file__).parents[1])
-    command = [sys.executable, "-m", "fbcouple.cli", "setup", "case.toml"]
+    command = [sys.executable, "-m", "fbcouple.cli.main", "setup", "case.toml"]
     done = subprocess.run(
         command,
         cwd=tmp_path,

@@ -17,12 +17,12 @@ from pathlib import Path
 import pytest
 from scene import find_differences, poison, prepare
 
-from fbcouple.checkpoint import list_checkpoints
 from fbcouple.errors import SolverError
-from fbcouple.job import Job
-from fbcouple.launch import launch
-from fbcouple.lock import hold
-from fbcouple.stop_signals import Requests
+from fbcouple.launcher.job import Job
+from fbcouple.launcher.launch import launch
+from fbcouple.launcher.stop_signals import Requests
+from fbcouple.run_folder.checkpoint import list_checkpoints
+from fbcouple.run_folder.lock import hold
 
 SETS = ["end_time=3e-3", "averages.start=0.0", "output.record_every=1e-4", "output.particles_every=1.0"]
 STEP = 12
@@ -101,7 +101,7 @@ def test_disk_that_is_full_before_the_start(disk, means):
             while file.write(bytes(4096)):
                 pass
     limit = ["prlimit", "--fsize=0"] if means == "limit" else []
-    command = [*limit, sys.executable, "-m", "fbcouple.cli", "run", str(run)]
+    command = [*limit, sys.executable, "-m", "fbcouple.cli.main", "run", str(run)]
     done = subprocess.run(command, env={**os.environ}, capture_output=True, text=True, check=False)
     assert done.returncode == 3 and len(done.stderr.splitlines()) == 1, done.stderr
     assert ("No space left on device" if means == "file system" else "File too large") in done.stderr
@@ -116,7 +116,7 @@ def test_file_system_that_went_read_only_is_told(tmp_path, monkeypatch):
     def refuse(run: Path) -> None:
         raise OSError(errno.EROFS, "Read-only file system", str(run / "logs/failure.room"))
 
-    monkeypatch.setattr("fbcouple.job.give_room_back", refuse)
+    monkeypatch.setattr("fbcouple.launcher.job.give_room_back", refuse)
     words = rf"{tmp_path}: cannot be written any more: .*Read-only file system.*step-000000000010 stands, --resume"
     with hold(tmp_path) as lock, Requests() as requests, pytest.raises(SolverError, match=words):
         Job(["true"], tmp_path, 60.0, lock, requests).follow(lambda row: None)

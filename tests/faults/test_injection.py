@@ -13,9 +13,9 @@ import pytest
 from click.testing import CliRunner, Result
 
 from fbcouple.case.load import load_case
-from fbcouple.cli import cli
+from fbcouple.cli.main import cli
 from fbcouple.decks.render import render_decks
-from fbcouple.environment import mpi_environment
+from fbcouple.machine.environment import mpi_environment
 
 PARTICLE = """
 title = "fifty particles"
@@ -196,7 +196,7 @@ TAMPERED = {
 @pytest.fixture
 def no_launch(monkeypatch: pytest.MonkeyPatch) -> None:
     """Fail the test if a solver would be started."""
-    monkeypatch.setattr("fbcouple.launch.launch", lambda *_, **__: pytest.fail("a solver was started"))
+    monkeypatch.setattr("fbcouple.launcher.launch.launch", lambda *_, **__: pytest.fail("a solver was started"))
 
 
 @pytest.mark.parametrize("attempt", TAMPERED)

@@ -10,9 +10,9 @@ import pytest
 import xarray as xr
 from scene import BED, prepare
 
+from fbcouple.decks.set_up import lay_out
 from fbcouple.errors import DivergedError
-from fbcouple.launch import launch
-from fbcouple.layout import lay_out
+from fbcouple.launcher.launch import launch
 
 sys.path.append(str(Path(__file__).parents[1] / "case"))
 from test_speeds import write, write_jet

@@ -16,10 +16,10 @@ import xarray as xr
 from scene import PATIENCE, await_true, find_differences, find_ranks, prepare, start_held, start_to_hold
 
 from fbcouple.case.load import load_case
-from fbcouple.checkpoint import list_checkpoints, read
 from fbcouple.errors import CaseError
-from fbcouple.launch import launch
-from fbcouple.results import read_line
+from fbcouple.launcher.launch import launch
+from fbcouple.results.writer import read_line
+from fbcouple.run_folder.checkpoint import list_checkpoints, read
 
 SETS = ["checkpoint.every=2e-4", "checkpoint.moment_steps=1", "output.save_every=1e-3"]
 """A checkpoint and results at every step, so that kills meet unfinished ones."""

@@ -14,15 +14,15 @@ import time
 import pytest
 from scene import PATIENCE, await_true, find_ranks, prepare, start, start_program
 
-import fbcouple.launch
+import fbcouple.launcher.launch
 from fbcouple.errors import CaseError, SolverError, StoppedError
-from fbcouple.job import Job
-from fbcouple.launch import launch
-from fbcouple.lock import STALE_AFTER, hold
+from fbcouple.launcher.job import Job
+from fbcouple.launcher.launch import launch
+from fbcouple.run_folder.lock import STALE_AFTER, hold
 
 HOLD = """
 import pathlib, sys, time
-from fbcouple.lock import hold
+from fbcouple.run_folder.lock import hold
 with hold(pathlib.Path(sys.argv[1])):
     print(flush=True)
     time.sleep(60)
@@ -96,7 +96,7 @@ def no_locks(monkeypatch):
         raise OSError(errno.ENOLCK, "No locks available")
 
     monkeypatch.setattr(fcntl, "flock", refuse)
-    monkeypatch.setattr("fbcouple.lock._SETTLE", 0.01)
+    monkeypatch.setattr("fbcouple.run_folder.lock._SETTLE", 0.01)
 
 
 @pytest.mark.usefixtures("no_locks")
@@ -176,7 +176,7 @@ def job(monkeypatch) -> list[Job]:
         jobs.append(Job(*arguments))
         return jobs[0]
 
-    monkeypatch.setattr(fbcouple.launch, "Job", keep)
+    monkeypatch.setattr(fbcouple.launcher.launch, "Job", keep)
     return jobs
 
 
@@ -208,9 +208,9 @@ def list_processes(parent: int) -> list[int]:
 
 # Its patience is short from the first coupling step on: a busy machine may take its time to start.
 IMPATIENT = """
-from fbcouple.cli import main
-from fbcouple.job import Job
-from fbcouple.places import PULSE
+from fbcouple.cli.main import main
+from fbcouple.launcher.job import Job
+from fbcouple.paths import PULSE
 require_progress = Job._require_progress
 def require(self, job):
     self._patience = 8.0 if (self._run / PULSE).exists() else 600.0

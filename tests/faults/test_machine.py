@@ -11,7 +11,7 @@ import pytest
 from scene import prepare
 
 from fbcouple.errors import SolverError
-from fbcouple.launch import launch
+from fbcouple.launcher.launch import launch
 
 # The administrator may write anywhere, until this is taken from him.
 OBEDIENT = ["setpriv", "--bounding-set=-dac_override,-dac_read_search"] if os.geteuid() == 0 else []
@@ -19,7 +19,7 @@ OBEDIENT = ["setpriv", "--bounding-set=-dac_override,-dac_read_search"] if os.ge
 
 def run_in_a_process(run: Path, *words: str) -> subprocess.CompletedProcess:
     """`fbcouple run` as a user who obeys permissions."""
-    command = [*OBEDIENT, sys.executable, "-m", "fbcouple.cli", "run", str(run), *words]
+    command = [*OBEDIENT, sys.executable, "-m", "fbcouple.cli.main", "run", str(run), *words]
     return subprocess.run(command, env={**os.environ}, capture_output=True, text=True, check=False)
 
 

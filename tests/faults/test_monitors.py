@@ -8,9 +8,9 @@ import pytest
 from poisoned_worker import POISONS
 from scene import find_differences, poison, prepare
 
-from fbcouple.checkpoint import list_checkpoints
 from fbcouple.errors import DivergedError
-from fbcouple.launch import launch
+from fbcouple.launcher.launch import launch
+from fbcouple.run_folder.checkpoint import list_checkpoints
 
 SETS = ["end_time=3e-3", "averages.start=0.0", "checkpoint.every=5e-4", "output.record_every=5e-4"]
 STEP = 12

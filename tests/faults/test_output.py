@@ -11,13 +11,13 @@ from pathlib import Path
 import pytest
 from scene import PATIENCE, await_true, prepare, start_program
 
-from fbcouple.output import SteadyStream
+from fbcouple.machine.output import SteadyStream
 
 SHORT = ["end_time=1e-3", "averages.start=0.0"]
 
 
 def call(*words: str, **streams) -> subprocess.CompletedProcess:
-    command = [sys.executable, "-m", "fbcouple.cli", *words]
+    command = [sys.executable, "-m", "fbcouple.cli.main", *words]
     return subprocess.run(command, env={**os.environ}, text=True, check=False, timeout=PATIENCE, **streams)
 
 
@@ -35,7 +35,7 @@ def test_run_goes_on_without_its_output(tmp_path, loss):
     run = prepare(tmp_path, SHORT)
     places = {"pipe": open_pipe_without_reader, "full disk": lambda: os.open("/dev/full", os.O_WRONLY)}
     if loss == "closed":
-        words = [sys.executable, "-m", "fbcouple.cli", "run", str(run)]
+        words = [sys.executable, "-m", "fbcouple.cli.main", "run", str(run)]
         shell = ["sh", "-c", 'exec "$@" >&- <&-', "sh", *words]
         done = subprocess.run(shell, env={**os.environ}, stderr=subprocess.PIPE, text=True, check=False)
     else:
@@ -51,7 +51,7 @@ def test_run_goes_on_without_its_terminal(tmp_path):
     """The terminal is closed while the bar is drawn, stderr with it, and no signal comes (a disowned job)."""
     run = prepare(tmp_path, SHORT)
     master, terminal = pty.openpty()
-    command = [sys.executable, "-m", "fbcouple.cli", "run", str(run)]
+    command = [sys.executable, "-m", "fbcouple.cli.main", "run", str(run)]
     job = subprocess.Popen(command, env={**os.environ}, stdout=terminal, stderr=terminal)
     await_true((run / "logs").exists, job)
     os.close(terminal)
@@ -96,10 +96,10 @@ def test_stream_tells_why_it_is_lost():
 
 def test_inner_job_starts_below_an_outer_launcher(tmp_path):
     """`mpirun -n 1 fbcouple run RUN`: what the outer launcher told its rank is not for the launcher of the run."""
-    from fbcouple.environment import mpi_command, mpi_environment  # noqa: PLC0415
+    from fbcouple.machine.environment import mpi_command, mpi_environment  # noqa: PLC0415
 
     run = prepare(tmp_path, SHORT)
-    command = mpi_command(1, [sys.executable, "-m", "fbcouple.cli", "run", str(run), "-n", "2"])
+    command = mpi_command(1, [sys.executable, "-m", "fbcouple.cli.main", "run", str(run), "-n", "2"])
     done = subprocess.run(command, env=mpi_environment(), capture_output=True, text=True, check=False, timeout=PATIENCE)
     assert done.returncode == 0 and (run / "results.nc").exists(), done.stdout + done.stderr
 
@@ -111,7 +111,7 @@ def test_current_folder_is_the_run_and_full_of_modules(tmp_path):
         (run / f"{name}.py").write_text(f"open({str(tmp_path / name)!r} + '.ran', 'w').close()\nraise SystemExit(9)\n")
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
     for words in (["run", ".", "-n", "2"], ["post", "."]):
-        command = [sys.executable, "-P", "-m", "fbcouple.cli", *words]
+        command = [sys.executable, "-P", "-m", "fbcouple.cli.main", *words]
         done = subprocess.run(command, cwd=run, env=environment, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
     assert (run / "figures/bed_views.png").exists() and list(tmp_path.glob("*.ran")) == []
@@ -122,7 +122,7 @@ def test_job_of_the_parent_hears_a_signal_that_comes_at_once(tmp_path):
     run = prepare(tmp_path, ["end_time=10.0"])
     program = "import os, signal, fbcouple.case.load as l; load = l.load_case\n"
     program += "def f(*a): os.kill(os.getpid(), signal.SIGTERM); return load(*a)\n"
-    program += "l.load_case = f\nfrom fbcouple.cli import main; main()"
+    program += "l.load_case = f\nfrom fbcouple.cli.main import main; main()"
     job = start_program(["-c", program, "run"], run)
     _, words = job.communicate(timeout=PATIENCE)
     assert job.returncode == 75 and "stopped by SIGTERM before the first step" in words, words

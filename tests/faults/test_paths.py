@@ -11,13 +11,13 @@ import pytest
 from click.testing import CliRunner
 from scene import BED
 
-from fbcouple.cli import cli
+from fbcouple.cli.main import cli
 
 NAME = 'it\'s "my" $(touch gone) b\u00e9d; \u5e8a #1'
 
 
 def call(*words: object, folder: Path, **variables: str) -> subprocess.CompletedProcess:
-    command = [sys.executable, "-m", "fbcouple.cli", *map(str, words)]
+    command = [sys.executable, "-m", "fbcouple.cli.main", *map(str, words)]
     environment = os.environ | variables
     return subprocess.run(command, cwd=folder, env=environment, capture_output=True, encoding="utf-8", check=False)
 

@@ -11,7 +11,7 @@ import xarray as xr
 from scene import compare_frames, find_differences, prepare
 
 from fbcouple.errors import StoppedError
-from fbcouple.launch import launch
+from fbcouple.launcher.launch import launch
 
 SCENES = {
     "paper": [],

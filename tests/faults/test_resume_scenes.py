@@ -6,7 +6,7 @@ import pytest
 from scene import BED, find_differences, prepare
 
 from fbcouple.errors import StoppedError
-from fbcouple.launch import launch
+from fbcouple.launcher.launch import launch
 
 SHORT = ["end_time=3e-3", "averages.start=0.0", "output.record_every=5e-4"]
 HERTZ = [

@@ -15,15 +15,15 @@ import xarray as xr
 from click.testing import CliRunner, Result
 from scene import BED, prepare
 
-import fbcouple.launch
+import fbcouple.launcher.launch
 from fbcouple.case.changes import list_values
 from fbcouple.case.load import load_case
-from fbcouple.checkpoint import list_checkpoints
-from fbcouple.checkpoint_index import read_index, write_index
-from fbcouple.cli import cli
+from fbcouple.cli.main import cli
 from fbcouple.errors import SolverError
-from fbcouple.launch import is_complete, launch
-from fbcouple.manifest import hash_file, hash_text
+from fbcouple.launcher.launch import is_complete, launch
+from fbcouple.run_folder.checkpoint import list_checkpoints
+from fbcouple.run_folder.checkpoint_index import read_index, write_index
+from fbcouple.run_folder.manifest import hash_file, hash_text
 
 LAW = "def beta(voidage, slip, diameter, density, viscosity):\n    return 1e-4 * diameter\n"
 
@@ -55,7 +55,7 @@ def stopped(part_way: Path, tmp_path: Path) -> Path:
 def no_solver(monkeypatch: pytest.MonkeyPatch) -> None:
     """Fail the test if a mesh tool or a solver would be started."""
     for name in ("Job", "prepare_mesh", "resume_mesh"):
-        monkeypatch.setattr(fbcouple.launch, name, lambda *_: pytest.fail("a solver was started"))
+        monkeypatch.setattr(fbcouple.launcher.launch, name, lambda *_: pytest.fail("a solver was started"))
 
 
 def make_link(path: Path, outside: Path) -> None:
@@ -134,7 +134,7 @@ def test_the_run_folder_itself_may_be_a_link(tmp_path):
     assert call("setup", tmp_path / "case.toml", "-o", tmp_path / "here/run").exit_code == 0
     (tmp_path / "link").symlink_to(tmp_path / "scratch/run")
     case = load_case(str(tmp_path / "link"))
-    assert fbcouple.launch.require_unchanged(case, tmp_path / "link", trusted=False) == []
+    assert fbcouple.launcher.launch.require_unchanged(case, tmp_path / "link", trusted=False) == []
 
 
 # What is done to a run folder -> a line of the refusal.
@@ -179,7 +179,7 @@ def test_the_last_digits_of_another_machine_are_no_change(run, monkeypatch):
     data.write_text("".join(lines))
     manifest["files"]["grains/particles.data"] = hash_file(data)
     (run / "manifest.json").write_text(json.dumps(manifest))
-    assert fbcouple.launch.require_unchanged(load_case(str(run)), run, trusted=False) == []
+    assert fbcouple.launcher.launch.require_unchanged(load_case(str(run)), run, trusted=False) == []
 
 
 @pytest.mark.usefixtures("no_solver")
@@ -282,7 +282,7 @@ def test_a_law_that_was_changed_between_stop_and_resume_is_refused(tmp_path, par
     refused = call("run", run)
     assert refused.exit_code == 1 and "--trust" in refused.stderr
     case = load_case(str(run))
-    assert fbcouple.launch.require_unchanged(case, run, trusted=True) == ["law.py"]
+    assert fbcouple.launcher.launch.require_unchanged(case, run, trusted=True) == ["law.py"]
     for folder in list_checkpoints(part_way):
         shutil.copytree(folder, run / "checkpoints" / folder.name)
         change_index(run / "checkpoints" / folder.name, inputs={"law.py": "0" * 64}, case={})

@@ -9,10 +9,10 @@ import pytest
 from click.testing import CliRunner
 from scene import BED, poison, prepare
 
-from fbcouple.checkpoint import list_checkpoints
-from fbcouple.cli import cli
+from fbcouple.cli.main import cli
 from fbcouple.errors import DivergedError
-from fbcouple.launch import launch
+from fbcouple.launcher.launch import launch
+from fbcouple.run_folder.checkpoint import list_checkpoints
 
 PLACES = [(1e-3 + 1.2e-3 * i, 1e-3 + 1.2e-3 * j, 1e-3) for i, j in itertools.product(range(6), range(3))]
 

@@ -13,8 +13,8 @@ import pytest
 from scene import PATIENCE, await_true, find_differences, find_ranks, prepare, start, start_held
 
 from fbcouple.errors import CaseError
-from fbcouple.launch import launch
-from fbcouple.results import read_line
+from fbcouple.launcher.launch import launch
+from fbcouple.results.writer import read_line
 
 LONG = ["checkpoint.every=5e-4"]
 
@@ -203,7 +203,7 @@ DAMAGES = {"truncated": cut, "bit-flipped": flip, "missing": Path.unlink}
 @pytest.mark.parametrize("damage", DAMAGES)
 def test_damaged_checkpoint_is_refused_by_name_and_the_one_before_is_used(tmp_path, whole, damage, name):
     from fbcouple.case.load import load_case  # noqa: PLC0415
-    from fbcouple.checkpoint import choose  # noqa: PLC0415
+    from fbcouple.run_folder.checkpoint import choose  # noqa: PLC0415
 
     run = Path(shutil.copytree(whole, tmp_path / "run"))
     older, newer = sorted((run / "checkpoints").glob("step-*"))

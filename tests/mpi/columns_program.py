@@ -11,8 +11,8 @@ from mpi4py import MPI
 
 from fbcouple.case.load import load_case
 from fbcouple.decks.render import set_up
-from fbcouple.mesh import prepare_mesh
-from fbcouple.scene import open_scene
+from fbcouple.launcher.openfoam_mesh import prepare_mesh
+from fbcouple.simulation.simulation import open_scene
 
 CASE = """
 title = "columns"

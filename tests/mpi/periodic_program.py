@@ -13,9 +13,9 @@ import numpy as np
 from mpi4py import MPI
 from plan_program import CELLS, DT, REACH, SIZE, differ, give_up, make_case, run_coupling
 
-from fbcouple.balance import Balance
-from fbcouple.exchange.coupling import Particles
-from fbcouple.grid import Grid
+from fbcouple.coupling.coupling import Particles
+from fbcouple.geometry.grid import Grid
+from fbcouple.simulation.conservation import Balance
 
 COUNT = 300
 SIDES = np.array([1.0, 1.0, 0.0])

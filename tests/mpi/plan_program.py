@@ -13,13 +13,13 @@ import sys
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.balance import Balance
-from fbcouple.case.schema import Case
+from fbcouple.case.schema.sections import Case
+from fbcouple.coupling.box.halo import Patch, Plan
+from fbcouple.coupling.coupling import Coupling, Particles
+from fbcouple.coupling.discretisation import BoxSpace
 from fbcouple.errors import FbcoupleError
-from fbcouple.exchange.coupling import Coupling, Particles
-from fbcouple.exchange.plan import Patch, Plan
-from fbcouple.exchange.spaces import BoxSpace
-from fbcouple.grid import Grid
+from fbcouple.geometry.grid import Grid
+from fbcouple.simulation.conservation import Balance
 
 CELLS, SIZE, REACH = (16, 3, 9), (0.04, 0.009, 0.02), 1e-3
 DT = 3e-4

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from fbcouple.bench.traffic import cut_box
-from fbcouple.environment import mpi_command, mpi_environment
-from fbcouple.grid import Grid
-from fbcouple.partition import find_rank_grid
+from fbcouple.geometry.grid import Grid
+from fbcouple.geometry.partition import find_rank_grid
+from fbcouple.machine.environment import mpi_command, mpi_environment
 
 PROGRAM = Path(__file__).with_name("columns_program.py")
 

@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from fbcouple.decks.set_up import lay_out
 from fbcouple.errors import StoppedError
-from fbcouple.launch import launch
-from fbcouple.layout import lay_out
-from fbcouple.meshes.cylinder import find_section, make_cylinder
-from fbcouple.meshes.foam_files import write_polymesh
-from fbcouple.meshes.imported import read_mesh_file
+from fbcouple.geometry.cylinder import find_section, make_cylinder
+from fbcouple.geometry.foam_files import write_polymesh
+from fbcouple.geometry.imported import read_mesh_file
+from fbcouple.launcher.launch import launch
 
-sys.path.append(str(Path(__file__).parents[1] / "meshes"))
+sys.path.append(str(Path(__file__).parents[1] / "geometry"))
 from test_meshes import write_gmsh
 
 CASE = """
@@ -131,7 +131,7 @@ def test_polymesh_of_prisms_gone_on_with_on_another_number_of_ranks(tmp_path):
 def by_gmsh(tmp_path_factory):
     """Meshes by gmsh of the shapes that differ most, and gmsh's numbers of them."""
     folder = tmp_path_factory.mktemp("gmsh")
-    program = Path(__file__).parents[1] / "meshes/gmsh_shapes.py"
+    program = Path(__file__).parents[1] / "geometry/gmsh_shapes.py"
     subprocess.run([sys.executable, program, folder], check=True)
     return folder, json.loads((folder / "numbers.json").read_text())
 

@@ -5,10 +5,10 @@ import pytest
 import pyvista
 import xarray as xr
 
-from fbcouple.case.schema import Case
+from fbcouple.case.schema.sections import Case
 from fbcouple.decks.render import set_up
-from fbcouple.launch import launch
-from postproc.vtk_files import export
+from fbcouple.launcher.launch import launch
+from fbcouple.postproc.views.vtk_files import export
 
 FIELDS = ["solids_fraction", "solids_flux", "voidage", "gas_velocity", "gas_flux", "pressure"]
 CASE = {

@@ -6,7 +6,7 @@ import xarray as xr
 
 from fbcouple.case.load import load_case
 from fbcouple.decks.render import set_up
-from fbcouple.launch import launch
+from fbcouple.launcher.launch import launch
 
 # 20 steps: the sub-steps grow by one a step up to the Courant limit. The pressure is solved to rounding, so that what
 # is left is the order of sums; samples of the means are taken at every step.

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fbcouple.environment import mpi_command, mpi_environment
+from fbcouple.machine.environment import mpi_command, mpi_environment
 
 PROGRAM = Path(__file__).with_name("turbulence_program.py")
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.verify.bench import GAS, open_bench
+from fbcouple.verify.harness import GAS, open_bench
 
 CELLS = (16, 8, 16)
 STEPS, DT = 30, 2e-4

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from fbcouple.exchange.voidage import VOIDAGE_METHODS
+from fbcouple.coupling.box.mapping import VOIDAGE_METHODS
 from fbcouple.verify.registry import load_scenes
 from fbcouple.verify.suite import run_scenes
 

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from fbcouple.engines.openfoam import build
-from fbcouple.exchange.drag import DRAG_LAWS
+from fbcouple.case.user_drag_law import DRAG_LAWS
+from fbcouple.solvers.openfoam import build
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("fbcouple", "postproc", "templates", "cases")
@@ -30,23 +30,23 @@ class Mutation:
 
 MUTATIONS = {
     "every drag law 5 % too strong": Mutation(
-        (("fbcouple/exchange/drag_laws.py", "beta[p] = ", "beta[p] = 1.05 * "),),
+        (("fbcouple/physics/drag/laws.py", "beta[p] = ", "beta[p] = 1.05 * "),),
         tuple(f"fixed-bed-{law}" for law in DRAG_LAWS),
     ),
     "drag of the wrong sign": Mutation(
-        (("fbcouple/exchange/momentum.py", "(uz - velocities[p, 2])", "(velocities[p, 2] - uz)"),), ("held-lattice",)
+        (("fbcouple/coupling/kernels.py", "(uz - velocities[p, 2])", "(velocities[p, 2] - uz)"),), ("held-lattice",)
     ),
     "pressure gradient twice on the particles": Mutation(
-        (("fbcouple/exchange/momentum.py", "volume * push * gz", "2.0 * volume * push * gz"),), ("held-lattice",)
+        (("fbcouple/coupling/kernels.py", "volume * push * gz", "2.0 * volume * push * gz"),), ("held-lattice",)
     ),
     "pressure gradient twice in the gas, Germano's identity with the width of the mesh": Mutation(
         (
             (
-                "fbcouple/engines/openfoam/gas.cpp",
+                "fbcouple/solvers/openfoam/adapter/gas.cpp",
                 "fvm::laplacian(conductance, p_)",
                 "fvm::laplacian(2.0*conductance, p_)",
             ),
-            ("fbcouple/engines/openfoam/turbulence.cpp", "coarse(4.0*mag(Sf)*Sf)", "coarse(mag(Sf)*Sf)"),
+            ("fbcouple/solvers/openfoam/adapter/turbulence.cpp", "coarse(4.0*mag(Sf)*Sf)", "coarse(mag(Sf)*Sf)"),
         ),
         ("fixed-bed-ergun", "turbulence-localized-dynamic"),
     ),
@@ -61,17 +61,23 @@ MUTATIONS = {
         ("wall-restitution",),
     ),
     "six steps for every contact": Mutation(
-        (("fbcouple/case/contact_steps.py", "SPINNING = 12.5", "SPINNING = 3.0"),),
+        (("fbcouple/case/bed/contact_steps.py", "SPINNING = 12.5", "SPINNING = 3.0"),),
         ("settled-bed-hooke", "settled-bed-hertz"),
     ),
     "friction that forgets its contacts": Mutation(
         (("fbcouple/decks/context.py", '"history" if remembers', '"no_history" if remembers'),), ("heap-history",)
     ),
     "no reflection of the filter at walls": Mutation(
-        (("fbcouple/exchange/filter.py", "0.75 * wall[q]", "0.5 * wall[q]"),), ("filter",)
+        (("fbcouple/coupling/box/filter.py", "0.75 * wall[q]", "0.5 * wall[q]"),), ("filter",)
     ),
     "filter of cells that forgets their volumes": Mutation(
-        (("fbcouple/exchange/cell_weights.py", "field[:-1] /= self._volumes", "field[:-1] /= self._volumes.mean()"),),
+        (
+            (
+                "fbcouple/coupling/polyhedral/mapping.py",
+                "field[:-1] /= self._volumes",
+                "field[:-1] /= self._volumes.mean()",
+            ),
+        ),
         ("cylinder-conservation-short",),
     ),
     "walls hold the gas that should slip": Mutation(
@@ -79,17 +85,17 @@ MUTATIONS = {
     ),
     "lift down, stress against the flow, a whole added mass": Mutation(
         (
-            ("fbcouple/exchange/forces.py", "total[p, 2] += size", "total[p, 2] -= size"),
-            ("fbcouple/exchange/forces.py", "mass * stress[p, axis]", "-mass * stress[p, axis]"),
-            ("fbcouple/exchange/forces.py", "ADDED_MASS = 0.5", "ADDED_MASS = 1.0"),
+            ("fbcouple/coupling/forces.py", "total[p, 2] += size", "total[p, 2] -= size"),
+            ("fbcouple/coupling/forces.py", "mass * stress[p, axis]", "-mass * stress[p, axis]"),
+            ("fbcouple/coupling/forces.py", "ADDED_MASS = 0.5", "ADDED_MASS = 1.0"),
         ),
         ("lift-force", "viscous-force", "virtual-mass"),
     ),
     "what other forces did in a step of another length": Mutation(
-        (("fbcouple/exchange/coupling.py", "dt / (last_dt or dt)", "1.0"),), ("unequal-steps", "unequal-steps-water")
+        (("fbcouple/coupling/coupling.py", "dt / (last_dt or dt)", "1.0"),), ("unequal-steps", "unequal-steps-water")
     ),
     "the voidage's change over the gas's own step": Mutation(
-        (("fbcouple/engines/openfoam/gas.cpp", "displaced_ = dt/moved", "displaced_ = 1"),), ("unequal-steps",)
+        (("fbcouple/solvers/openfoam/adapter/gas.cpp", "displaced_ = dt/moved", "displaced_ = 1"),), ("unequal-steps",)
     ),
 }
 
@@ -99,7 +105,7 @@ def run_scenes(place: Path, scenes: tuple[str, ...]) -> tuple[int, set[str]]:
     program = [
         sys.executable,
         "-c",
-        "from fbcouple.cli import main; main()",
+        "from fbcouple.cli.main import main; main()",
         "verify",
         *scenes,
         "--json",
@@ -109,7 +115,7 @@ def run_scenes(place: Path, scenes: tuple[str, ...]) -> tuple[int, set[str]]:
     if (place / "cache").is_dir():
         environment["FBCOUPLE_CACHE"] = str(place / "cache")
         subprocess.run(
-            [sys.executable, "-m", "fbcouple.engines.openfoam.build"], cwd=place, env=environment, check=True
+            [sys.executable, "-m", "fbcouple.solvers.openfoam.build"], cwd=place, env=environment, check=True
         )
     done = subprocess.run(program, cwd=place, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode in (PASSED, FAILED), done.stdout + done.stderr

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.frames import Frames
-from fbcouple.grid import Grid
+from fbcouple.geometry.grid import Grid
+from fbcouple.simulation.tasks.frames import Frames
 
 
 def write_frames(

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from postproc.bubbles import find_bubbles, find_bubbling, follow, part_tracks, summarise_bubbles
-from postproc.dataset import NotDrawableError, open_results
+from fbcouple.postproc.figures.bubbles import find_bubbles, find_bubbling, follow, part_tracks, summarise_bubbles
+from fbcouple.results.reader import NotDrawableError, open_results
 
 WIDTH, HEIGHT, BED = 0.08, 0.25, 0.15
 SPACING = (HEIGHT / 110, WIDTH / 35)

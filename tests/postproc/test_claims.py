@@ -12,11 +12,11 @@ import xarray as xr
 from click.testing import CliRunner
 
 from fbcouple.case.load import load_case, write_case
-from fbcouple.cli import cli
-from postproc.claims import NO, UNDECIDED, YES, judge_claims
-from postproc.dataset import Results, open_results
-from postproc.paper_runs import AS_COMPUTED, AS_PRINTED, BEDS, identify
-from postproc.statements import CLAIMS
+from fbcouple.cli.main import cli
+from fbcouple.postproc.papers.hamidouche2019.claims import NO, UNDECIDED, YES, judge_claims
+from fbcouple.postproc.papers.hamidouche2019.paper_runs import AS_COMPUTED, AS_PRINTED, BEDS, identify
+from fbcouple.postproc.papers.hamidouche2019.statements import CLAIMS
+from fbcouple.results.reader import Results, open_results
 
 Make = Callable[..., Results]
 

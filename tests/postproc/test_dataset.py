@@ -5,8 +5,8 @@ import pytest
 import xarray as xr
 
 from fbcouple.errors import CaseError
-from postproc.dataset import NotDrawableError, at_height, depth_average, open_results
-from postproc.scales import flux_scale
+from fbcouple.postproc.scales import flux_scale
+from fbcouple.results.reader import NotDrawableError, at_height, depth_average, open_results
 
 
 def test_missing_results_say_what_to_do(tmp_path):

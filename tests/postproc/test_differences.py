@@ -6,8 +6,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from postproc.dataset import NotDrawableError, open_results, open_runs
-from postproc.differences import FIELDS, Point, coarsen, compare, core_hours, draw_error_against_time, find_difference
+from fbcouple.postproc.differences import (
+    FIELDS,
+    Point,
+    coarsen,
+    compare,
+    core_hours,
+    draw_error_against_time,
+    find_difference,
+)
+from fbcouple.results.reader import NotDrawableError, open_results, open_runs
 from tests.postproc.whole_run import write_whole
 
 SOLIDS = "map of the solids fraction"

@@ -11,9 +11,9 @@ from click.testing import CliRunner
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 
-from fbcouple.cli import cli
+from fbcouple.cli.main import cli
 from fbcouple.errors import CaseError
-from postproc import FIGURES, draw
+from fbcouple.postproc import FIGURES, draw
 
 NAMES = {"solids_fraction", "solids_flux", "flux_profile", "slices", "history", "cost"}
 """What the synthetic results allow; test_whole.py draws the others."""
@@ -111,14 +111,21 @@ def test_figures_need_neither_mpi_nor_solver_nor_pyplot():
     probe = "import sys, postproc; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True)
     loaded = set(done.stdout.split())
-    assert "postproc.maps" in loaded
-    assert not loaded & {"mpi4py", "numba", "fbcouple.case", "fbcouple.worker", "matplotlib.pyplot", "pyvista"}
+    assert "fbcouple.postproc.figures.maps" in loaded
+    assert not loaded & {
+        "mpi4py",
+        "numba",
+        "fbcouple.case",
+        "fbcouple.simulation.worker",
+        "matplotlib.pyplot",
+        "pyvista",
+    }
 
 
 def test_post_and_report_load_no_mpi_and_find_no_solver(run):
     """As on a machine that has neither: nothing is on the PATH."""
     probe = (
-        "import sys; from fbcouple.cli import cli\n"
+        "import sys; from fbcouple.cli.main import cli\n"
         f"for words in (['post'], ['report']): cli([*words, {str(run)!r}], standalone_mode=False)\n"
         "print(*sys.modules)"
     )
@@ -126,9 +133,13 @@ def test_post_and_report_load_no_mpi_and_find_no_solver(run):
         [sys.executable, "-c", probe], env={**os.environ, "PATH": ""}, capture_output=True, text=True, check=True
     )
     loaded = set(done.stdout.splitlines()[-1].split())
-    assert "postproc.report" in loaded and (run / "report.html").is_file()
-    engines = {name for name in loaded if name.startswith(("fbcouple.engines", "fbcouple.exchange", "fbcouple.worker"))}
-    assert not engines | loaded & {"mpi4py", "numba", "fbcouple.launch"}
+    assert "fbcouple.postproc.report.report" in loaded and (run / "report.html").is_file()
+    engines = {
+        name
+        for name in loaded
+        if name.startswith(("fbcouple.engines", "fbcouple.exchange", "fbcouple.simulation.worker"))
+    }
+    assert not engines | loaded & {"mpi4py", "numba", "fbcouple.launcher.launch"}
 
 
 def test_figures_go_to_the_folder_that_is_asked_for(run, tmp_path):

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from fbcouple.errors import CaseError
-from postproc import report
-from postproc.dataset import NotDrawableError, open_results
-from postproc.experiment import (
+from fbcouple.postproc.report import report
+from fbcouple.postproc.report.experiment import (
     compare_with,
     draw_measured_lines,
     find_zeros,
@@ -18,6 +17,7 @@ from postproc.experiment import (
     line_of,
     tell_given,
 )
+from fbcouple.results.reader import NotDrawableError, open_results
 from tests.postproc.whole_run import write_whole
 
 X = (0.012, 0.03, 0.05, 0.068)

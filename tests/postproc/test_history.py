@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from postproc.cost import cost, stage_seconds
-from postproc.dataset import open_results
-from postproc.history import PANELS, history
+from fbcouple.postproc.figures.cost import cost, stage_seconds
+from fbcouple.postproc.figures.history import PANELS, history
+from fbcouple.results.reader import open_results
 
 
 def test_every_panel_shades_the_window_and_draws_its_variable(run):

@@ -5,10 +5,10 @@ import pytest
 import xarray as xr
 from click.testing import CliRunner
 
-from fbcouple.cli import cli
-from fbcouple.collision import Impact
-from postproc.dataset import NotDrawableError, open_results
-from postproc.impact import find_contact, impact
+from fbcouple.cli.main import cli
+from fbcouple.physics.contact import Impact
+from fbcouple.postproc.papers.hamidouche2019.impact import find_contact, impact
+from fbcouple.results.reader import NotDrawableError, open_results
 
 # Times over T_C, overlap, velocity: physics of the paper, eqs 43-45, e = 0.97.
 EXACT = [(0.25, 0.71248, 0.69494), (0.5, 0.99995, -0.00955), (0.75, 0.70171, -0.69784), (1.0, 0.0, -0.97)]

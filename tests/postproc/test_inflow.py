@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from postproc.dataset import open_results
-from postproc.inflow import find_fastest, find_mean
-from postproc.maps import solids_flux
-from postproc.monitors import MONITORS
-from postproc.profiles import vertical_flux
-from postproc.scales import flux_scale, velocity_scale, word_scale
-from postproc.tables import tabulate_solved
+from fbcouple.postproc.figures.maps import solids_flux
+from fbcouple.postproc.figures.profiles import vertical_flux
+from fbcouple.postproc.report.monitors import MONITORS
+from fbcouple.postproc.report.tables import tabulate_solved
+from fbcouple.postproc.scales import flux_scale, velocity_scale, word_scale
+from fbcouple.results.inlet_speed import find_fastest, find_mean
+from fbcouple.results.reader import open_results
 
 FALLING = [[0.0, 0.3], [0.05, 0.6], [0.25, 0.6], [0.25, 0.3], [0.3, -0.3]]
 

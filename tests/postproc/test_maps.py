@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from postproc.dataset import open_results
-from postproc.maps import ARROWS_ACROSS, PACKED, solids_flux, solids_fraction
-from postproc.style import extend
+from fbcouple.postproc.figures.maps import ARROWS_ACROSS, PACKED, solids_flux, solids_fraction
+from fbcouple.postproc.style import extend
+from fbcouple.results.reader import open_results
 
 GAS_FLUX = 1.165 * 1.2
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fbcouple.grid import Grid
-from fbcouple.results import write_results
-from postproc.dataset import NotDrawableError, depth_average, open_results
-from postproc.monitors import MONITORS
+from fbcouple.geometry.grid import Grid
+from fbcouple.postproc.report.monitors import MONITORS
+from fbcouple.results.reader import NotDrawableError, depth_average, open_results
+from fbcouple.results.writer import write_results
 
 CELLS, SIZE = (4, 4, 5), (0.08, 0.08, 0.25)
 CASE = """

@@ -7,16 +7,17 @@ import math
 import numpy as np
 import pytest
 
-from fbcouple.grid import Grid
-from fbcouple.results import write_results
-from postproc import COMPARISONS, FIGURES, measures
-from postproc.dataset import open_results
-from postproc.depth import depth_lines
-from postproc.maps import solids_fraction
-from postproc.monitors import MONITORS
-from postproc.profiles import vertical_flux
-from postproc.style import journal_style
-from postproc.tables import tabulate_statistics
+from fbcouple.geometry.grid import Grid
+from fbcouple.postproc import COMPARISONS, FIGURES
+from fbcouple.postproc.figures.depth import depth_lines
+from fbcouple.postproc.figures.maps import solids_fraction
+from fbcouple.postproc.figures.profiles import vertical_flux
+from fbcouple.postproc import measures
+from fbcouple.postproc.report.monitors import MONITORS
+from fbcouple.postproc.report.tables import tabulate_statistics
+from fbcouple.postproc.style import journal_style
+from fbcouple.results.reader import open_results
+from fbcouple.results.writer import write_results
 from tests.postproc.whole_run import SIZE, write_whole
 
 CORNER = (-0.04, 2.0, 0.3)

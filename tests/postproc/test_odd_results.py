@@ -10,10 +10,10 @@ import pytest
 import xarray as xr
 from click.testing import CliRunner
 
-from fbcouple.cli import cli
+from fbcouple.cli.main import cli
 from fbcouple.errors import CaseError
-from postproc import stored
-from postproc.dataset import open_results
+from fbcouple.results import stored
+from fbcouple.results.reader import open_results
 from tests.postproc.whole_run import write_whole
 
 COMMANDS = ["post"], ["report"], ["claims"]

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from postproc.dataset import open_results
-from postproc.profiles import PROFILE_HEIGHT, flux_profile, vertical_flux
+from fbcouple.postproc.figures.profiles import PROFILE_HEIGHT, flux_profile, vertical_flux
+from fbcouple.results.reader import open_results
 
 GAS_FLUX = 1.165 * 1.2
 

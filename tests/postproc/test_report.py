@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from fbcouple.cli import cli
+from fbcouple.cli.main import cli
 from fbcouple.errors import CaseError
-from fbcouple.results import HISTORIES
-from postproc import COMPARISONS, FIGURES
-from postproc.report import show, write_report
-from postproc.tables import make_plain
+from fbcouple.postproc import COMPARISONS, FIGURES
+from fbcouple.postproc.report.report import show, write_report
+from fbcouple.postproc.report.tables import make_plain
+from fbcouple.results.writer import HISTORIES
 from tests.postproc.frames_of_bed import write_frames
 from tests.postproc.whole_run import BUBBLE, HEIGHT_FREQUENCY, PRESSURE_FREQUENCY, RISE, SIZE, write_whole
 

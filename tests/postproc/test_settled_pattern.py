@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from postproc.dataset import NotDrawableError, open_results
-from postproc.monitors import MONITORS
+from fbcouple.postproc.report.monitors import MONITORS
+from fbcouple.results.reader import NotDrawableError, open_results
 from tests.postproc.whole_run import write_whole
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from postproc.dataset import NotDrawableError, open_results
-from postproc.spectrum import find_spectrum, spectra_of, spectrum
+from fbcouple.postproc.figures.spectrum import find_spectrum, spectra_of, spectrum
+from fbcouple.results.reader import NotDrawableError, open_results
 from tests.postproc.test_statistics import autoregressive
 
 

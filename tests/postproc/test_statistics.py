@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from postproc.bubbles import find_bubbling
-from postproc.dataset import NotDrawableError, open_results
-from postproc.monitors import MONITORS
-from postproc.spectrum import spectra_of
-from postproc.statistics import (
+from fbcouple.postproc.figures.bubbles import find_bubbling
+from fbcouple.postproc.figures.spectrum import spectra_of
+from fbcouple.postproc.report.monitors import MONITORS
+from fbcouple.postproc.report.tables import NOT_REACHED, tabulate_statistics
+from fbcouple.postproc.statistics import (
     FEWEST,
     estimate_error,
     find_correlation,
@@ -18,7 +18,7 @@ from postproc.statistics import (
     find_steady_time,
     summarise,
 )
-from postproc.tables import NOT_REACHED, tabulate_statistics
+from fbcouple.results.reader import NotDrawableError, open_results
 
 
 def autoregressive(rng, count, phi, start=0.0):

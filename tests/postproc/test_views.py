@@ -12,14 +12,14 @@ from matplotlib.image import imread
 from mpi4py import MPI
 from PIL import Image
 
-from fbcouple.cli import cli
-from fbcouple.frames import Frames
-from fbcouple.grid import Grid
-from postproc import draw
-from postproc.dataset import NotDrawableError, open_results
-from postproc.frames import choose_frames, list_frames, read_frame
-from postproc.looks import list_colours, voidage_map
-from postproc.views import bed_views, find_scales
+from fbcouple.cli.main import cli
+from fbcouple.geometry.grid import Grid
+from fbcouple.postproc import draw
+from fbcouple.postproc.views.colours import list_colours, voidage_map
+from fbcouple.postproc.views.frames import choose_frames, list_frames, read_frame
+from fbcouple.postproc.views.views import bed_views, find_scales
+from fbcouple.results.reader import NotDrawableError, open_results
+from fbcouple.simulation.tasks.frames import Frames
 from tests.postproc.conftest import SIZE
 from tests.postproc.frames_of_bed import write_frames
 from tests.postproc.whole_run import write_whole
@@ -78,7 +78,9 @@ def test_a_particle_is_drawn_as_large_as_it_is(tmp_path):
         }
         request["pictures"] = [(str(place / "frame-000000.nc"), "particles", str(place / "one.png"))]
         (place / "request.json").write_text(json.dumps(request))
-        subprocess.run([sys.executable, "-m", "postproc.render", str(place / "request.json")], check=True)
+        subprocess.run(
+            [sys.executable, "-m", "fbcouple.postproc.views.render", str(place / "request.json")], check=True
+        )
         pixels = imread(place / "one.png")
         centre = pixels[150:250, pixels.shape[1] // 2 - 50 : pixels.shape[1] // 2 + 50, :3]
         areas.append(float((centre.min(axis=-1) < 0.9).sum()) * (1.02 * tall / 400) ** 2)

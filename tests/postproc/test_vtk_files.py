@@ -7,10 +7,10 @@ import pytest
 import pyvista
 from click.testing import CliRunner
 
-from fbcouple.cli import cli
-from postproc.dataset import open_results
-from postproc.frames import list_frames, read_frame
-from postproc.vtk_files import export
+from fbcouple.cli.main import cli
+from fbcouple.postproc.views.frames import list_frames, read_frame
+from fbcouple.postproc.views.vtk_files import export
+from fbcouple.results.reader import open_results
 from tests.postproc.conftest import SIZE
 from tests.postproc.frames_of_bed import write_frames
 from tests.postproc.whole_run import write_whole

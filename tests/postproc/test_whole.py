@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from postproc import COMPARISONS, FIGURES, draw
-from postproc.dataset import NotDrawableError, open_results, open_runs
-from postproc.depth import DEPTH_PLACES, depth_lines, moment_slices, slices
-from postproc.maps import agitation, agitations, solids_fluxes, solids_fractions
-from postproc.panels import MOST_ACROSS
-from postproc.profiles import flux_profiles
-from postproc.snapshots import voidage_snapshots
+from fbcouple.postproc import COMPARISONS, FIGURES, draw
+from fbcouple.postproc.figures.depth import DEPTH_PLACES, depth_lines, moment_slices, slices
+from fbcouple.postproc.figures.layout import MOST_ACROSS
+from fbcouple.postproc.figures.maps import agitation, agitations, solids_fluxes, solids_fractions
+from fbcouple.postproc.figures.profiles import flux_profiles
+from fbcouple.postproc.figures.snapshots import voidage_snapshots
+from fbcouple.results.reader import NotDrawableError, open_results, open_runs
 from tests.postproc.frames_of_bed import write_frames
 from tests.postproc.whole_run import SIZE, write_whole
 

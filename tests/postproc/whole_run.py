@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from fbcouple.grid import Grid
-from fbcouple.results import STAGES, write_results
+from fbcouple.geometry.grid import Grid
+from fbcouple.results.writer import STAGES, write_results
 
 SIZE = (0.08, 0.015, 0.25)
 PRESSURE_FREQUENCY, HEIGHT_FREQUENCY = 2.5, 2.0

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from fbcouple.places import CASES
+from fbcouple.paths import CASES
 
 BEAD = CASES / "studies/single-particle"
 STUDY = """

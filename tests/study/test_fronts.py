@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from fbcouple.study.fronts import find_coordinate, find_excess, fit_slope, mark_pareto, tabulate_knobs
 from fbcouple.study.members import Member
+from fbcouple.study.pareto import find_coordinate, find_excess, fit_slope, mark_pareto, tabulate_knobs
 
 
 def test_front():

@@ -9,8 +9,8 @@ import pytest
 import xarray as xr
 
 from fbcouple.case.load import load_case
+from fbcouple.results.reader import Results
 from fbcouple.study.measures import Finished, find_error
-from postproc.dataset import Results
 
 CASE = load_case("mueller/0.9")
 

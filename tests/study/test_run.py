@@ -9,9 +9,9 @@ import pytest
 import xarray as xr
 from click.testing import CliRunner
 
-from fbcouple.case.drag_balance import terminal_velocity
+from fbcouple.case.bed.drag_balance import terminal_velocity
 from fbcouple.case.load import load_case
-from fbcouple.cli import cli
+from fbcouple.cli.main import cli
 from fbcouple.study.measures import _solve_path
 from fbcouple.study.runs import run_case
 

@@ -14,10 +14,10 @@ from fbcouple.case.load import load_case
 from fbcouple.case.preflight import require_fit
 from fbcouple.case.source import find_case
 from fbcouple.errors import CaseError
-from fbcouple.places import CASES
+from fbcouple.paths import CASES
+from fbcouple.study.indicators import SIGNS, judge, read_signs
 from fbcouple.study.scenes import list_scenes
 from fbcouple.study.schema import Stability
-from fbcouple.study.signs import SIGNS, judge, read_signs
 from fbcouple.study.source import read_study, word_settings
 from fbcouple.study.stability import confuse, find_limits, predict, run_scenes
 

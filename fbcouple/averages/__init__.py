@@ -1,1 +1,0 @@
-"""Time means, formed in place while the run goes on."""

@@ -1,0 +1,1 @@
+"""What follows from a case: particle types, contacts, region and start."""

@@ -1,0 +1,153 @@
+"""What a bed is made of: kinds of particles, each of one diameter and one material, and how many of each.
+
+`diameter` and `density` of [particles] are the first species; `spread` cuts it into classes of diameters. Each row of
+`mixture` is a further species. Where a positions file gives each particle its size, `sizes` holds the kinds, all of
+species 1. A kind is a LIGGGHTS type of its own, because the damping that meets a restitution
+depends on the masses of both partners (eq. 18): so each pair of kinds meets its own.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from fbcouple.case.schema.sections import Particles
+
+_POINTS = 20_001
+"""Diameters on which a distribution is integrated: the total mass is then right to 1e-8."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """Particles of one diameter [m] and one density [kg m-3]; `species` counts materials from 1, `share` is its part
+    of the number of particles."""
+
+    diameter: float
+    density: float
+    species: int
+    share: float
+
+    @property
+    def volume(self) -> float:
+        """Of one particle [m3]."""
+        return math.pi / 6.0 * self.diameter**3
+
+    @property
+    def mass(self) -> float:
+        """Of one particle [kg]."""
+        return self.density * self.volume
+
+
+def list_kinds(particles: Particles) -> list[Kind]:
+    """The kinds of a bed: the first species' classes from small to large, then the rows of the mixture."""
+    if particles.sizes:
+        total = sum(count for *_, count in particles.sizes)
+        return [Kind(diameter, density, 1, count / total) for diameter, density, count in particles.sizes]
+    rest = 1.0 - sum(fraction for _, _, fraction in particles.mixture)
+    rows = [(d, particles.density, 1, share * rest) for d, share in _cut_spread(particles)]
+    rows += [(d, density, n, fraction) for n, (d, density, fraction) in enumerate(particles.mixture, start=2)]
+    if len(rows) == 1:
+        return [Kind(*rows[0])]
+    shares = np.array([fraction for *_, fraction in rows])
+    if particles.fractions == "mass":
+        shares /= [d**3 * density for d, density, *_ in rows]
+    shares /= shares.sum()
+    return [Kind(*row[:3], share) for row, share in zip(rows, shares.tolist(), strict=True)]
+
+
+def count_kinds(particles: Particles) -> list[int]:
+    """Number of particles of each kind: they add up to the bed's, and each is within one of its share."""
+    if particles.sizes:
+        return [count for *_, count in particles.sizes]
+    kinds = list_kinds(particles)
+    if particles.count is None:
+        assert particles.mass is not None, "the schema's checks ask for count or mass"
+        return _share_out(round(particles.mass / sum(kind.share * kind.mass for kind in kinds)), kinds)
+    return _share_out(particles.count, kinds)
+
+
+def _share_out(total: int, kinds: list[Kind]) -> list[int]:
+    """Whole numbers that add up to `total`: each share rounded down, the largest remainders rounded up."""
+    if len(kinds) == 1:
+        return [total]
+    wanted = np.array([kind.share for kind in kinds]) * total
+    counts = np.floor(wanted).astype(np.int64)
+    most = np.argsort(counts - wanted, kind="stable")
+    counts[most[: total - int(counts.sum())]] += 1
+    return counts.tolist()
+
+
+def _cut_spread(particles: Particles) -> list[tuple[float, float]]:
+    """Diameters [m] of the first species and their shares: classes that hold the same part of the distribution.
+
+    The diameter of a class is that of its mean volume, so that count and mass of the bed fit each other.
+    """
+    if particles.spread is None:
+        return [(particles.diameter, 1.0)]
+    assert particles.deviation is not None and particles.smallest is not None and particles.largest is not None
+    d = np.linspace(particles.smallest, particles.largest, _POINTS)
+    with np.errstate(under="ignore"):
+        density = SPREADS[particles.spread](d, particles.diameter, particles.deviation)
+    part = density / density.sum()
+    by_number = part / d**3 if particles.fractions == "mass" else part
+    edges = np.searchsorted(np.cumsum(part), np.arange(1, particles.classes) / particles.classes)
+    pairs = zip(np.split(by_number * d**3, edges), np.split(by_number, edges), strict=True)
+    return [(float((v.sum() / n.sum()) ** (1 / 3)), 1.0 / particles.classes) for v, n in pairs]
+
+
+Spread = Callable[[np.ndarray, float, float], np.ndarray]
+SPREADS: dict[str, Spread] = {
+    "normal": lambda d, middle, deviation: np.exp(-0.5 * ((d - middle) / deviation) ** 2),
+    "lognormal": lambda d, middle, deviation: (
+        np.exp(-0.5 * (np.log(d / middle) / np.log1p(deviation / middle)) ** 2) / d
+    ),
+}
+"""Densities of the diameter [m] up to a factor: mean or median, deviation [m]."""
+
+
+def largest_diameter(particles: Particles) -> float:
+    """Of all kinds [m]."""
+    return max(kind.diameter for kind in list_kinds(particles))
+
+
+def particle_count(particles: Particles) -> int:
+    """Number of particles: as given, or the bed's mass over the mean mass of one, rounded."""
+    return sum(count_kinds(particles))
+
+
+def mean_volume(particles: Particles) -> float:
+    """Mean volume of a particle [m3]."""
+    return sum(kind.share * kind.volume for kind in list_kinds(particles))
+
+
+def mean_density(particles: Particles) -> float:
+    """Mass of the bed over its solids volume [kg m-3]."""
+    kinds = list_kinds(particles)
+    if len(kinds) == 1:
+        return kinds[0].density
+    return sum(kind.share * kind.mass for kind in kinds) / mean_volume(particles)
+
+
+def mean_kind(particles: Particles) -> Kind:
+    """Equal spheres with the volume, surface and mass of the bed: diameter sum d^3/sum d^2 (Sauter), its density."""
+    kinds = list_kinds(particles)
+    if len(kinds) == 1:
+        return kinds[0]
+    sauter = sum(k.share * k.diameter**3 for k in kinds) / sum(k.share * k.diameter**2 for k in kinds)
+    return Kind(sauter, mean_density(particles), 0, 1.0)
+
+
+def solids_volume(particles: Particles) -> float:
+    """Volume of all particles [m3]."""
+    counts = count_kinds(particles)
+    return sum(count * kind.volume for count, kind in zip(counts, list_kinds(particles), strict=True))
+
+
+def draw_kinds(particles: Particles, seed: int) -> np.ndarray:
+    """Kind of each particle, int (n,), counted from 0: as many as `count_kinds` says, in random order."""
+    counts = count_kinds(particles)
+    kinds = np.repeat(np.arange(len(counts)), counts)
+    return kinds if len(counts) == 1 else np.random.default_rng([seed, len(kinds)]).permutation(kinds)

@@ -1,0 +1,42 @@
+"""Where the particles start: by a CSV file beside the case, or on the lattice of [start]."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from fbcouple.case.bed.lattice import lattice_kinds, lattice_positions
+from fbcouple.case.bed.start_file import StartFile, read_start
+from fbcouple.case.bed.start_sizes import match_kinds
+from fbcouple.case.schema.sections import Case
+
+
+def find_start_file(case: Case, folder: Path) -> StartFile | None:
+    """The start file of a case whose own files lie in `folder`; None if it starts on a lattice."""
+    assert case.particles is not None
+    return None if case.particles.positions is None else read_start(folder / case.particles.positions)
+
+
+def start_positions(case: Case, folder: Path) -> np.ndarray:
+    """Return the start positions of a case whose file lies in `folder`: centres [m], shape (particles, 3)."""
+    start = find_start_file(case, folder)
+    return lattice_positions(case, folder) if start is None else start.positions
+
+
+def start_kinds(case: Case, folder: Path) -> np.ndarray:
+    """Return the kind of each particle of a case, int (particles,), counted from 0.
+
+    A positions file may say it by a column `kind`, counted from 1, or by sizes and densities; otherwise the kinds are
+    mixed at random.
+    """
+    start = find_start_file(case, folder)
+    assert case.particles is not None
+    kinds = None if start is None else match_kinds(case.particles, start)
+    return lattice_kinds(case, folder) if kinds is None else kinds
+
+
+def start_velocities(case: Case, folder: Path) -> np.ndarray | None:
+    """Return the start velocities [m/s] of a case, shape (particles, 3); None if all particles start at rest."""
+    start = find_start_file(case, folder)
+    return None if start is None else start.velocities

@@ -1,0 +1,167 @@
+"""What the particles and the gas of a case are in: a box, a cylinder or a box of tetrahedra that is meshed here, or a
+mesh from a file."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from fbcouple.case.companions import find_mesh
+from fbcouple.case.schema.sections import Case, Domain
+from fbcouple.errors import CaseError
+from fbcouple.geometry.block import PER_SQUARE, make_block
+from fbcouple.geometry.cylinder import count_cells, find_section, make_cylinder
+from fbcouple.geometry.extrusion import PER_PRISM
+from fbcouple.geometry.filling import Filling
+from fbcouple.geometry.imported import INLET, OUTLET, ImportedMesh, choose_patches
+from fbcouple.geometry.imported import read_mesh as read_imported
+from fbcouple.geometry.polymesh import PolyMesh
+from fbcouple.geometry.quality import require_sound
+
+TETRAHEDRA = "tetrahedra"
+UP = (0.0, 0.0, 1.0)
+Make = Callable[[Domain, Path], PolyMesh]
+SHAPES: dict[str, Make] = {}
+
+
+def shape(name: str) -> Callable[[Make], Make]:
+    """Register how the mesh of the word `name` of domain.shape is had; a box of hexahedra asks for none."""
+
+    def register(make: Make) -> Make:
+        SHAPES[name] = make
+        return make
+
+    return register
+
+
+@dataclass(frozen=True)
+class Region:
+    """Number of gas cells, volume [m3], height [m], area [m2] of the inlet, edges (3,) [m] of a usual cell, mean inward
+    normal of the inlet's faces, and height [m] of the lowest point.
+
+    `inlet` is the area that a superficial velocity counts for: of a box the whole floor, also where a part is closed.
+    `surface`: the triangles (n, 3, 3) [m] of a mesh from a file; None where the cross-section is one at all heights.
+    """
+
+    cells: int
+    volume: float
+    height: float
+    inlet: float
+    spacing: np.ndarray
+    direction: tuple[float, ...] = UP
+    bottom: float = 0.0
+    surface: np.ndarray | None = None
+
+    @property
+    def section(self) -> float:
+        """Mean horizontal cross-section [m2]."""
+        return self.volume / self.height
+
+    def find_level(self, volume: float) -> float:
+        """Height [m] above the lowest point up to which `volume` [m3] fills the region from below."""
+        return volume / self.section if self.surface is None else Filling(self.surface).find_level(volume)
+
+
+def read_mesh(case: Case, folder: Path = Path()) -> PolyMesh:
+    """The mesh of a case that is no box, with the patches inlet, outlet and walls; its own files lie in `folder`.
+
+    Raises: CaseError (one text, without the key) if the mesh cannot be read.
+    """
+    return SHAPES[case.domain.shape](case.domain, folder)
+
+
+def find_region(case: Case, folder: Path = Path()) -> Region:
+    """Size and cells of the region of a case whose own files lie in `folder`. Raises: CaseError as `read_mesh`."""
+    domain = case.domain
+    if domain.is_plain_box:
+        spacing = np.array(domain.size) / np.array(domain.cells)
+        floor = domain.size[0] * domain.size[1]
+        return Region(math.prod(domain.cells), math.prod(domain.size), domain.size[2], floor, spacing)
+    if domain.shape == "cylinder":
+        cells = count_cells(domain.cells[0], domain.cells[2], domain.elements or TETRAHEDRA)
+        floor = find_section(domain.size[0], domain.cells[0])
+        volume = floor * domain.size[2]
+    elif domain.shape == "box":
+        cells = math.prod(domain.cells) * PER_SQUARE * PER_PRISM[domain.elements or TETRAHEDRA]
+        volume, floor = math.prod(domain.size), domain.size[0] * domain.size[1]
+    else:
+        return _measure_mesh(read_mesh(case, folder))
+    return Region(cells, volume, domain.size[2], floor, find_spacing(volume, cells))
+
+
+def find_spacing(volume: float, cells: int) -> np.ndarray:
+    """Edges (3,) [m] of a cube that is as large as a mean cell."""
+    return np.full(3, (volume / cells) ** (1.0 / 3.0))
+
+
+def _measure_mesh(mesh: PolyMesh) -> Region:
+    vectors = mesh.find_vectors(mesh.list_patch(INLET))
+    inward = -vectors.sum(axis=0) / np.linalg.norm(vectors, axis=1).sum()
+    surface = mesh.cut_faces(np.arange(len(mesh.neighbour), len(mesh.owner)))
+    return Region(
+        mesh.count,
+        mesh.volume,
+        float(mesh.high[2] - mesh.low[2]),
+        mesh.find_area(INLET),
+        find_spacing(mesh.volume, mesh.count),
+        tuple(inward.tolist()),
+        float(mesh.low[2]),
+        surface,
+    )
+
+
+@shape("cylinder")
+def mesh_cylinder(domain: Domain, folder: Path) -> PolyMesh:
+    """An upright cylinder of the diameter and height `size`, `cells` across and up."""
+    diameter, _, height = domain.size
+    return make_cylinder(diameter, height, domain.cells[0], domain.cells[2], domain.elements or TETRAHEDRA)
+
+
+@shape("box")
+def mesh_block(domain: Domain, folder: Path) -> PolyMesh:
+    """A box whose hexahedra are cut into the `elements` that the case asks for."""
+    return make_block(domain.size, domain.cells, domain.elements or TETRAHEDRA)
+
+
+@shape("file")
+def read_mesh_of_case(domain: Domain, folder: Path) -> PolyMesh:
+    """The mesh that the case brings: a gmsh file, or a polyMesh folder."""
+    found = _find_imported(domain, folder)
+    return _choose_once(found, domain.inlet or INLET, domain.outlet or OUTLET)
+
+
+def list_inner_surfaces(case: Case, folder: Path) -> dict[str, int]:
+    """Surfaces of the case's mesh file that lie between cells, and how many faces of each do."""
+    if case.domain.shape != "file":
+        return {}
+    return _find_imported(case.domain, folder).inner
+
+
+def _find_imported(domain: Domain, folder: Path) -> ImportedMesh:
+    if domain.mesh is None:
+        raise CaseError(["no mesh is given."])
+    path = find_mesh(folder, domain.mesh).resolve()
+    newest = max((part.stat().st_mtime_ns for part in [path, *path.glob("*")] if part.exists()), default=0)
+    return _read_once(path, newest, domain.scale or 1.0)
+
+
+@lru_cache(maxsize=2)
+def _read_once(path: Path, newest: int, scale: float) -> ImportedMesh:
+    try:
+        found = read_imported(path)
+        if scale != 1.0:
+            found = replace(found, mesh=replace(found.mesh, points=found.mesh.points * scale))
+        require_sound(found.mesh)
+    except CaseError as error:
+        raise CaseError([f"{path.name}: {problem}" for problem in error.problems]) from None
+    return found
+
+
+@lru_cache(maxsize=2)
+def _choose_once(found: ImportedMesh, inlet: str, outlet: str) -> PolyMesh:
+    return choose_patches(found, inlet, outlet)

@@ -1,0 +1,133 @@
+"""The largest speed that particles of a case can have when they meet, and the overlap that it makes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from fbcouple.case.bed.contact_coefficients import find_pair, find_wall
+from fbcouple.case.bed.derived import hertz_modulus, hertz_overlap, inlet_ramp, open_share
+from fbcouple.case.bed.drag_balance import EXPANDED, find_balance, find_drag
+from fbcouple.case.bed.number import Law, Number, judge
+from fbcouple.case.bed.particle_types import Kind, list_kinds, particle_count, solids_volume
+from fbcouple.case.bed.positions import start_positions, start_velocities
+from fbcouple.case.bed.region import Region
+from fbcouple.case.drag_file import OWN
+from fbcouple.case.schema.sections import Case, Contact
+from fbcouple.physics.contact import normal_damping
+
+SETTLED = 0.60
+"""Solids fraction of the bed at rest."""
+
+Speed = tuple[float, str]
+"""How fast [m/s], and in words what makes a particle so fast."""
+Start = tuple[float, float]
+"""Height [m] of the highest start position, -inf where the start is a lattice, and the largest start speed [m/s]."""
+
+
+def estimate_overlap(case: Case, region: Region, law: Law | None, folder: Path) -> Iterator[Number]:
+    """The largest overlap of a contact, by the largest speed that particles can have; a lone one meets walls only."""
+    assert case.particles is not None and case.contact is not None
+    alone = particle_count(case.particles) == 1
+    start = find_start(case, folder)
+    found = []
+    for kind in list_kinds(case.particles):
+        speed, why = find_speed(case, kind, region, law, start)
+        found.append((_find_overlap(case.contact, kind, speed, alone), speed, why))
+    overlap, speed, why = max(found)
+    if speed > 0.0:
+        partner = "a contact with a wall" if alone else "a head-on contact"
+        meaning = f"Overlap over diameter of {partner} at {speed:.3g} m s-1, from {why}; a stiffer spring lowers it."
+        verdict = judge(overlap <= 0.05, "warn" if overlap <= 0.2 else "unfit")
+        yield Number("overlap", overlap, "d", "at most 0.05", verdict, meaning)
+
+
+def _find_overlap(contact: Contact, kind: Kind, speed: float, alone: bool) -> float:
+    """Overlap over diameter of a contact at relative speed `speed` [m/s], with one of its kind or, `alone`, with a wall
+    (eqs 43-45; elastic for hertz)."""
+    part = 1.0 if alone else 0.5
+    mass = part * kind.mass
+    if contact.model == "hertz":
+        return hertz_overlap(hertz_modulus(contact), mass, part * kind.diameter / 2.0, speed) / kind.diameter
+    restitution = (find_wall(contact, kind) if alone else find_pair(contact, kind, kind)).restitution
+    damping = normal_damping(contact.stiffness, mass, restitution)
+    swing = math.sqrt(contact.stiffness / mass - damping**2)
+    reach = speed / math.sqrt(contact.stiffness / mass) * math.exp(-damping / swing * math.atan2(swing, damping))
+    return reach / kind.diameter
+
+
+def find_start(case: Case, folder: Path) -> Start:
+    """How high and how fast the particles of a case, whose own files lie in `folder`, start."""
+    assert case.particles is not None
+    if case.particles.positions is None:
+        return -math.inf, 0.0
+    velocities = start_velocities(case, folder)
+    fastest = 0.0 if velocities is None else float(np.linalg.norm(velocities, axis=1).max())
+    return float(start_positions(case, folder)[:, 2].max()), fastest
+
+
+def find_speed(case: Case, kind: Kind, region: Region, law: Law | None, start: Start) -> Speed:
+    """The largest speed of a particle of `kind`: as it starts, falls, or is carried by the gas.
+
+    A fall is from the top of the bed at rest or from the highest start, no faster than the terminal velocity. The gas
+    accelerates a lone particle in the stream of the inlet over the height of the bed, and in the column over the height
+    of the region; it lifts the bed as a whole over the height of the bed. Nothing gets faster than the gas around it.
+    """
+    assert case.particles is not None
+    bed = region.find_level(solids_volume(case.particles) / SETTLED)
+    highest, started = start
+    speeds = [(started, "the start"), *_fall(case, kind, max(bed, highest - region.bottom), law)]
+    if case.gas:
+        speeds += _carry(case, kind, region, bed, law)
+    return max(speeds)
+
+
+def _knows_drag(case: Case, law: Law | None) -> bool:
+    return case.exchange is not None and (law is not None or case.exchange.drag != OWN)
+
+
+def _weigh(case: Case, kind: Kind) -> float:
+    """Weight less buoyancy over mass [m s-2], below 0 where the particle rises."""
+    return case.gravity * (1.0 - (case.gas.density if case.gas else 0.0) / kind.density)
+
+
+def _fall(case: Case, kind: Kind, height: float, law: Law | None) -> Iterator[Speed]:
+    speed = math.sqrt(2.0 * abs(_weigh(case, kind)) * height)
+    if case.gas and _knows_drag(case, law):
+        speed = min(speed, find_balance(case, 1.0, law, kind))
+    yield speed, f"a fall over {height:.3g} m"
+
+
+def _carry(case: Case, kind: Kind, region: Region, bed: float, law: Law | None) -> Iterator[Speed]:
+    """What the fastest gas upwards, and downwards, can do."""
+    assert case.gas is not None
+    velocities = [velocity for _, velocity in inlet_ramp(case.gas)]
+    column = region.inlet / region.section
+    for way, fastest in ((1.0, max(velocities)), (-1.0, -min(velocities))):
+        if fastest <= 0.0:
+            continue
+        streams = [
+            (open_share(case) * fastest, bed, 1.0, "the stream of the inlet over the height of the bed"),
+            (column * fastest, region.height, 1.0, "the gas over the height of the region"),
+        ]
+        if bed > kind.diameter:
+            streams.append((column * fastest, bed, EXPANDED, "the gas that lifts the bed"))
+        for speed, path, voidage, why in streams:
+            yield _accelerate(case, kind, speed, path, voidage, way, law), why
+
+
+def _accelerate(
+    case: Case, kind: Kind, speed: float, path: float, voidage: float, way: float, law: Law | None
+) -> float:
+    """Speed [m/s] from rest after `path` [m] in gas of the superficial `speed` [m/s], upwards (`way` 1) or down (-1).
+
+    The drag at the start, over eps by model A, is the largest; where the drag is not known, the gas' speed."""
+    if not _knows_drag(case, law):
+        return speed
+    slip = speed / voidage
+    drag = find_drag(case, voidage, slip, law, kind) * slip / (voidage * kind.mass)
+    net = drag - way * _weigh(case, kind)
+    return min(speed, math.sqrt(2.0 * net * path)) if net > 0.0 else 0.0

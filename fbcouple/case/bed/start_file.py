@@ -1,0 +1,129 @@
+"""What a file of start positions holds: centres, and what else it says of the particles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from fbcouple.errors import CaseError
+from fbcouple.input_files.number_table import DENSITIES, LENGTHS, SPEEDS, Form, read_table
+
+AXES = ("x", "y", "z")
+VELOCITIES = ("vx", "vy", "vz")
+LARGEST = 2_000_000_000
+"""Bytes that a file of start positions may have."""
+SAME_SIZE = 1e-5
+"""Relative difference that two texts of one size may have: programs write six digits."""
+
+
+def _name_parts(columns: tuple[str, ...], *vectors: str) -> dict[str, str]:
+    """How programs (ParaView) head the three parts of a vector."""
+    return {f"{vector}{sign}{n}": column for vector in vectors for sign in ":_" for n, column in enumerate(columns)}
+
+
+_UNCLEAR = {
+    "phase_id": "MFIX writes so, and its y points up where here z does; name the columns by what they are here, as a "
+    "rule `x,z,y,kind,diameter,density,vx,vz,vy` (kinds as the case numbers them)",
+    "type": "if it is the kind of the particle, as the case numbers them, call it `kind`, else remove it",
+    "mass": "the mass of a particle follows from `diameter` and `density`; give these",
+    **{word: "if it is the diameter call it `diameter`, else remove it" for word in ("d", "dp", "size", "d_p")},
+    **{word: "if it is the radius of the particle call it `radius`, else remove it" for word in ("r", "rad", "rp")},
+    **{word: "if it is the density of the particle call it `density`, else remove it" for word in ("rho", "rho_p")},
+    **{
+        word: f"if it is the velocity along {axis} call it `v{axis}`, else remove it"
+        for axis, words in zip("xyz", (("u", "ux"), ("v", "uy"), ("w", "uz")), strict=True)
+        for word in words
+    },
+}
+FORM = Form(
+    columns={
+        **dict.fromkeys(AXES, LENGTHS),
+        **dict.fromkeys(VELOCITIES, SPEEDS),
+        "radius": LENGTHS,
+        "diameter": LENGTHS,
+        "density": DENSITIES,
+        "kind": {},
+    },
+    needed=AXES,
+    rows="particles",
+    largest=LARGEST,
+    aliases=_name_parts(AXES, "points", "coords", "position")
+    | _name_parts(VELOCITIES, "v", "velocity")
+    | {"radii": "radius", "diameters": "diameter"},
+    unclear=_UNCLEAR,
+)
+
+
+@dataclass(frozen=True)
+class StartFile:
+    """Of each particle: centre [m] and velocity [m/s] (n, 3), kind from 1, diameter [m], density [kg m-3] (n,).
+
+    None where the file does not say it; `unread`: heads of columns that are not looked at.
+    """
+
+    positions: np.ndarray
+    velocities: np.ndarray | None
+    kinds: np.ndarray | None
+    diameters: np.ndarray | None
+    densities: np.ndarray | None
+    unread: tuple[str, ...]
+
+
+def read_start(path: Path) -> StartFile:
+    """Read a file of start positions: x, y, z, and what else it says of the particles.
+
+    Raises: CaseError (one text, without the key) with what was found in the file that cannot serve.
+    """
+    try:
+        stat = path.stat()
+    except OSError:
+        return _read(path)  # says why
+    return _read_once(path.absolute(), stat.st_mtime_ns, stat.st_size, stat.st_ino)
+
+
+@lru_cache(maxsize=1)
+def _read_once(path: Path, *version: int) -> StartFile:
+    return _read(path)
+
+
+def _read(path: Path) -> StartFile:
+    table = read_table(path, FORM)
+    columns, name = table.columns, path.name
+    moving = [axis for axis in VELOCITIES if axis in columns]
+    if moving and len(moving) < len(VELOCITIES):
+        raise CaseError([f"{name} has not all of the columns vx, vy and vz; give all three or none."])
+    kinds = columns.get("kind")
+    if kinds is not None and (broken := np.flatnonzero((kinds < 1) | (kinds != np.floor(kinds)) | (kinds > 1e6))).size:
+        text = f"{name}: the kind of particle {broken[0] + 1} is no whole number from 1 ({kinds[broken[0]]:g})"
+        raise CaseError([f"{text}; mend it."])
+    return StartFile(
+        np.stack([columns[axis] for axis in AXES], axis=1),
+        np.stack([columns[axis] for axis in VELOCITIES], axis=1) if moving else None,
+        None if kinds is None else kinds.astype(int),
+        _find_diameters(name, columns),
+        _require_positive(name, "density", columns.get("density")),
+        table.unread,
+    )
+
+
+def _find_diameters(name: str, columns: dict[str, np.ndarray]) -> np.ndarray | None:
+    diameters = _require_positive(name, "diameter", columns.get("diameter"))
+    radii = _require_positive(name, "radius", columns.get("radius"))
+    if diameters is None or radii is None:
+        return diameters if radii is None else 2.0 * radii
+    apart = np.flatnonzero(np.abs(diameters - 2.0 * radii) > SAME_SIZE * diameters)
+    if apart.size:
+        row = apart[0]
+        text = f"{name}: particle {row + 1} has the diameter {diameters[row]:g} and the radius {radii[row]:g} m"
+        raise CaseError([f"{text}; mend it, or give one of the two columns."])
+    return diameters
+
+
+def _require_positive(name: str, column: str, values: np.ndarray | None) -> np.ndarray | None:
+    if values is not None and (broken := np.flatnonzero(values <= 0.0)).size:
+        text = f"{name}: the {column} of particle {broken[0] + 1} is {values[broken[0]]:g}"
+        raise CaseError([f"{text}, above 0 is allowed; mend it."])
+    return values

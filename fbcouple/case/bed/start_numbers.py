@@ -1,0 +1,39 @@
+"""What `check` tells of a start that is not as it usually is: sizes from its file, columns unread, layers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from fbcouple.case.bed.lattice import is_layered, lattice_height, mixed_height
+from fbcouple.case.bed.positions import find_start_file
+from fbcouple.case.schema.sections import Case
+from fbcouple.errors import CaseError
+
+Told = tuple[str, float, str, str, bool, str]
+"""Name, value, unit, what is wanted, whether that is so, and meaning of a pre-flight number."""
+
+
+def describe_start(case: Case, folder: Path) -> Iterator[Told]:
+    """Numbers of the start of a case whose own files lie in `folder`; none of a usual one."""
+    particles = case.particles
+    assert particles is not None
+    if case.start is not None and case.domain.shape == "box" and is_layered(case):
+        meaning = f"Each layer holds one kind; a lattice that mixes them would be {mixed_height(case):.4g} m high."
+        yield "start height", lattice_height(case), "m", f"below {case.domain.size[2]:g}", True, meaning
+    if particles.sizes:
+        small, large = particles.sizes[0][0], max(diameter for diameter, *_ in particles.sizes)
+        sizes = len({diameter for diameter, *_ in particles.sizes})
+        meaning = f"{particles.positions} gives each particle its own ({sizes} diameters); that of the case counts for "
+        meaning += "the widths of kernels only."
+        limit = f"at most {particles.diameter:g} (particles.diameter)"
+        yield "smallest diameter", small, "m", limit, small <= particles.diameter, meaning
+        limit = f"at least {particles.diameter:g} (particles.diameter)"
+        yield "largest diameter", large, "m", limit, large >= particles.diameter, meaning
+    try:
+        start = find_start_file(case, folder)
+    except CaseError:
+        return  # told by check_positions
+    if start is not None and start.unread:
+        meaning = f"Columns of {particles.positions} that nothing is read from: {', '.join(start.unread)[:200]}."
+        yield "unread columns", len(start.unread), "1", "0", False, meaning

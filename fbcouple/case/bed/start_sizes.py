@@ -1,0 +1,105 @@
+"""Sizes and densities that a file of start positions gives each particle, and the kinds that they make."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from fbcouple.case.bed.particle_types import list_kinds
+from fbcouple.case.bed.start_file import SAME_SIZE, StartFile, read_start
+from fbcouple.case.companions import find_companion
+from fbcouple.case.schema.sections import Case, Particles
+from fbcouple.errors import CaseError
+
+MOST_SIZES = 50
+"""Each is a type of LIGGGHTS with a damping of its own towards every other."""
+
+Sizes = tuple[tuple[float, float, int], ...]
+
+
+def adopt_sizes(case: Case, folder: Path) -> Case:
+    """The case with `particles.sizes` as its positions file, which lies in `folder`, says them.
+
+    A case that says them already, or whose file cannot be read, stays as it is: the checks tell.
+    """
+    particles = case.particles
+    if particles is None or particles.positions is None or particles.sizes:
+        return case
+    try:
+        sizes = find_sizes(particles, read_start(find_companion(folder, particles.positions, ".csv")))
+    except CaseError:
+        return case  # told by check_positions
+    return case.model_copy(update={"particles": particles.model_copy(update={"sizes": sizes})}) if sizes else case
+
+
+def find_sizes(particles: Particles, start: StartFile) -> Sizes:
+    """Diameters [m], densities [kg m-3] and numbers of the particles in a positions file, from small to large.
+
+    Empty where the file says nothing else than the case: it gives no sizes, all are the case's own, or the case has
+    several kinds, one of which each particle is (match_kinds).
+    Raises: CaseError (one text, without the key) if there are more sizes than kinds can be.
+    """
+    if (start.diameters is None and start.densities is None) or particles.mixture or particles.spread:
+        return ()
+    rows, _, counts = _group(particles, start)
+    if len(rows) > MOST_SIZES:
+        text = f"the file gives {len(rows)} different sizes or densities, at most {MOST_SIZES} are allowed"
+        raise CaseError([f"{text} (each is a type of LIGGGHTS with its own damping); round them to that many."])
+    if len(rows) == 1 and np.allclose(rows[0], (particles.diameter, particles.density), rtol=1e-9, atol=0.0):
+        return ()
+    return tuple((d, density, count) for (d, density), count in zip(rows.tolist(), counts.tolist(), strict=True))
+
+
+def match_kinds(particles: Particles, start: StartFile) -> np.ndarray | None:
+    """The kind of each particle of a positions file, int (n,) from 0; None if the file says nothing of it.
+
+    Raises: CaseError (one text, without the key) if a particle is none of the case's kinds, could be several, or is
+    not what the column `kind` says.
+    """
+    said = None if start.kinds is None else start.kinds - 1
+    if start.diameters is None and start.densities is None:
+        return said
+    rows, which, _ = _group(particles, start)
+    known = np.array([(kind.diameter, kind.density) for kind in list_kinds(particles)])
+    columns = [start.diameters is not None, start.densities is not None]
+    apart = np.abs(rows[:, None, columns] / known[None][:, :, columns] - 1.0).max(axis=2)
+    best = apart.argmin(axis=1)
+    if said is not None:
+        best_of_all = np.minimum(said, len(known) - 1)
+        wrong = np.flatnonzero((said >= len(known)) | (apart[which, best_of_all] > SAME_SIZE))
+        if wrong.size:
+            text = f"{_word(start, int(wrong[0]))}, which kind {said[wrong[0]] + 1} of the case is not"
+            raise CaseError([f"{text} ({_list_known(known)}); mend the column `kind`, or the size."])
+        return said
+    for row in range(len(rows)):
+        first = int(np.argmax(which == row))
+        if apart[row, best[row]] > SAME_SIZE:
+            text = f"{_word(start, first)}, which no kind of the case has"
+            raise CaseError([f"{text} ({_list_known(known)}); mend the file, or diameter, mixture and spread."])
+        if np.count_nonzero(apart[row] == apart[row, best[row]]) > 1:
+            text = f"{_word(start, first)}, which several kinds of the case have"
+            raise CaseError([f"{text} ({_list_known(known)}); add a column `kind`, numbered from 1 in this order."])
+    return best[which]
+
+
+def _group(particles: Particles, start: StartFile) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Different pairs of diameter and density (k, 2), the pair of each particle (n,) and the particles of each (k,)."""
+    count = len(start.positions)
+    diameters = np.full(count, particles.diameter) if start.diameters is None else start.diameters
+    densities = np.full(count, particles.density) if start.densities is None else start.densities
+    pairs, which, counts = np.unique(
+        np.stack([diameters, densities], axis=1), axis=0, return_inverse=True, return_counts=True
+    )
+    return pairs, which.ravel(), counts
+
+
+def _word(start: StartFile, row: int) -> str:
+    diameter = "" if start.diameters is None else f"{start.diameters[row]:g} m"
+    density = "" if start.densities is None else f"{start.densities[row]:g} kg m-3"
+    return f"particle {row + 1} has {' and '.join(filter(None, (diameter, density)))}"
+
+
+def _list_known(known: np.ndarray) -> str:
+    shown = ", ".join(f"{n}: {d:g} m and {density:g} kg m-3" for n, (d, density) in enumerate(known[:8], start=1))
+    return f"{shown}, ..." if len(known) > 8 else shown

@@ -1,0 +1,1 @@
+"""Checks of a case, as a registry."""

@@ -1,0 +1,87 @@
+"""Whether what [output] asks for can be had from this scene."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from fbcouple.case.bed.particle_types import particle_count
+from fbcouple.case.checks.registry import BED, check, has_bed
+from fbcouple.case.companions import find_companion
+from fbcouple.case.problems import Problem, show
+from fbcouple.case.schema.sections import Case
+from fbcouple.errors import CaseError
+from fbcouple.input_files.measured_lines import parse_reference, read_line
+
+MOST_SNAPSHOTS = 100_000
+MOST_FRAMES = 10_000
+MOST_TRACKED = 100
+MOST_RECORDS = 10_000_000
+"""Rows of the history that a rank can hold."""
+
+
+@check("output.record_every", "end_time")
+def check_records(case: Case, folder: Path) -> Iterator[Problem]:
+    """The history has not more rows than fit into memory."""
+    if case.end_time / case.output.record_every > MOST_RECORDS:
+        text = f"{case.output.record_every:g} s is given, at least {case.end_time / MOST_RECORDS:.3g} s is allowed"
+        yield Problem("output.record_every", f"{text} ({MOST_RECORDS} rows); record more seldom.")
+
+
+@check("output.snapshots_every", "gas", "particles", "end_time")
+def check_snapshots(case: Case, folder: Path) -> Iterator[Problem]:
+    """Snapshots of the voidage need both phases, and there are not more of them than a file should hold."""
+    every = case.output.snapshots_every
+    if every is None:
+        return
+    if case.gas is None or case.particles is None:
+        missing = "gas" if case.gas is None else "particles"
+        text = f"{every:g} s is given and the scene has no [{missing}], so no voidage"
+        yield Problem("output.snapshots_every", f"{text}; remove it or add [{missing}].")
+    elif case.end_time / every > MOST_SNAPSHOTS:
+        text = f"{every:g} s is given, at least {case.end_time / MOST_SNAPSHOTS:.3g} s is allowed"
+        yield Problem("output.snapshots_every", f"{text} ({MOST_SNAPSHOTS} snapshots); take them more seldom.")
+
+
+@check("output.particles_every", "particles", "end_time")
+def check_frames(case: Case, folder: Path) -> Iterator[Problem]:
+    """Frames need particles, and there are not more of them than a folder should hold."""
+    every = case.output.particles_every
+    if every is None:
+        return
+    if case.particles is None:
+        text = f"{every:g} s is given and the scene has no [particles]; remove it or add [particles]."
+        yield Problem("output.particles_every", text)
+    elif case.end_time / every > MOST_FRAMES:
+        text = f"{every:g} s is given, at least {case.end_time / MOST_FRAMES:.3g} s is allowed"
+        yield Problem("output.particles_every", f"{text} ({MOST_FRAMES} frames); take them more seldom.")
+
+
+@check("output.tracked", *BED)
+def check_tracked(case: Case, folder: Path) -> Iterator[Problem]:
+    """Tracked particles are there, each is named once, and they are few."""
+    key, numbers = "output.tracked", case.output.tracked
+    if not numbers:
+        return
+    if case.particles is None:
+        yield Problem(key, f"{show(numbers)} is given and the scene has no [particles]; remove it or add [particles].")
+        return
+    if len(numbers) > MOST_TRACKED:
+        text = f"{len(numbers)} particles are given, at most {MOST_TRACKED} are allowed"
+        yield Problem(key, f"{text}; output.particles_every keeps them all.")
+    if len(set(numbers)) < len(numbers):
+        yield Problem(key, f"{show(numbers)} is given; name each particle once.")
+    if has_bed(case) and max(numbers) > (count := particle_count(case.particles)):
+        yield Problem(key, f"particle {max(numbers)} is given and there are {count}; number them from 1.")
+
+
+@check("output.references", "domain.size")
+def check_references(case: Case, folder: Path) -> Iterator[Problem]:
+    """Each reference can be read, its file lies beside the case, and its line lies in the box."""
+    key = "output.references"
+    for text in case.output.references:
+        try:
+            reference = parse_reference(text)
+            read_line(reference, find_companion(folder, reference.file, ".csv"), case.domain.size)
+        except CaseError as error:
+            yield from (Problem(key, problem) for problem in error.problems)

@@ -1,0 +1,147 @@
+"""Whether a file of start positions fits its case: as many particles, of its kinds, inside and clear of each other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from fbcouple.case.bed.derived import wraps
+from fbcouple.case.bed.particle_types import count_kinds, list_kinds, particle_count
+from fbcouple.case.bed.positions import start_kinds
+from fbcouple.case.bed.region import read_mesh
+from fbcouple.case.bed.start_file import StartFile, read_start
+from fbcouple.case.bed.start_sizes import find_sizes, match_kinds
+from fbcouple.case.checks.bed import try_region
+from fbcouple.case.checks.mixture import KEYS
+from fbcouple.case.checks.registry import BED, check, has_bed
+from fbcouple.case.companions import find_companion
+from fbcouple.case.problems import Problem, show
+from fbcouple.case.schema.sections import Case
+from fbcouple.errors import CaseError
+from fbcouple.input_files.number_table import guess_frame
+
+WALL_OVERLAP = START_OVERLAP = 0.1
+"""Part of a diameter by which a start position may press into a wall or another one (resting contacts do, a little)."""
+_KEY = "particles.positions"
+
+
+@check(_KEY, "domain.periodic", "domain.shape", *BED, *KEYS)
+def check_positions(case: Case, folder: Path) -> Iterator[Problem]:
+    """The positions file lies beside the case and holds every particle, inside the region and clear of the others."""
+    if case.particles is None or case.particles.positions is None:
+        return
+    try:
+        start = read_start(find_companion(folder, case.particles.positions, ".csv"))
+        sizes = find_sizes(case.particles, start)
+    except CaseError as error:
+        yield from (Problem(_KEY, problem) for problem in error.problems)
+        return
+    problems = [*_check_sizes(case, sizes), *_check_number(case, start), *_check_kinds(case, start)]
+    yield from problems
+    if problems or not has_bed(case):
+        return
+    diameters = np.array([kind.diameter for kind in list_kinds(case.particles)])[start_kinds(case, folder)]
+    outside = list(_find_outside(case, folder, start.positions, diameters))
+    yield from outside or _find_overlap(case, start.positions, diameters)
+
+
+def _check_sizes(case: Case, sizes: tuple[tuple[float, float, int], ...]) -> Iterator[Problem]:
+    """`particles.sizes` is what the file says, or is left to it."""
+    assert case.particles is not None
+    if case.particles.sizes != sizes:
+        given, found = (show(rows) if rows else "nothing" for rows in (case.particles.sizes, sizes))
+        text = f"{given} is given and {case.particles.positions} says {found}"
+        yield Problem("particles.sizes", f"{text}; remove it (it follows from the file), or mend the file.")
+
+
+def _check_number(case: Case, start: StartFile) -> Iterator[Problem]:
+    """The file has as many particles as the case, or as much mass."""
+    particles, held = case.particles, len(start.positions)
+    assert particles is not None
+    if not has_bed(case):
+        return
+    mend = f"give particles.count = {held} (in place of mass) or mend the file."
+    if particles.count is None and particles.sizes:
+        mass = sum(kind.mass * count for kind, count in zip(list_kinds(particles), count_kinds(particles), strict=True))
+        assert particles.mass is not None
+        if abs(mass - particles.mass) > 0.5 * mass / held:
+            text = f"{particles.positions} holds {held} particles of {mass:.6g} kg and the case {particles.mass:g} kg"
+            yield Problem(_KEY, f"{text}; {mend}")
+    elif held != (wanted := particle_count(particles) if particles.count is None else particles.count):
+        yield Problem(_KEY, f"{particles.positions} holds {held} particles and the case {wanted}; {mend}")
+
+
+def _check_kinds(case: Case, start: StartFile) -> Iterator[Problem]:
+    """Each particle is of a kind of the case, and there are as many of each."""
+    particles = case.particles
+    assert particles is not None
+    try:
+        found = match_kinds(particles, start)
+    except CaseError as error:
+        yield from (Problem(_KEY, f"{particles.positions}: {problem}") for problem in error.problems)
+        return
+    if found is None or not has_bed(case):
+        return
+    counts = count_kinds(particles)
+    held = np.bincount(found, minlength=len(counts)).tolist()
+    if len(found) == sum(counts) and held != counts:
+        text = f"{particles.positions} holds {show(held)} particles of each kind and the case {show(counts)}"
+        yield Problem(_KEY, f"{text}; mend the column `kind` (or the sizes), or the fractions of the mixture.")
+
+
+def _find_outside(case: Case, folder: Path, positions: np.ndarray, diameters: np.ndarray) -> Iterator[Problem]:
+    """Particles that are not inside the region, or press into a wall."""
+    margins = (0.5 - WALL_OVERLAP) * diameters
+    size = np.array(case.domain.size)
+    if case.domain.shape == "box":
+        walls = np.where(wraps(case.domain), 0.0, margins[:, None])
+        outside = np.flatnonzero(((positions < walls) | (positions > size - walls)).any(axis=1))
+    elif try_region(case, folder) is None:
+        return  # told by check_mesh
+    else:
+        outside = _find_outside_mesh(case, folder, positions, margins)
+    if not outside.size:
+        return
+    assert case.particles is not None
+    row = int(outside[0])
+    region = "box" if case.domain.shape == "box" else "mesh" if case.domain.shape == "file" else case.domain.shape
+    text = f"{case.particles.positions}: {outside.size} particles are not inside the {region}"
+    end = f"its centre may come as near as {margins[row]:g} m to a wall, coordinates are in m"
+    guess = guess_frame(float(positions[:, 2].min()), float(positions[:, 2].max()), float(size[2]))
+    yield Problem(_KEY, f"{text}, first is {_word_particle(positions, row)}; {end}{guess}.")
+
+
+def _find_outside_mesh(case: Case, folder: Path, positions: np.ndarray, margins: np.ndarray) -> np.ndarray:
+    from fbcouple.case.bed.region_lattice import Inside  # noqa: PLC0415  (loads numba)
+
+    inside = Inside(read_mesh(case, folder))
+    clear = np.zeros(len(positions), bool)
+    for margin in np.unique(margins):
+        rows = np.flatnonzero(margins == margin)
+        clear[rows] = inside.is_clear(positions[rows], float(margin))
+    return np.flatnonzero(~clear)
+
+
+def _find_overlap(case: Case, positions: np.ndarray, diameters: np.ndarray) -> Iterator[Problem]:
+    """Particles that press into each other, across a periodic side too, fly apart in the first step."""
+    from fbcouple.geometry.overlap import add_images, find_worst_overlap  # noqa: PLC0415  (loads numba)
+
+    assert case.particles is not None
+    period = np.where(wraps(case.domain), case.domain.size, 0.0)
+    points, rows = add_images(positions, period, float(diameters.max()))
+    overlap, one, other = find_worst_overlap(points, diameters[rows] / 2, len(positions))
+    if overlap <= START_OVERLAP:
+        return
+    across = " across a periodic side" if max(one, other) >= len(positions) else ""
+    words = " and ".join(_word_particle(positions, int(row)) for row in sorted((rows[one], rows[other])))
+    told = f"overlap{across} by {overlap:.3g} of their mean diameter, at most {START_OVERLAP} is allowed"
+    if overlap == 1.0:
+        told = f"are at one place{across}"
+    text = f"{case.particles.positions}: {words} {told}"
+    yield Problem(_KEY, f"{text}; move them apart (coordinates in m), or remove one.")
+
+
+def _word_particle(positions: np.ndarray, row: int) -> str:
+    return f"particle {row + 1} at ({', '.join(f'{x:g}' for x in positions[row])}) m"

@@ -1,0 +1,243 @@
+"""What the schema cannot see: whether the parts of a case fit together, and fit on this machine.
+
+Each check names the keys that it needs, so that the others still run when one of them is wrong.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Collection, Iterator
+from itertools import pairwise
+from pathlib import Path
+
+from fbcouple.case.bed.derived import dem_step
+from fbcouple.case.bed.particle_types import largest_diameter, particle_count
+from fbcouple.case.bed.region import find_region
+from fbcouple.case.checks.mixture import find_unsound
+from fbcouple.case.companions import find_companion
+from fbcouple.case.drag_file import OWN, examine_drag_file
+from fbcouple.case.problems import Problem, show, suggest
+from fbcouple.case.schema.sections import Case, Exchange
+from fbcouple.errors import CaseError
+
+MOST = 2_000_000_000
+"""Cells, or particles, that 32-bit labels can number."""
+BYTES_PER_PARTICLE = 1000
+BYTES_PER_CELL = 2000
+
+COEFFICIENTS = tuple(
+    f"contact.{key}" for key in ("restitution", "wall_restitution", "friction", "wall_friction", "pairs", "walls")
+)
+BED = ("particles.diameter", "particles.density", "particles.mass", "particles.count", "domain.size")
+
+Check = Callable[[Case, Path], Iterator[Problem]]
+CHECKS: list[tuple[Check, tuple[str, ...]]] = []
+
+
+def check(*needs: str) -> Callable[[Check], Check]:
+    """Register a check that needs the keys or sections `needs` to be right."""
+
+    def register(function: Check) -> Check:
+        CHECKS.append((function, needs))
+        return function
+
+    return register
+
+
+def find_problems(case: Case, folder: Path = Path()) -> list[str]:
+    """Return every mistake between the fields of a case that passed the schema, one text each.
+
+    folder: where the case file lies, for `particles.positions`.
+    """
+    return [str(problem) for problem in list_problems(case, folder, ())]
+
+
+def list_problems(case: Case, folder: Path, spoiled: Collection[str]) -> list[Problem]:
+    """Run the checks whose keys are not among `spoiled` (option keys or section names)."""
+    problems: list[Problem] = []
+    if "particles" not in spoiled and case.particles:
+        problems, sound = find_unsound(case.particles, spoiled)
+        spoiled = spoiled if sound else {*spoiled, "particles.diameter"}
+    incalculable: list[Problem] = []  # one value spoils several checks: told once
+    for function, needs in CHECKS:
+        if any(need in spoiled or need.split(".")[0] in spoiled for need in needs):
+            continue
+        try:
+            problems += function(case, folder)
+        except (OverflowError, ZeroDivisionError):
+            text = "the values are too large or too small to calculate with; give every one in SI units."
+            incalculable.append(Problem(needs[0].split(".")[0], text))
+    return problems + incalculable[:1]
+
+
+def machine_memory() -> int:
+    """Return the memory of this machine [bytes]."""
+    return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+
+
+def needed_memory(case: Case, folder: Path = Path()) -> int:
+    """Estimate the memory [bytes] of a run: 1 kB a particle, 2 kB a cell; the case's own files lie in `folder`."""
+    particles = particle_count(case.particles) if case.particles else 0
+    return BYTES_PER_PARTICLE * particles + BYTES_PER_CELL * find_region(case, folder).cells
+
+
+@check("title")
+def check_title(case: Case, folder: Path) -> Iterator[Problem]:
+    """The title is one line: it goes into the head of decks and figures."""
+    if not case.title.isprintable():
+        yield Problem("title", f"{show(case.title)} is given, one line without control characters is allowed; mend it.")
+
+
+@check("gas", "particles", "exchange")
+def check_scene(case: Case, folder: Path) -> Iterator[Problem]:
+    """Gas, particles or both; [exchange] if and only if both."""
+    if case.gas is None and case.particles is None:
+        yield Problem("gas", "neither [gas] nor [particles] is given; add one of them or both.")
+    elif case.exchange is None and case.gas and case.particles:
+        yield Problem("exchange", "gas and particles need [exchange]; add the section (it may be empty).")
+    elif case.exchange is not None and not (case.gas and case.particles):
+        missing = "particles" if case.gas else "gas"
+        yield Problem("exchange", f"there is nothing to couple; remove [exchange] or add [{missing}].")
+
+
+@check("particles", "contact", "start", "particles.positions")
+def check_particle_sections(case: Case, folder: Path) -> Iterator[Problem]:
+    """[contact] and [start] if and only if there are particles, [start] only without a positions file."""
+    if case.particles is None:
+        for name in ("contact", "start"):
+            if getattr(case, name) is not None:
+                yield Problem(name, f"there are no particles; remove [{name}] or add [particles].")
+        return
+    if case.contact is None:
+        yield Problem("contact", "particles need [contact]; add the section with restitution and friction.")
+    if case.start is None and case.particles.positions is None:
+        text = "particles need a start; add [start] (it may be empty) or give particles.positions."
+        yield Problem("start", text)
+    if case.start is not None and case.particles.positions is not None:
+        yield Problem("start", "particles.positions says where the particles start; remove [start] or the positions.")
+
+
+@check("particles", "particles.mass", "particles.count")
+def check_mass_or_count(case: Case, folder: Path) -> Iterator[Problem]:
+    """The bed is given by its mass or by its count."""
+    if case.particles is not None and (case.particles.mass is None) == (case.particles.count is None):
+        given = "neither mass nor count is given" if case.particles.mass is None else "mass and count are both given"
+        yield Problem("particles.mass", f"{given}; give one of them (mass in kg, or count).")
+
+
+def has_bed(case: Case) -> bool:
+    """Tell whether there are particles, their number is given, and one of them fits into the box."""
+    particles = case.particles
+    if particles is None or (particles.mass is None) == (particles.count is None):
+        return False
+    return largest_diameter(particles) < min(case.domain.size) * (1 + 1e-9)
+
+
+@check("contact.stiffness", "contact.steps_per_contact", "end_time", *COEFFICIENTS, *BED[:2])
+def check_contact(case: Case, folder: Path) -> Iterator[Problem]:
+    """The DEM step is a number that time can advance by."""
+    if case.contact is not None and case.particles is not None and case.contact.model == "hooke":
+        step = dem_step(case.contact, case.particles)
+        if not (math.isfinite(step) and case.end_time + step > case.end_time):
+            text = f"{case.contact.stiffness:g} N/m gives a DEM step of {step:g} s, which time cannot advance by"
+            yield Problem("contact.stiffness", f"{text}; give the stiffness in N/m and the particle in SI units.")
+
+
+@check("gas.inlet_velocity", "gas.inlet_ramp")
+def check_inlet(case: Case, folder: Path) -> Iterator[Problem]:
+    """The inlet has one velocity or a ramp, and the times of the ramp go up; a time may stand twice, not more."""
+    if case.gas is None:
+        return
+    if (case.gas.inlet_velocity is None) == (case.gas.inlet_ramp is None):
+        given = "neither it nor inlet_ramp is" if case.gas.inlet_velocity is None else "it and inlet_ramp are both"
+        yield Problem("gas.inlet_velocity", f"{given} given; give one of them (in m/s).")
+    times = [time for time, _ in case.gas.inlet_ramp or ()]
+    for row, (before, after) in enumerate(pairwise(times), start=2):
+        if after < before or times.count(after) > 2:
+            text = f"row {row} is at {after:g} s, {'before' if after < before else 'as are two more than'} the last"
+            yield Problem("gas.inlet_ramp", f"{text}; order the rows by time, two at most at one time (a jump).")
+            return
+
+
+@check("gas.closed_nozzle", "domain.cells")
+def check_nozzle(case: Case, folder: Path) -> Iterator[Problem]:
+    """The closed nozzle lies in the middle of the floor and leaves some of it open."""
+    if case.gas is None or case.gas.closed_nozzle is None:
+        return
+    floor, given = case.domain.cells[:2], case.gas.closed_nozzle
+    allowed = [
+        ", ".join(map(str, range(2 - n % 2, n + 1, 2))) if n < 12 else f"{2 - n % 2}, {4 - n % 2}, ... {n}"
+        for n in floor
+    ]
+    mend = f"give {allowed[0]} along x and {allowed[1]} along y, not the whole floor in both."
+    floor_text = f"{show(given)} is given on a floor of {floor[0]} x {floor[1]} faces"
+    if any(n > most for n, most in zip(given, floor, strict=True)) or given == floor:
+        yield Problem("gas.closed_nozzle", f"{floor_text} and leaves no face open or sticks out; {mend}")
+    elif any((most - n) % 2 for n, most in zip(given, floor, strict=True)):
+        yield Problem("gas.closed_nozzle", f"{floor_text} and cannot lie in its middle; {mend}")
+
+
+@check("gas.top", "gas.inlet_velocity", "gas.inlet_ramp")
+def check_lid(case: Case, folder: Path) -> Iterator[Problem]:
+    """Under a lid no gas comes in: it is incompressible and could not leave."""
+    if case.gas is None or case.gas.top == "open":
+        return
+    key = "gas.inlet_velocity" if case.gas.inlet_ramp is None else "gas.inlet_ramp"
+    if any([case.gas.inlet_velocity, *(velocity for _, velocity in case.gas.inlet_ramp or ())]):
+        yield Problem(key, "gas comes in and gas.top is closed; give 0 or open the top.")
+
+
+@check("averages.start", "averages.every", "averages.blocks", "end_time")
+def check_averages(case: Case, folder: Path) -> Iterator[Problem]:
+    """The averaging window lies within the run, and each of its blocks has a sample."""
+    if case.averages is None:
+        return
+    window = case.end_time - case.averages.start
+    if window <= 0.0:
+        text = f"{case.averages.start:g} s is given and the run ends at {case.end_time:g} s"
+        yield Problem("averages.start", f"{text}; start before end_time.")
+    elif case.averages.every > window / case.averages.blocks * (1 + 1e-9):
+        text = f"{case.averages.every:g} s is given, at most {window / case.averages.blocks:g} s is allowed"
+        blocks = f"({case.averages.blocks} blocks from averages.start to end_time, a sample in each)"
+        yield Problem("averages.every", f"{text} {blocks}; sample more often or take fewer blocks.")
+
+
+@check("exchange.scheme", "exchange.accelerated")
+def check_acceleration(case: Case, folder: Path) -> Iterator[Problem]:
+    """Only the exact mean of the drag can know of other forces."""
+    if case.exchange and case.exchange.accelerated and case.exchange.scheme != "exponential":
+        text = f"true is given and exchange.scheme is {show(case.exchange.scheme)}"
+        yield Problem("exchange.accelerated", f'{text}; give exchange.scheme = "exponential" or remove this option.')
+
+
+@check("exchange.drag", "exchange.drag_file")
+def check_drag(case: Case, folder: Path) -> Iterator[Problem]:
+    """The drag law is in the registry, or the case brings a file with its own."""
+    if case.exchange is None:
+        return
+    if case.exchange.drag == OWN or case.exchange.drag_file is not None:
+        yield from check_drag_file(case.exchange, folder)
+        return
+    from fbcouple.case.user_drag_law import DRAG_LAWS  # noqa: PLC0415  (loads numba)
+
+    if case.exchange.drag not in DRAG_LAWS:
+        close = suggest(case.exchange.drag, DRAG_LAWS)
+        hint = f"; did you mean `{close}`" if close else ""
+        text = f"{show(case.exchange.drag)} is given, allowed are: {', '.join(DRAG_LAWS)}, {OWN} (with drag_file)"
+        yield Problem("exchange.drag", f"{text}{hint}; give the name of one of these drag laws.")
+
+
+def check_drag_file(options: Exchange, folder: Path) -> Iterator[Problem]:
+    """A case's own drag law is named as such, and its file is a Python file beside the case with the function."""
+    key, name = "exchange.drag_file", options.drag_file
+    if name is None:
+        yield Problem(key, f"exchange.drag is {show(OWN)} and no file is given; give the .py file that holds the law.")
+    elif options.drag != OWN:
+        text = f"{show(name)} is given and exchange.drag is {show(options.drag)}"
+        yield Problem(key, f"{text}; give exchange.drag = {show(OWN)} or remove the file.")
+    else:
+        try:
+            examine_drag_file(find_companion(folder, name, ".py"))
+        except CaseError as error:
+            yield from (Problem(key, problem) for problem in error.problems)

@@ -1,0 +1,1 @@
+"""Every option of a case, once: type, unit, range, default."""

@@ -1,0 +1,77 @@
+"""The sections of a case file that say what a run keeps, when, and what it is held to: no physics."""
+
+from __future__ import annotations
+
+from fbcouple.case.schema.option import NonNegative, Numbers, Positive, Section, Texts, option
+
+
+class Averages(Section):
+    start: float = option("Time at which averaging starts.", "s", **NonNegative)
+    every: float = option("Time between samples.", "s", 2e-3, **Positive)
+    blocks: int = option("Blocks of the window, for the standard errors.", default=10, ge=2, le=1000)
+
+
+class Output(Section):
+    record_every: float = option("Time between rows of the history.", "s", 1e-2, **Positive)
+    save_every: float = option("Wall time between rewrites of results.nc.", "s", 60.0, **Positive)
+    snapshots_every: float | None = option(
+        "Time between snapshots of the depth-mean voidage, for bubbles; absent: none are taken.", "s", None, **Positive
+    )
+    particles_every: float | None = option(
+        "Time between frames of all particles and of the gas in every cell, for 3-D views, in the folder frames of the "
+        "run; absent: none are taken.",
+        "s",
+        None,
+        **Positive,
+    )
+    tracked: Numbers = option(
+        "Particles, numbered from 1 as they start, whose position and velocity the history has.", default=()
+    )
+    references: Texts = option(
+        "Measured lines for the report: quantity@height=file, height in m, CSV beside the case (x in m, value, error).",
+        default=(),
+    )
+
+
+class Checkpoint(Section):
+    wall_every: float = option("Wall time between checkpoints.", "s", 600.0, **Positive)
+    every: float | None = option(
+        "Simulated time between checkpoints; absent: by wall time only.", "s", None, **Positive
+    )
+    moment_steps: int = option(
+        "Coupling steps between the moments at which a checkpoint can be written; at each the particles' solver is set "
+        "up anew, so that a resumed run equals the uninterrupted one.",
+        default=100,
+        ge=1,
+        le=1_000_000,
+    )
+
+
+class Monitors(Section):
+    """What ends a run with exit code 4; cells over the closest packing (0.74) are counted and end nothing."""
+
+    momentum: float = option("Imbalance of a step's momentum exchange over its impulse.", default=1e-9, **Positive)
+    solids_volume: float = option("Relative error of the solids volume that the gas sees.", default=1e-9, **Positive)
+    gas_flux: float = option(
+        "Error of the gas flux at a height against continuity, over the fastest inflow.", default=1e-2, **Positive
+    )
+    inflow: float = option(
+        "Error of the gas that comes in by the inlet in a step, over the fastest inflow of the run.",
+        default=1e-6,
+        **Positive,
+    )
+    courant: float = option("Courant number of a fluid step over gas.max_courant.", default=50.0, gt=1.0, le=1e9)
+    substeps: int = option("DEM steps in a fluid step.", default=10_000, ge=1)
+    voidage: float = option(
+        "Voidage that each cell must be above: at 0.1 others clamp it, and drag no longer means a thing.",
+        default=0.1,
+        ge=0.0,
+        lt=1.0,
+    )
+    voidage_excess: float = option("Voidage above 1, by rounding.", default=1e-9, **Positive)
+    overlap: float = option(
+        "Overlap of two particles over their mean diameter; 0.05 is usual in a violent bed.",
+        default=0.3,
+        gt=0.0,
+        le=1.0,
+    )

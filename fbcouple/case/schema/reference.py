@@ -1,0 +1,94 @@
+"""The options of a case file as a list: dotted key, what is allowed, unit, default and sentence.
+
+Read from the schema, so that messages and documents never say something else than what is enforced.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, get_args
+
+from pydantic_core import PydanticUndefined
+
+from fbcouple.case.schema.option import Section
+from fbcouple.case.schema.sections import Case
+
+_KINDS = {
+    "number": "a number",
+    "integer": "a whole number",
+    "string": "a text in quotes",
+    "boolean": "true or false",
+    "object": "a table",
+}
+_LIMITS = {
+    "exclusiveMinimum": "above",
+    "minimum": "at least",
+    "exclusiveMaximum": "below",
+    "maximum": "at most",
+    "minLength": "of at least",
+    "maxLength": "at most",
+}
+
+
+@dataclass(frozen=True)
+class Option:
+    """One option; `default` is None where there is none, `required` says whether the case must give it."""
+
+    key: str
+    allowed: str
+    unit: str
+    default: Any
+    required: bool
+    sentence: str
+
+
+@cache
+def list_sections(root: type[Section] = Case) -> dict[str, type[Section]]:
+    """Return the sections of a case file (or of what `root` describes) by name; "" stands for the top of the file."""
+    sections: dict[str, type[Section]] = {"": root}
+    for name, field in root.model_fields.items():
+        for part in (field.annotation, *get_args(field.annotation)):
+            if isinstance(part, type) and issubclass(part, Section):
+                sections[name] = part
+    return sections
+
+
+@cache
+def list_options(root: type[Section] = Case) -> dict[str, Option]:
+    """Return every option of a schema by its dotted key, in the order of the schema; sections are not among them."""
+    options = {}
+    for section, model in list_sections(root).items():
+        described = model.model_json_schema()
+        for name, field in model.model_fields.items():
+            if not section and name in list_sections(root):
+                continue
+            key = f"{section}.{name}" if section else name
+            rules = described["properties"][name]
+            default = None if field.default is PydanticUndefined else field.default
+            options[key] = Option(
+                key, word_rules(rules), rules["unit"], default, field.is_required(), field.description or ""
+            )
+    return options
+
+
+def word_rules(rules: dict[str, Any]) -> str:
+    """Put the rules of one value (JSON schema) into words: kind and limits."""
+    if "anyOf" in rules:
+        return word_rules(next(r for r in rules["anyOf"] if r.get("type") != "null"))
+    if "enum" in rules:
+        return " or ".join(f'"{word}"' for word in rules["enum"])
+    if rules["type"] == "array":
+        return _word_list(rules)
+    limits = [f"{word} {rules[name]:.10g}" for name, word in _LIMITS.items() if name in rules]
+    unit = " characters" if limits and rules["type"] == "string" else ""
+    return f"{_KINDS[rules['type']]} {' and '.join(limits)}".strip() + unit
+
+
+def _word_list(rules: dict[str, Any]) -> str:
+    if "items" not in rules:
+        return f"a list of {rules['minItems']} values, each {word_rules(rules['prefixItems'][0])}"
+    if "prefixItems" in rules["items"]:
+        kinds = " and ".join(word_rules(rule) for rule in rules["items"]["prefixItems"])
+        return f"a list of rows, each of {kinds}"
+    return f"a list, each entry {word_rules(rules['items'])}"

@@ -1,0 +1,44 @@
+"""`fbcouple doctor`: whether a run can work here, and the archive for a bug report."""
+
+# ruff: noqa: PLC0415  (a command loads only what it needs)
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from fbcouple.cli.table import print_table, word_verdict
+from fbcouple.errors import SolverError
+from fbcouple.run_folder.plain_files import require_plain
+
+
+@click.command()
+@click.option("--fix", "mends", is_flag=True, help="Mend what can be mended without the package manager first.")
+@click.option("--bundle", "bundles", is_flag=True, help="Write one archive for a bug report, with RUN if one is given.")
+@click.argument("run", required=False, type=click.Path(path_type=Path))
+def doctor(mends: bool, bundles: bool, run: Path | None) -> None:
+    """Tell what is installed, what fits together and how to mend the rest; exit code 0 only if a run can work.
+
+    With --bundle the versions, and the case, decks, manifest and logs of RUN, go into an archive without secrets.
+    """
+    if run and not bundles:
+        raise click.UsageError("RUN goes into the archive of --bundle")
+    if run:
+        require_plain(run)
+    from fbcouple.doctor import checks as examination
+
+    if mends:
+        examination.fix()
+    rows = examination.examine()
+    columns = ["what", "found", "wanted", "", "mend"]
+    print_table(
+        columns, [(row.name, row.found, row.wanted, word_verdict(row.ok), "" if row.ok else row.mend) for row in rows]
+    )
+    if bundles:
+        from fbcouple.doctor.bundle import write_bundle
+
+        click.echo(f"{write_bundle(rows, run, Path())}: look through it, then attach it to the report")
+    broken = [row.name for row in rows if not row.ok]
+    if broken:
+        raise SolverError(f"a run cannot work yet: {', '.join(broken)}")

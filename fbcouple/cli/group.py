@@ -1,0 +1,64 @@
+"""How every command ends: errors become lines on stderr and an exit code, whatever went wrong."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from typing import Any
+
+import click
+
+from fbcouple.errors import CaseError, FbcoupleError
+from fbcouple.launcher.stop_signals import SIGNALS
+from fbcouple.machine.output import drop
+from fbcouple.machine.unexpected import EXIT_CODE, report
+
+INTERRUPTED = 130
+NO_READER = 128 + signal.SIGPIPE
+
+
+class Commands(click.Group):
+    """The commands, with errors of fbcouple turned into one line a problem on stderr and their exit code."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        try:
+            return super().invoke(ctx)
+        except FbcoupleError as error:
+            tell(*(error.problems if isinstance(error, CaseError) else [str(error)]))
+            ctx.exit(error.exit_code)
+        except KeyboardInterrupt:
+            tell("interrupted")
+            ctx.exit(INTERRUPTED)
+        except (click.ClickException, click.exceptions.Exit, click.Abort):
+            raise
+        except BrokenPipeError:
+            drop(sys.stdout)
+            ctx.exit(NO_READER)
+        except Exception as error:
+            tell(report(error))
+            raise SystemExit(EXIT_CODE) from error
+
+
+def tell(*problems: str) -> None:
+    """Print lines on stderr; where that is gone, the exit code alone tells."""
+    try:
+        for problem in problems:
+            click.echo(problem, err=True)
+    except OSError:
+        drop(sys.stderr)
+
+
+def finish(code: Any) -> Any:
+    """Bring what was printed to its file, and return the exit code: `code`, unless that was 0 and printing failed.
+
+    How the command ended is settled: from here on a signal does not change it.
+    """
+    for number in SIGNALS:
+        signal.signal(number, signal.SIG_IGN)
+    for stream in filter(None, (sys.stdout, sys.stderr)):
+        try:
+            stream.flush()
+        except OSError as error:
+            drop(stream)
+            code = code or (NO_READER if isinstance(error, BrokenPipeError) else EXIT_CODE)
+    return code

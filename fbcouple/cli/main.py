@@ -1,0 +1,302 @@
+"""The command line: the only place that prints and chooses exit codes.
+
+Exit codes: 0 done; 1 the case or the input is wrong; 2 usage; 3 a solver or the machine failed; 4 the simulation
+diverged or broke a conservation check; 75 stopped early, `--resume` goes on; 130 interrupted; 141 the reader of the
+output went away. Heavy modules load inside commands.
+"""
+
+# ruff: noqa: PLC0415  (a command loads only what it needs)
+
+from __future__ import annotations
+
+import io
+import math
+import re
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from shlex import quote
+from typing import Any
+
+import click
+from rich.console import Console
+from rich.text import Text
+
+from fbcouple import __version__
+from fbcouple.batch.schedulers import SCHEDULERS
+from fbcouple.cli.bench import bench
+from fbcouple.cli.doctor import doctor
+from fbcouple.cli.group import Commands, finish
+from fbcouple.cli.pictures import claims, post, report
+from fbcouple.cli.study import study
+from fbcouple.cli.table import print_table
+from fbcouple.errors import CaseError
+from fbcouple.launcher.stop_signals import Requests
+from fbcouple.machine.output import open_standard_streams, outlive_output
+from fbcouple.paths import require_usable
+from fbcouple.run_folder.plain_files import require_plain
+
+DIVERGED = 4
+PROGRESS_EVERY = 5.0
+"""Wall time [s] between lines of progress."""
+COLOURS = {"fit": "green", "warn": "yellow", "unfit": "bold red"}
+
+
+def require_finite(ctx: click.Context, parameter: click.Parameter, value: float | None) -> float | None:
+    """Refuse nan and infinity, which click takes for numbers."""
+    if value is not None and not math.isfinite(value):
+        raise click.BadParameter("give a finite number of seconds")
+    return value
+
+
+def read_clock(ctx: click.Context, parameter: click.Parameter, value: str) -> int:
+    """Seconds of a time given as HH:MM:SS."""
+    parts = value.split(":")
+    if len(parts) != 3 or not all(part.isascii() and part.isdigit() and len(part) <= 4 for part in parts):
+        raise click.BadParameter("write it as HH:MM:SS")
+    hours, minutes, seconds = map(int, parts)
+    if minutes > 59 or seconds > 59 or hours + minutes + seconds == 0:
+        raise click.BadParameter("minutes and seconds go to 59, and the limit is above 0")
+    return 3600 * hours + 60 * minutes + seconds
+
+
+def read_duration(ctx: click.Context, parameter: click.Parameter, value: str | None) -> float:
+    """Read seconds or hours:minutes:seconds; no value is no limit."""
+    if value is None:
+        return math.inf
+    words = re.fullmatch(r"(\d+):([0-5]\d):([0-5]\d)|(\d+(?:\.\d*)?)", value)
+    if not words:
+        raise click.BadParameter(f"{value!r}: give seconds, as 5400, or hours, minutes and seconds, as 1:30:00")
+    hours, minutes, seconds, plain = words.groups()
+    return float(plain) if plain else int(hours) * 3600.0 + int(minutes) * 60.0 + int(seconds)
+
+
+def take_settings(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add `--set key.path=value`, which may be given several times."""
+    text = "Put a value on top of the case file, as particles.mass=0.125; may be given several times."
+    return click.option("--set", "sets", multiple=True, metavar="KEY=VALUE", help=text)(command)
+
+
+def take_trust(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add `--trust`, without which no code that a case brings is run."""
+    text = "Run the code that the case brings (exchange.drag_file), and decks that were changed; read them first."
+    return click.option("--trust", "trusted", is_flag=True, help=text)(command)
+
+
+@click.group(cls=Commands)
+@click.version_option(__version__)
+def cli() -> None:
+    """CFD-DEM of fluidized beds: OpenFOAM and LIGGGHTS from one case file to figures."""
+
+
+@cli.command()
+def cases() -> None:
+    """List the shipped cases, and the sets of them that `setup` takes in place of a case."""
+    from fbcouple.case.source import list_sets, list_shipped, read_case
+
+    # Not by load_case: a shipped case may be too large for this machine.
+    rows = [(name, str(read_case(path, name)["title"])) for name, path in list_shipped().items()]
+    sets = [(name, f"{len(members)} cases: {', '.join(members)}") for name, members in list_sets().items()]
+    print_table(["case", "title"], [*rows, *sets])
+
+
+@cli.command()
+@click.argument("case")
+@take_settings
+@take_trust
+def check(case: str, sets: tuple[str, ...], trusted: bool) -> None:
+    """Tell every mistake of CASE at once, and the pre-flight numbers; starts no solver."""
+    from fbcouple.case.load import load_case
+    from fbcouple.case.preflight import estimate
+    from fbcouple.case.source import find_case
+    from fbcouple.decks.set_up import read_own_law
+
+    loaded = load_case(case, sets)
+    brings_code = loaded.exchange is not None and loaded.exchange.drag_file is not None
+    law = read_own_law(loaded, find_case(case).parent) if brings_code and trusted else None
+    numbers = estimate(loaded, law, find_case(case).parent)
+    rows = [
+        (
+            number.name,
+            f"{number.value:.4g}" if isinstance(number.value, float) else str(number.value),
+            "" if number.unit == "1" else number.unit,
+            number.limit or "",
+            Text(number.verdict or "", style=COLOURS.get(number.verdict or "", "")),
+            number.meaning,
+        )
+        for number in numbers
+    ]
+    print_table(["number", "value", "unit", "wanted", "verdict", "meaning"], rows)
+    if brings_code and not trusted:
+        click.echo("exchange.drag_file is not run: no numbers of the drag; --trust runs it")
+
+
+@cli.command()
+@click.argument("case")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Run folder; by default runs/<name of the case>.")
+@take_settings
+@click.option("--explain", "explained", is_flag=True, help="List what is in the decks, what is left out, and why.")
+@click.option("--force", "forced", is_flag=True, help="Also what the pre-flight numbers of `check` call unfit.")
+@take_trust
+def setup(case: str, output: Path | None, sets: tuple[str, ...], explained: bool, forced: bool, trusted: bool) -> None:
+    """Write the run folder of CASE: effective case, decks, start positions. Of a set, one folder of run folders."""
+    from fbcouple.decks.needs import explain
+    from fbcouple.decks.set_up import lay_out
+
+    for run, loaded in lay_out(case, output, sets, trusted, forced).items():
+        if explained:
+            rows = [(part.name, "in" if part.is_in else "out", part.why) for part in explain(loaded)]
+            print_table(["part", "", "why"], rows)
+        click.echo(f"{run}: set up; start it with `fbcouple run {quote(str(run))}`")
+
+
+@cli.command()
+@click.argument("run", type=click.Path(path_type=Path))
+@click.option("-n", "--ranks", type=click.IntRange(min=1), default=1, show_default=True, help="MPI ranks.")
+@click.option(
+    "--until",
+    type=click.FloatRange(min=0.0, min_open=True),
+    callback=require_finite,
+    help="Stop at the first moment for a checkpoint at or after this simulated time [s].",
+)
+@click.option("--resume", is_flag=True, help="Go on from the newest good checkpoint; without one, from the start.")
+@click.option("--fresh", is_flag=True, help="Start again and remove the results of an earlier run.")
+@click.option(
+    "--wall-limit",
+    callback=read_duration,
+    metavar="SECONDS|H:MM:SS",
+    help="Stop with a checkpoint before this wall time is over.",
+)
+@click.option(
+    "--patience",
+    type=click.FloatRange(min=1.0),
+    callback=require_finite,
+    default=600.0,
+    show_default=True,
+    help="Wall time [s] without a coupling step after which the run is taken for hanging and ended.",
+)
+@click.option("--accept-update", is_flag=True, help="Resume also what another version of fbcouple or a solver began.")
+@take_trust
+@outlive_output
+def run(run: Path, ranks: int, resume: bool, fresh: bool, trusted: bool, **limits: Any) -> None:
+    """Run the simulation that lies in the folder RUN; exit code 75 if it stopped early, for --resume to go on."""
+    require_plain(run)
+    require_run(run)
+    if resume and fresh:
+        raise click.UsageError("--resume goes on, --fresh starts again: give one of them")
+    with Requests() as requests:  # from here to the last word, a signal is a request to stop
+        run_on(run, ranks, resume, fresh, trusted, requests, limits)
+        if requests.first:
+            late = "came too late to stop the run: no moment for a checkpoint was left before its end"
+            click.echo(f"{run}: {requests.first} {late}")
+
+
+def run_on(
+    run: Path, ranks: int, resume: bool, fresh: bool, trusted: bool, requests: Requests, limits: dict[str, Any]
+) -> None:
+    """Run what lies in `run` as far as it is asked to, with a display of its progress."""
+    from fbcouple.case.drag_file import require_trust
+    from fbcouple.case.load import load_case
+    from fbcouple.decks.unchanged import require_unchanged
+    from fbcouple.errors import StoppedError
+    from fbcouple.launcher.launch import is_complete, launch
+    from fbcouple.launcher.progress import RunProgress
+
+    case = load_case(str(run))
+    require_trust(case, trusted)
+    require_unchanged(case, run, trusted)
+    end = min(case.end_time, limits["until"] or case.end_time)
+    console = Console()
+    go_on = f"`fbcouple run {quote(str(run))} -n {ranks} --resume`"
+    try:
+        with RunProgress(console, end) as progress:
+            options: dict[str, Any] = {"fresh": fresh, "resume": resume, "requests": requests} | limits
+            launch(run, ranks, watch=progress.show, say=click.echo, trusted=trusted, **options)
+    except StoppedError as error:
+        raise StoppedError(f"{run}: {error}; go on with {go_on}") from error
+    console.print(progress.tabulate())
+    for warning in progress.list_warnings():
+        click.echo(f"{run}: warning: {warning}")
+    if not is_complete(run, case):
+        place = f"at or after {end:g} s of {case.end_time:g} s"
+        click.echo(f"{run}: stopped at a moment for a checkpoint {place}; go on with {go_on}")
+        return
+    click.echo(f"{run}: done; draw its figures with `fbcouple post {quote(str(run))}`")
+
+
+def require_run(run: Path) -> None:
+    """Raise CaseError unless `run` is a folder that `setup` wrote."""
+    if not (run / "case.toml").is_file():
+        raise CaseError(
+            [f"{run}: is not a run folder (no case.toml); write one with `fbcouple setup CASE -o {quote(str(run))}`."]
+        )
+    require_usable(run)
+
+
+@cli.command()
+@click.argument("place", metavar="RUN", type=click.Path(path_type=Path))
+@click.option("--scheduler", required=True, type=click.Choice(list(SCHEDULERS)), help="The batch system.")
+@click.option(
+    "--time", "limit", required=True, metavar="HH:MM:SS", callback=read_clock, help="Wall-time limit of a job."
+)
+@click.option("-n", "--ranks", type=click.IntRange(min=1), default=1, show_default=True, help="MPI ranks.")
+@click.option("--notice", type=click.IntRange(min=1), default=300, show_default=True, help="Stop SECONDS before it.")
+@click.option("--memory", type=click.IntRange(min=1), help="Memory of all ranks [MiB]; by default estimated.")
+@click.option("--module", "modules", multiple=True, help="Load this module first; may be given several times.")
+@click.option("--queue", help="Partition or queue.")
+@click.option("--account", help="Account or project.")
+@click.option("--chain", type=click.IntRange(min=1), help="Hand in so many jobs, one after the other; no requeueing.")
+@take_trust
+def batch(place: Path, scheduler: str, **request: Any) -> None:
+    """Write the job script of RUN for a batch system; of a folder of runs, an array job."""
+    from fbcouple.batch.jobs import Request, write_job
+
+    job, submit = write_job(place, scheduler, Request(**request))
+    click.echo(f"{job}: read it; {submit} hands it in")
+
+
+@cli.command()
+@click.argument("names", nargs=-1, metavar="[NAME]...")
+@click.option("--fast", is_flag=True, help="Only the subset that every test run does.")
+@click.option("--json", "file", type=click.Path(path_type=Path, dir_okay=False), help="Write the table to FILE.")
+@click.pass_context
+def verify(ctx: click.Context, names: tuple[str, ...], fast: bool, file: Path | None) -> None:
+    """Run small scenes with the real solvers against analytic and published numbers; exit code 4 if one fails."""
+    import json
+
+    from fbcouple.verify.suite import choose_scenes, run_scenes
+
+    rows = []
+    for row in run_scenes(choose_scenes(names, fast)):
+        rows.append(row)
+        verdict = "pass" if row["passed"] else "FAIL"
+        numbers = f"{row['value']:.6g} {row['unit']}, expected {row['expected']:.6g} +- {row['tolerance']:.2g}"
+        click.echo(f"{verdict}  {row['name']}: {numbers} ({row['seconds']:.1f} s)")
+    if file:
+        file.write_text(json.dumps({"checks": rows}, indent=2) + "\n", encoding="utf-8")
+    failed = sum(not row["passed"] for row in rows)
+    click.echo(f"{len(rows) - failed} passed, {failed} failed")
+    if failed:
+        ctx.exit(DIVERGED)
+
+
+for command in (post, report, claims, study, bench, doctor):
+    cli.add_command(command)
+
+
+def main() -> None:
+    """Entry point of the `fbcouple` command."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")  # a terminal that has not all letters gets their numbers
+    open_standard_streams()
+    code: Any = 0
+    try:
+        cli(prog_name="fbcouple")
+    except SystemExit as end:
+        code = end.code
+    sys.exit(finish(code))
+
+
+if __name__ == "__main__":
+    main()

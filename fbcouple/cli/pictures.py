@@ -1,0 +1,94 @@
+"""`fbcouple post`, `report` and `claims`: what is drawn and told of runs that are over, or under way."""
+
+# ruff: noqa: PLC0415  (a command loads only what it needs)
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from fbcouple.cli.table import print_table
+from fbcouple.run_folder.plain_files import require_plain
+
+
+@click.command()
+@click.argument("run", type=click.Path(path_type=Path))
+@click.option(
+    "-o",
+    "--output",
+    "folder",
+    type=click.Path(path_type=Path, file_okay=False),
+    help="Folder for them; by default figures in the run folder (and vtk there).",
+)
+@click.option("--animate", "moving", is_flag=True, help="Also figures/bed.gif, of the frames (output.particles_every).")
+@click.option("--vtk", "exported", is_flag=True, help="Also RUN/vtk, means and frames for ParaView.")
+def post(run: Path, folder: Path | None, moving: bool, exported: bool) -> None:
+    """Draw the figures of RUN from its results.nc and its frames."""
+    require_plain(run)
+    from fbcouple.postproc import draw
+    from fbcouple.postproc.views.views import animate
+
+    for picture in draw(run, folder):
+        click.echo(str(picture))
+    if moving:
+        click.echo(str(animate(run, folder)))
+    if exported:
+        from fbcouple.postproc.views.vtk_files import export
+
+        for file in export(run, folder and folder / "vtk"):
+            click.echo(str(file))
+
+
+@click.command()
+@click.argument("runs", nargs=-1, required=True, metavar="RUN...", type=click.Path(path_type=Path))
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="HTML file; by default report.html in the run folder, or here for several runs.",
+)
+@click.option(
+    "--reference",
+    "references",
+    multiple=True,
+    metavar="QUANTITY@HEIGHT=FILE",
+    help="Measured line across the bed at HEIGHT [m], a CSV file of x, value, error, for all RUNs; may be given "
+    "several times.",
+)
+def report(runs: tuple[Path, ...], output: Path | None, references: tuple[str, ...]) -> None:
+    """Put RUNs on one HTML page that stands alone, compared with the first of them, and the numbers in a JSON file."""
+    for run in runs:
+        require_plain(run)
+    from fbcouple.postproc.report.report import write_report
+
+    page = output or (runs[0] if len(runs) == 1 else Path()) / "report.html"
+    for file in write_report(runs, page, references):
+        click.echo(str(file))
+
+
+@click.command()
+@click.argument("runs", nargs=-1, required=True, metavar="RUN...", type=click.Path(path_type=Path))
+@click.option("--json", "file", type=click.Path(path_type=Path, dir_okay=False), help="Write the table to FILE.")
+def claims(runs: tuple[Path, ...], file: Path | None) -> None:
+    """Tell which statements of the reference paper hold in these RUNs, and which they cannot decide."""
+    for run in runs:
+        require_plain(run)
+    import json
+
+    from fbcouple.postproc.files import write_whole
+    from fbcouple.postproc.papers.hamidouche2019.claims import tabulate_claims
+
+    rows = tabulate_claims(runs)
+    spoken = [row for row in rows if row["runs"]]
+    columns = ["statement", "place", "numerics", "measured", "wanted", "verdict", "why"]
+    if spoken:
+        print_table(columns, [[row[column] for column in columns] for row in spoken])
+    if len(spoken) < len(rows):
+        what = (
+            "beds that are not among these runs" if spoken else "beds of the paper (patil/...), and no run here is one"
+        )
+        click.echo(f"{len(rows) - len(spoken)} of {len(rows)} statements cannot be told: they speak of {what}.")
+    if file:
+        text = json.dumps({"claims": rows}, indent=2) + "\n"
+        write_whole(file, lambda place: place.write_text(text, encoding="utf-8"), "give another file with --json")

@@ -1,1 +1,0 @@
-"""Command groups of the command line that have modules of their own."""

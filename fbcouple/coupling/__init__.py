@@ -1,0 +1,1 @@
+"""How particles and gas see each other."""

@@ -1,0 +1,1 @@
+"""The coupling on the equal cells of a box."""

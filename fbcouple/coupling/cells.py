@@ -1,0 +1,111 @@
+"""The gas cells of this rank as records and results see them: those of a box, or of a mesh of polyhedra."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from mpi4py import MPI
+
+from fbcouple.geometry.grid import Grid
+from fbcouple.geometry.polyhedra import Polyhedra
+
+Part = tuple[np.ndarray, np.ndarray]
+"""Numbers of a rank's cells, as `owned`, and their rows of values (n, components)."""
+
+
+class BoxCells:
+    """Cells of a box: `owned` (n, 3) are index triples, of the `shape` of the grid."""
+
+    def __init__(self, grid: Grid, owned: np.ndarray) -> None:
+        self.grid, self.owned, self.shape = grid, owned, grid.cells
+
+    def add_up(self, densities: np.ndarray) -> float:
+        """Sum over this rank's cells of values per volume (n,)."""
+        return float(densities.sum()) * self.grid.cell_volume
+
+    def arrange(self, parts: list[Part]) -> np.ndarray:
+        """The values of all ranks, (z, y, x) or (component, z, y, x)."""
+        return self.grid.spread(parts)
+
+    def describe(self, comm: MPI.Comm) -> dict[str, Any]:
+        """What results say of the cells beside the grid: nothing."""
+        return {}
+
+
+class MeshCells:
+    """Cells of a mesh of polyhedra: `owned` (n, 1) are their numbers in the whole mesh, of `shape` (count,).
+
+    `grid` is the regular grid that results are sampled on.
+    """
+
+    def __init__(self, comm: MPI.Comm, grid: Grid, cells: Polyhedra, volumes: np.ndarray) -> None:
+        self.grid, self.owned, self.volumes = grid, cells.ids[:, None], volumes
+        self._cells = cells
+        self._about: dict[str, Any] | None = None
+        self.shape = (comm.allreduce(len(cells)),)
+        layer = np.floor((cells.centres[:, 2] - grid.origin[2]) / grid.spacing[2]).astype(int)
+        self._layer = np.clip(layer, 0, grid.cells[2] - 1)
+        self._layer_volumes = comm.allreduce(self._sort(volumes))
+
+    def add_up(self, densities: np.ndarray) -> float:
+        """Sum over this rank's cells of values per volume (n,)."""
+        return float(densities @ self.volumes)
+
+    def find_profile(self, comm: MPI.Comm, densities: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Mean of values per volume (n,) over the cells whose centres are in each layer of the grid, and the layers'
+        middles [m]; layers without a cell are left out (collective)."""
+        sums = comm.allreduce(self._sort(densities * self.volumes))
+        filled = self._layer_volumes > 0.0
+        return sums[filled] / self._layer_volumes[filled], self.grid.centres(2)[filled]
+
+    def _sort(self, amounts: np.ndarray) -> np.ndarray:
+        return np.bincount(self._layer, amounts, minlength=self.grid.cells[2])
+
+    def arrange(self, parts: list[Part]) -> np.ndarray:
+        """The values of all ranks, (cell,) or (component, cell)."""
+        field = np.full((parts[0][1].shape[1], *self.shape), np.nan)
+        for owned, values in parts:
+            field[:, owned[:, 0]] = values.T
+        return field if len(field) > 1 else field[0]
+
+    def describe(self, comm: MPI.Comm) -> dict[str, Any]:
+        """Centres (cell, 3) [m], volumes (cell,) [m3], points (node, 3) [m] and faces of all cells, and the cell at
+        each place of the grid, (z, y, x), -1 outside; on rank 0, nothing on the others (collective)."""
+        if self._about is None:
+            self._about = self._find_about(comm)
+        return self._about
+
+    def _find_about(self, comm: MPI.Comm) -> dict[str, Any]:
+        from fbcouple.geometry.polyhedra import join, stream_faces  # noqa: PLC0415  (asked for once)
+
+        parts = comm.gather((self.owned, np.column_stack([self._cells.centres, self.volumes])))
+        polyhedra = comm.gather(self._cells)
+        own = self._sample()
+        samples = np.empty_like(own)
+        comm.Reduce(own, samples, MPI.MAX)
+        if parts is None or polyhedra is None:
+            return {}
+        table, whole = self.arrange(parts), join(polyhedra)
+        whole = whole.select(np.argsort(whole.ids))
+        about = {"centres": table[:3].T, "volumes": table[3], "samples": samples}
+        return about | {"points": whole.points, "faces": stream_faces(whole)}
+
+    def _sample(self) -> np.ndarray:
+        from fbcouple.geometry.locator import Locator  # noqa: PLC0415  (asked for once, at the end)
+        from fbcouple.geometry.tetrahedra import cut  # noqa: PLC0415
+
+        nx, ny, nz = self.grid.cells
+        z, y, x = np.meshgrid(*(self.grid.centres(axis) for axis in (2, 1, 0)), indexing="ij")
+        places = np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1)
+        found = np.full(len(places), -1, np.int64)
+        if len(self._cells):
+            locator = Locator(cut(self._cells))
+            low, high = self._cells.points.min(axis=0), self._cells.points.max(axis=0)
+            near = np.flatnonzero(np.all((places >= low) & (places <= high), axis=1))
+            cells = locator.find_cells(places[near])
+            found[near] = np.where(cells >= 0, self._cells.ids[cells], -1)
+        return found.reshape(nz, ny, nx)
+
+
+Cells = BoxCells | MeshCells

@@ -1,0 +1,188 @@
+"""One coupling step between the move of the particles and the next: map, drag, react (engine-free)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from fbcouple.case.schema.sections import Case
+from fbcouple.case.user_drag_law import choose_law
+from fbcouple.coupling import kernels as momentum
+from fbcouple.coupling.discretisation import Space
+from fbcouple.coupling.forces import Forces, choose_forces
+from fbcouple.coupling.kernels import DRAG_SCHEMES
+from fbcouple.coupling.particles import Particles
+from fbcouple.physics.jit import find_address
+
+
+class Coupling:
+    """The exchange between this rank's particles and gas cells.
+
+    `voidage` (cells,) and `drag_sums` (cells, 4), the sums of beta~ [kg/s] and beta~ v [N] over the particles of each
+    cell, are what the gas step takes.
+    """
+
+    def __init__(self, case: Case, space: Space) -> None:
+        """`space` has the cells; a drag file lies in the current folder (collective)."""
+        assert case.gas is not None and case.exchange is not None
+        self._gas, self._options = case.gas, case.exchange
+        self.space, self.plan, self.mapping = space, space.plan, space.mapping
+        self._law = choose_law(case.exchange, Path())
+        self._law_address = find_address(self._law.kernel)
+        self._scheme_address = find_address(DRAG_SCHEMES[case.exchange.scheme])
+        self._explicit = case.exchange.scheme == "explicit"
+        self._push = float(case.exchange.pressure_gradient)
+        self._lift = self._push * case.gas.density * case.gravity
+        self.forces = None
+        if names := choose_forces(case):
+            self.forces = Forces(case, names, space)
+            self._lift += self.forces.weight
+        cells = self.plan.owned_count
+        self.voidage, self._solids, self.drag_sums = np.ones(cells), np.zeros((cells, 1)), np.zeros((cells, 4))
+        self._fields = {c: space.make_field(c) for c in (1, 4, 6)}
+        self._scratch = {c: space.make_field(c) for c in (1, 4, 6)} if space.needs_scratch else self._fields
+        # Velocity, voidage and pressure gradient of a cell side by side, and one number more: two vectors of four.
+        self._gas_rows = space.make_field(8)
+        self._room = -1
+        self._nobody = np.empty((0, 3))
+        self._dt, self._ratio = 0.0, 1.0
+        self._layers = self._read_layers = len(self._gas_rows)
+        self._state = np.zeros((cells, 6))
+
+    def map(self, particles: Particles) -> None:
+        """Voidage of the cells from the particles' places: eps = 1 - sum w V_p/dV (eqs 30, 33, 34)."""
+        self.mapping.locate(particles.positions, particles.radii)
+        self._make_room(len(particles.positions))
+        self._layers = self._count_layers()
+        field = self._fields[1][: self._layers]
+        rows = self.mapping.open(field)
+        momentum.write_volume(*self.mapping.stencil, particles.radii, rows)
+        self.mapping.write(rows, field)
+        self._add_up(self._solids)
+        np.divide(self._solids[:, 0], self.space.volumes, out=self.voidage)
+        np.subtract(1.0, self.voidage, out=self.voidage)
+
+    def drag(self, particles: Particles, dt: float, last_dt: float = 0.0) -> None:
+        """The drag of the next gas step from slip and voidage at the particles, averaged over `dt` [s].
+
+        last_dt [s]: length of the step in which the particles came by their velocities, of which what other forces did
+        in it is known; 0: as long as the next.
+        """
+        if self._layers > self._read_layers:
+            self.plan.refill(self._state, self._fields[6][: self._layers], "gas")
+            self._line_up_gas()
+        voidage = self._fields[1][: self._layers]
+        self.plan.fetch(self.voidage[:, None], voidage)
+        self._gas_rows[: self._layers, ..., 3] = voidage[..., 0]
+        self.beta = self._beta[: len(particles.positions)]
+        field = self._fields[4][: self._layers]
+        rows, gas_rows = self.mapping.open(field), self.mapping.read(self._gas_rows, 4)
+        driven, self._aim = self._nobody, particles.velocities
+        if particles.driven_velocities is not None:
+            driven, self._aim = particles.driven_velocities, self._aims[: len(particles.positions)]
+        self._dt, self._ratio = dt, dt / (last_dt or dt)
+        momentum.exert(
+            self._law_address,
+            self._scheme_address,
+            self._explicit,
+            *self.mapping.stencil,
+            particles.velocities,
+            particles.radii,
+            particles.masses,
+            gas_rows,
+            self._gas.density,
+            self._gas.viscosity,
+            dt,
+            self.beta,
+            driven,
+            self._ratio,
+            self._aim,
+            rows,
+        )
+        if self.forces:
+            self.forces.exert(particles, self.mapping, gas_rows, (last_dt or dt, dt), rows)
+        self.mapping.write(rows, field)
+        self._add_up(self.drag_sums)
+
+    def react(self, particles: Particles, gas: np.ndarray, held: np.ndarray, current: np.ndarray) -> float:
+        """Put the particles under the force of the new gas, in place.
+
+        gas (cells, 6): velocity [m/s] and pressure gradient [Pa/m]; held (n, 3) [N]: the gas force of the sub-steps to
+        come; current (n, 3) [N]: the total force that their next half kick starts from. Returns the sum of the
+        magnitudes [N] of drag and extra forces (collective).
+        """
+        before = self._gas_rows[..., :3].copy() if self._explicit else None
+        self.read_gas(gas)
+        rows = self._gas_rows
+        if before is not None:
+            rows = rows.copy()
+            rows[..., :3] = before
+        driven = self._nobody if particles.driven_velocities is None else particles.driven_velocities
+        drag = momentum.react(
+            *self.mapping.stencil,
+            self.mapping.read(rows, 8),
+            self.beta,
+            self._aim,
+            particles.radii,
+            self._push,
+            self._lift,
+            held,
+            current,
+            particles.velocities,
+            particles.masses,
+            self._dt,
+            driven,
+            self._ratio,
+        )
+        if self.forces:
+            drag += self.forces.hand_over(self.mapping, self.mapping.read(self._gas_rows, 4), held, current)
+        return drag
+
+    def read_gas(self, gas: np.ndarray) -> None:
+        """Bring velocity and pressure gradient (cells, 6) to the particles' patch, filtered (collective)."""
+        self._state = gas
+        self.plan.fetch(gas, self._fields[6][: self._layers], "gas")
+        self._line_up_gas()
+
+    def _line_up_gas(self) -> None:
+        field = self.space.average(*self._cut_fields(6))
+        momentum.line_up(field.reshape(-1, 6), self._gas_rows[: self._layers].reshape(-1, 8))
+        self._read_layers = self._layers
+
+    def _cut_fields(self, components: int) -> tuple[np.ndarray, np.ndarray]:
+        """A patch field and one to work in, as far up as they hold something."""
+        return self._fields[components][: self._layers], self._scratch[components][: self._layers]
+
+    def _count_layers(self) -> int:
+        """Lowest layers of the patch that hold all that particles write, and exact values where they read.
+
+        Filter and diffusion carry what they write up, by a layer a pass and by a margin, and the reflection at the cut
+        down by as much what they read; the last layer is the extra one of a patch.
+        """
+        return min(self.mapping.layers + self.space.rise + 1, len(self._gas_rows))
+
+    @property
+    def gas_input(self) -> tuple[np.ndarray, np.ndarray]:
+        """Voidage and sums of the drag of the next gas step."""
+        return self.voidage, self.drag_sums
+
+    def find_gas_loss(self, given_up: np.ndarray) -> np.ndarray:
+        """Force [N], shape (3,), that this rank's cells lost and the particles are still to get.
+
+        given_up (7,): sums over the cells, after the gas step, of V (K u - S) [N], V alpha grad P [N], V alpha [m3].
+        """
+        loss = given_up[:3] - self._push * given_up[3:6]
+        loss[2] += self._lift * given_up[6]
+        return loss - (self.forces.moved if self.forces else 0.0)
+
+    def _add_up(self, sums: np.ndarray) -> None:
+        """Smooth the patch field of as many components as `sums` (cells, c) and add it up at the owners of the cells,
+        in `sums` (collective)."""
+        # The last layer, the extra one, holds nothing that counts: what a higher bed left there.
+        self.plan.deposit(self.space.spread(*self._cut_fields(sums.shape[1]))[:-1], sums)
+
+    def _make_room(self, count: int) -> None:
+        if count > self._room:
+            self._room = count + count // 4
+            self._beta, self._aims = np.empty(self._room), np.empty((self._room, 3))

@@ -1,0 +1,85 @@
+"""The two kinds of cells that particles meet: those of a box, and those of a mesh of polyhedra.
+
+A space has all that a coupling needs to know of its cells: who needs which of them (`plan`, with its patch), how
+particles share themselves among them (`mapping`), how patch fields are smoothed, and what volume a cell has.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from mpi4py import MPI
+
+from fbcouple.case.bed.derived import wraps
+from fbcouple.case.schema.sections import Case
+from fbcouple.coupling.box.diffusion import Diffusion, find_margin
+from fbcouple.coupling.box.filter import filtered
+from fbcouple.coupling.box.halo import Plan, find_patch
+from fbcouple.coupling.box.mapping import VOIDAGE_METHODS, Mapping, find_spread
+from fbcouple.coupling.polyhedral.halo import CellPlan
+from fbcouple.coupling.polyhedral.mapping import CELL_METHODS, CellFilter, CellGeometry, CellMapping
+from fbcouple.geometry.grid import Grid
+from fbcouple.geometry.polyhedra import Polyhedra
+
+LINEAR_RING = 1
+"""Rings of cells around a particle's own that its weights reach."""
+
+
+class BoxSpace:
+    """Cells of a box; its smoothing is symmetric, the same for what is read and what is written."""
+
+    def __init__(self, case: Case, comm: MPI.Comm, centres: np.ndarray, bounds: np.ndarray, reach: float) -> None:
+        """`centres` (cells, 3) [m] of this rank's gas cells; `bounds` (2, 3) [m] of its particles' box, which they
+        may leave by `reach` [m] (collective)."""
+        assert case.exchange is not None
+        grid = Grid(case.domain.cells, case.domain.size, wraps(case.domain))
+        method, spread = VOIDAGE_METHODS[case.exchange.voidage], find_spread(case)
+        reach += method.find_reach(spread)
+        widen = case.exchange.filter_passes + find_margin(grid.spacing, spread.diffusion)
+        patch = find_patch(grid, bounds[0], bounds[1], reach, widen)
+        self.rise = int(widen[2])
+        """Layers that smoothing carries values up."""
+        self.plan = Plan(comm, patch, grid.indices(centres))
+        self.mapping: Mapping = method(patch, spread)
+        self.volumes = np.full(len(centres), grid.cell_volume)
+        self.make_field = patch.make_field
+        self._diffusion = Diffusion(patch, spread.diffusion) if spread.diffusion else None
+        self._passes = case.exchange.filter_passes
+        self.needs_scratch = self._passes > 0
+        self.spread = self.average
+
+    def average(self, field: np.ndarray, scratch: np.ndarray) -> np.ndarray:
+        """Diffuse and filter a patch field as far as the case asks for it; the operators commute."""
+        if self._diffusion:
+            self._diffusion.smooth(field)
+        return filtered(field, self._passes, scratch)
+
+
+class MeshSpace:
+    """Cells of a mesh of polyhedra; what is written is smoothed by the transpose of what is read."""
+
+    rise = 0
+    needs_scratch = False
+
+    def __init__(
+        self, case: Case, comm: MPI.Comm, own: Polyhedra, volumes: np.ndarray, bounds: np.ndarray, reach: float
+    ) -> None:
+        """`own`: this rank's gas cells, of `volumes` (cells,) [m3] (collective)."""
+        assert case.exchange is not None
+        passes = case.exchange.filter_passes
+        self.plan = CellPlan(comm, own, bounds[0] - reach, bounds[1] + reach, LINEAR_RING + passes)
+        geometry = CellGeometry(self.plan.patch)
+        self.mapping: CellMapping = CELL_METHODS[case.exchange.voidage](geometry)
+        self.volumes = volumes
+        self.make_field = self.plan.patch.make_field
+        self._filter = CellFilter(geometry, passes)
+
+    def average(self, field: np.ndarray, scratch: np.ndarray) -> np.ndarray:
+        """Filter what particles read."""
+        return self._filter.average(field)
+
+    def spread(self, field: np.ndarray, scratch: np.ndarray) -> np.ndarray:
+        """Filter what particles wrote."""
+        return self._filter.spread(field)
+
+
+Space = BoxSpace | MeshSpace

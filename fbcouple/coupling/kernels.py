@@ -1,0 +1,198 @@
+"""The forces between gas and particles, so that what one gains the other loses, to rounding.
+
+Every kernel walks the particles once. Writing to the cells and reading from them use the same weights and the same
+symmetric filter: sum over particles of beta~ (u at p - v) equals sum over cells of V (K u - S).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from fbcouple.coupling.box.corners import add_four, corner_weights, read_four
+from fbcouple.physics.elementary import decay
+from fbcouple.physics.jit import SCHEME, call_law, call_scheme, compile_as, compiled, inlined
+
+_BLOCK = 256
+NEW = 0.5
+"""Weight of the last step in what `foresee` knows of the other forces. The pressure gradient answers to what the gas
+gets: the change of one step comes back as -alpha/eps (1 - y/x) of it, which would grow where alpha > eps; so it grows
+above alpha/eps = 3 only, which no bed reaches."""
+
+
+@compiled
+def write_volume(base, upper, offsets, radii, field):
+    """Add the particles' volumes [m3] to patch `field` (places, 1)."""
+    for p in range(len(base)):
+        volume = 4.0 / 3.0 * np.pi * radii[p] ** 3
+        weights = corner_weights(upper[p, 0], upper[p, 1], upper[p, 2])
+        for c in range(8):
+            field[base[p] + offsets[c], 0] += weights[c] * volume
+
+
+DRAG_SCHEMES: dict[str, Callable[..., None]] = {}
+
+
+def drag_scheme(name: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Register how beta of the step's start becomes the beta~ of the whole step."""
+
+    def register(function: Callable[..., None]) -> Callable[..., None]:
+        DRAG_SCHEMES[name] = compile_as(SCHEME)(function)
+        return DRAG_SCHEMES[name]
+
+    return register
+
+
+@drag_scheme("exponential")
+def average_exactly(beta, masses, dt):
+    """beta~ = m (1 - exp(-dt beta/m))/dt: the drag impulse of a constant gas over dt, stable for any dt beta/m."""
+    for p in range(len(beta)):
+        beta[p] = masses[p] / dt * decay(dt * beta[p] / masses[p])
+
+
+@drag_scheme("semi-implicit")
+def average_implicitly(beta, masses, dt):
+    """beta~ = beta/(1 + dt beta/m): backward Euler over dt."""
+    for p in range(len(beta)):
+        beta[p] /= 1.0 + dt * beta[p] / masses[p]
+
+
+@drag_scheme("explicit")
+def keep_beta(beta, masses, dt):
+    """beta~ = beta: the value at the start of the step, for gas and particles alike (the paper's form)."""
+
+
+@inlined
+def foresee(velocities, driven, ratio, stiffness, aim):
+    """Set `aim` (n, 3) to v + c d, so that beta~ (u - aim) is the mean drag over a step on a particle that other forces
+    give the velocity d in it: NEW times what v is beyond `driven` (n, 3), which drag alone would have made of it, times
+    `ratio`, the step to come over the one in which they gave it.
+
+    m dv/dt = beta (u - v) + m d/dt with x = dt beta/m, `stiffness` (n,), has the mean drag beta~ (u - v) - (m/dt) d
+    (1 - y/x), where y = 1 - exp(-x) = dt beta~/m: c = 1/y - 1/x, 1/2 for slow drag and 1 for fast.
+    """
+    for p in range(len(stiffness)):
+        x = stiffness[p]
+        c = 0.5 + x * (1.0 / 12.0 - x * x * (1.0 / 720.0 - x * x / 30240.0))
+        if x > 0.1:
+            c = 1.0 / decay(x) - 1.0 / x
+        for axis in range(3):
+            aim[p, axis] = velocities[p, axis] + c * NEW * ratio * (velocities[p, axis] - driven[p, axis])
+    return aim
+
+
+@compiled
+def exert(
+    law, scheme, explicit, base, upper, offsets, velocities, radii, masses, gas, density, viscosity, dt, beta, driven,
+    ratio, aim, field
+):  # fmt: skip
+    """Add beta~ [kg/s] and beta~ w [N] of every particle to patch `field` (places, 4); beta~ stays in `beta` (n,).
+
+    `law` and `scheme` are addresses. w is the velocity that the drag acts on: v, or where `driven` (n, 3) [m/s] is
+    given, the velocity that drag alone would have made in the last step, the one that makes beta~ exact for other
+    forces too (see `foresee`), which goes into `aim` (n, 3); the step to come is `ratio` times the last. `gas`
+    (places, >= 4) starts with the filtered gas velocity and the voidage as the cells have it. The explicit scheme has
+    no implicit part: it adds 0 and beta (v - u).
+    Particles go through in blocks that fit the cache.
+    """
+    eps, slip, size = np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK)
+    ux, uy, uz = np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK)
+    left = 1.0 if explicit else 0.0
+    for first in range(0, len(base), _BLOCK):
+        n = min(_BLOCK, len(base) - first)
+        at, up, v = base[first : first + n], upper[first : first + n], velocities[first : first + n]
+        for q in range(n):
+            weights = corner_weights(up[q, 0], up[q, 1], up[q, 2])
+            ux[q], uy[q], uz[q], eps[q] = read_four(gas, np.uint64(0), at[q], offsets, weights)
+        for q in range(n):
+            rx, ry, rz = ux[q] - v[q, 0], uy[q] - v[q, 1], uz[q] - v[q, 2]
+            slip[q] = np.sqrt(rx * rx + ry * ry + rz * rz)
+            size[q] = 2.0 * radii[first + q]
+        b = beta[first : first + n]
+        call_law(law, eps[:n], slip[:n], size[:n], density, viscosity, b)
+        if len(driven):
+            for q in range(n):
+                size[q] = dt * b[q] / masses[first + q]
+            v = foresee(v, driven[first : first + n], ratio, size[:n], aim[first : first + n])
+        call_scheme(scheme, b, masses[first : first + n], dt)
+        for q in range(n):
+            weights = corner_weights(up[q, 0], up[q, 1], up[q, 2])
+            values = (
+                b[q] * (1.0 - left),
+                b[q] * (v[q, 0] - left * ux[q]),
+                b[q] * (v[q, 1] - left * uy[q]),
+                b[q] * (v[q, 2] - left * uz[q]),
+            )
+            add_four(field, np.uint64(0), at[q], offsets, weights, values)
+
+
+@compiled
+def react(
+    base, upper, offsets, gas, beta, aim, radii, push, lift, held, current, velocities, masses, dt, driven, ratio
+):  # fmt: skip
+    """Put each particle under the force of the gas [N]: beta~ (u - w) - V (push grad P) + V lift.
+
+    `aim` (n, 3) is w [m/s], the particle's velocity or what `foresee` made of it.
+    `gas` (places, 8) holds filtered gas velocity, voidage, pressure gradient and nothing; `push` is 1 with the
+    pressure-gradient force and 0 without; `lift` [N/m3] is the weight of the displaced gas. The force goes into `held`
+    (n, 3), what the sub-steps hold, and its change into `current` (n, 3), the force of the last sub-step, which the
+    next half kick starts from. Returns the summed drag magnitude [N]. `driven` (n, 3), or (0, 3)
+    where nobody asks, becomes what drag alone makes of `velocities` (n, 3) in the step of `dt` [s] that comes, less the
+    part of the last one's other forces that `foresee` is to keep; this step is `ratio` times the last.
+    """
+    total = 0.0
+    for p in range(len(base)):
+        weights = corner_weights(upper[p, 0], upper[p, 1], upper[p, 2])
+        ux, uy, uz, _ = read_four(gas, np.uint64(0), base[p], offsets, weights)
+        gx, gy, gz, _ = read_four(gas, np.uint64(4), base[p], offsets, weights)
+        volume = 4.0 / 3.0 * np.pi * radii[p] ** 3
+        dx = beta[p] * (ux - aim[p, 0])
+        dy = beta[p] * (uy - aim[p, 1])
+        dz = beta[p] * (uz - aim[p, 2])
+        fx = dx - volume * push * gx
+        fy = dy - volume * push * gy
+        fz = dz - volume * push * gz + volume * lift
+        current[p, 0] += fx - held[p, 0]
+        current[p, 1] += fy - held[p, 1]
+        current[p, 2] += fz - held[p, 2]
+        held[p, 0] = fx
+        held[p, 1] = fy
+        held[p, 2] = fz
+        total += np.sqrt(dx * dx + dy * dy + dz * dz)
+        if len(driven):
+            share, kept = dt / masses[p], (1.0 - NEW) * ratio
+            driven[p, 0] = velocities[p, 0] + share * dx - kept * (velocities[p, 0] - driven[p, 0])
+            driven[p, 1] = velocities[p, 1] + share * dy - kept * (velocities[p, 1] - driven[p, 1])
+            driven[p, 2] = velocities[p, 2] + share * dz - kept * (velocities[p, 2] - driven[p, 2])
+    return total
+
+
+@compiled
+def line_up(state, rows):
+    """Put velocity and pressure gradient of `state` (places, 6) to the columns 0-2 and 4-6 of `rows` (places, 8)."""
+    for p in range(len(state)):
+        for axis in range(3):
+            rows[p, axis] = state[p, axis]
+            rows[p, axis + 4] = state[p, axis + 3]
+
+
+@compiled
+def look_over(voidage, drag):
+    """Lowest and highest `voidage` (cells,), and a sum over it and `drag` (cells, 4), which is finite if they are."""
+    least, most, total = 1.0, 0.0, 0.0
+    for n in range(len(voidage)):
+        least, most = min(least, voidage[n]), max(most, voidage[n])
+        total += voidage[n] + drag[n, 0] + drag[n, 1] + drag[n, 2] + drag[n, 3]
+    return least, most, total
+
+
+@compiled
+def sum_up(forces):
+    """The sums of `forces` (n, 3) along x, y and z."""
+    x, y, z = 0.0, 0.0, 0.0
+    for n in range(len(forces)):
+        x += forces[n, 0]
+        y += forces[n, 1]
+        z += forces[n, 2]
+    return x, y, z

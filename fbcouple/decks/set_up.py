@@ -1,0 +1,74 @@
+"""From a case, or a set of cases, to run folders: what `fbcouple setup` does."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from fbcouple.case.bed.positions import start_kinds, start_positions, start_velocities
+from fbcouple.case.drag_file import require_trust
+from fbcouple.case.load import load_case
+from fbcouple.case.preflight import require_fit
+from fbcouple.case.schema.sections import Case
+from fbcouple.case.source import FILE_NAME, find_case, list_sets, list_shipped
+from fbcouple.decks.render import set_up
+from fbcouple.decks.replace import refuse_foreign
+from fbcouple.errors import CaseError
+from fbcouple.paths import require_usable
+
+
+def lay_out(
+    name: str, output: Path | None, sets: Sequence[str], trusted: bool, forced: bool = False
+) -> dict[Path, Case]:
+    """Write the run folder of the case `name`, or of each member of the set `name` in one folder.
+
+    output: the folder; None: runs/<name>; forced: also what the pre-flight numbers call unfit.
+
+    Returns: run folder -> its case.
+    Raises: CaseError, before anything is written, if a case is wrong, unfit, or brings code that is not `trusted`.
+    """
+    members = list_sets().get(name)
+    place = output or Path("runs") / name_run(name, None if members else find_case(name))
+    require_usable(place)
+    runs: dict[Path, tuple[Case, Path]] = {}
+    for member in members or [name]:
+        case, source = load_case(member, sets), find_case(member)
+        require_trust(case, trusted)
+        law = read_own_law(case, source.parent)
+        if not forced:
+            require_fit(case, law, source.parent)
+        runs[place / name_run(member, source) if members else place] = case, source.parent
+    for run in runs:
+        refuse_foreign(run)
+    for run, (case, folder) in runs.items():
+        _lay_out_run(case, folder, run)
+    return {run: case for run, (case, _) in runs.items()}
+
+
+def read_own_law(case: Case, folder: Path) -> Any:
+    """The drag law that `case` brings, if it brings one, from its file in `folder`, which is run."""
+    from fbcouple.case.user_drag_law import choose_law  # noqa: PLC0415  (loads numba)
+
+    return choose_law(case.exchange, folder) if case.exchange and case.exchange.drag_file else None
+
+
+def name_run(case: str, source: Path | None) -> str:
+    """Name a run after its case: patil/c2 gives patil-c2; a file gives its stem, or its folder if it is a case.toml.
+
+    source: the case file; None for a set of shipped cases.
+    """
+    if source is None or case in list_shipped():
+        return case.replace("/", "-")
+    source = source.resolve()
+    return source.parent.name if source.name == FILE_NAME else source.stem
+
+
+def _lay_out_run(case: Case, folder: Path, run: Path) -> None:
+    """Set up `run`, with the case's own files (which lie in `folder`) beside the effective case."""
+    try:
+        read = partial(start_positions, folder=folder), partial(start_kinds, folder=folder)
+        set_up(case, run, *read, partial(start_velocities, folder=folder), folder)
+    except OSError as error:
+        raise CaseError([f"{run}: cannot be written ({error.strerror}); give another folder with -o."]) from error

@@ -1,0 +1,299 @@
+"""What is installed, what fits together and what to do about the rest; libraries are only loaded in other processes."""
+
+import importlib.metadata
+import os
+import platform
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from fbcouple.errors import SolverError
+from fbcouple.machine.cache import require_trusted
+from fbcouple.machine.environment import child_environment
+from fbcouple.paths import ABOVE, cache_folder
+from fbcouple.solvers.c_library import MPI_LIBRARY
+from fbcouple.solvers.openfoam.build import adapter_path, build_adapter, compiler_version
+
+_FIX = "fbcouple doctor --fix"
+_INSTALL = "sudo apt-get install"
+_GIBIBYTE = 2**30
+_MEMORY = 2.0
+_DISK = 2.0
+_SYSTEM_PROJECT = "/usr/share/openfoam"
+_FOAM_LIBRARIES = ("libOpenFOAM.so", "libfiniteVolume.so", "libDPMTurbulenceModels.so")
+_FOAM_PROGRAMS = ("blockMesh", "topoSet", "createPatch", "decomposePar")
+_PROBE = """
+import ctypes, pathlib, sys
+sys.stdout.reconfigure(encoding="utf-8", errors="surrogateescape")
+name = sys.argv[1]
+if name == "mpi4py":
+    import mpi4py
+    mpi4py.rc.initialize = False
+    from mpi4py import MPI
+    print(MPI.Get_library_version().split(",")[0].strip().splitlines()[0])
+else:
+    ctypes.CDLL(name, ctypes.RTLD_GLOBAL)
+    print(name)
+maps = pathlib.Path("/proc/self/maps").read_text(encoding="utf-8", errors="surrogateescape").splitlines()
+print("\\n".join(sorted({line.split(None, 5)[5] for line in maps if ".so" in line})))
+"""
+_PICTURE = """
+import pyvista
+plotter = pyvista.Plotter(off_screen=True, window_size=(64, 64))
+plotter.add_mesh(pyvista.Sphere())
+plotter.screenshot(None, return_img=True)
+print(plotter.render_window.GetClassName())
+"""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One thing that a run needs: what was found, what is wanted, and the command that mends it."""
+
+    name: str
+    found: str
+    wanted: str
+    ok: bool
+    mend: str
+
+
+@dataclass(frozen=True)
+class _Loaded:
+    """What a process said that loaded a library: its words, the files then in memory, or why it failed."""
+
+    words: str
+    files: tuple[str, ...]
+    failed: bool
+
+    @property
+    def mpi(self) -> tuple[str, ...]:
+        """Every MPI library in that process; more than one, or another one than mpi4py's, breaks a run."""
+        return tuple(file for file in self.files if re.match(MPI_LIBRARY, Path(file).name))
+
+
+def examine() -> list[Row]:
+    """Return a row for everything that a run needs; a run can work if all are ok."""
+    mpi = _load("mpi4py")
+    return [
+        _python(),
+        *_dependencies(),
+        _mpi(mpi),
+        _launcher(mpi),
+        _library("libliggghts.so.3", mpi, f"{_INSTALL} liggghts"),
+        *(_library(name, mpi, f"{_INSTALL} openfoam") for name in _FOAM_LIBRARIES),
+        *(_program(name) for name in _FOAM_PROGRAMS),
+        _control_dict(),
+        _compiler(),
+        _cache(),
+        _adapter(mpi),
+        _pictures(),
+        _cores(),
+        _memory(),
+        _disk(),
+    ]
+
+
+def fix() -> None:
+    """Mend what can be mended without the system's package manager: build the adapter.
+
+    Raises
+    ------
+    SolverError : OpenFOAM or the compiler is missing, or the build failed
+    """
+    build_adapter()
+
+
+def _python() -> Row:
+    return Row(
+        "python", platform.python_version(), ">=3.11", sys.version_info >= (3, 11), f"{_INSTALL} python3 python3-venv"
+    )
+
+
+def _dependencies() -> list[Row]:
+    """Compare each package's version with what fbcouple's metadata asks for; extras are not needed for a run."""
+    try:
+        wanted = importlib.metadata.requires("fbcouple") or []
+    except importlib.metadata.PackageNotFoundError:
+        mend = shlex.join([sys.executable, "-m", "pip", "install", "-e", str(ABOVE)])
+        return [Row("fbcouple", "not installed", "installed", False, mend)]
+    return [_dependency(requirement) for requirement in wanted if "extra ==" not in requirement]
+
+
+def _dependency(requirement: str) -> Row:
+    parts = re.fullmatch(r"([A-Za-z0-9._-]+)\s*>=\s*([0-9.]+)", requirement.partition(";")[0].strip())
+    if parts is None:
+        raise SolverError(f"pyproject.toml dependencies: '{requirement}'; allowed: name>=version")
+    name, bound = parts.groups()
+    mend = shlex.join([sys.executable, "-m", "pip", "install", f"{name}>={bound}"])
+    try:
+        found = importlib.metadata.version(name)
+    except importlib.metadata.PackageNotFoundError:
+        return Row(name, "not installed", f">={bound}", False, mend)
+    return Row(name, found, f">={bound}", _numbers(found) >= _numbers(bound), mend)
+
+
+def _numbers(version: str) -> tuple[int, ...]:
+    """Return a version's leading numbers without trailing zeros, so that 2 equals 2.0."""
+    numbers = [int(number) for number in re.match(r"[0-9.]*", version)[0].split(".") if number]  # type: ignore[index]
+    while numbers and numbers[-1] == 0:
+        numbers.pop()
+    return tuple(numbers)
+
+
+def _load(name: str) -> _Loaded:
+    """Load mpi4py or a shared library in a process of its own."""
+    return _try_out(_PROBE, name)
+
+
+def _try_out(program: str, *words: str) -> _Loaded:
+    """Run a small Python program whose first line says what it got, whose others are the files it loaded."""
+    command = [sys.executable, "-c", program, *words]
+    done = subprocess.run(
+        command,
+        cwd="/",  # a library's settings file in the current folder is not for it
+        env={"WM_PROJECT_DIR": _SYSTEM_PROJECT} | child_environment(),
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        errors="replace",
+        check=False,
+    )
+    lines = done.stdout.splitlines()
+    if done.returncode != 0 or not lines:
+        last = next((line.strip() for line in reversed(done.stderr.splitlines()) if line.strip()), "no words")
+        return _Loaded(f"exit code {done.returncode}: {last}", (), True)
+    return _Loaded(lines[0], tuple(lines[1:]), False)
+
+
+def _mpi(mpi: _Loaded) -> Row:
+    found = mpi.words if mpi.failed else f"{mpi.words}, {' and '.join(mpi.mpi) or 'no libmpi'}"
+    ok = not mpi.failed and mpi.words.startswith("Open MPI") and len(mpi.mpi) == 1
+    mend = f"{_INSTALL} openmpi-bin && {shlex.join([sys.executable, '-m', 'pip', 'install', 'mpi4py>=4.0'])}"
+    return Row("mpi4py's MPI", found, "one Open MPI", ok, mend)
+
+
+def _launcher(mpi: _Loaded) -> Row:
+    """The launcher must be of the Open MPI that mpi4py loads, or each rank believes that it is alone."""
+    found = _first_line(["mpirun", "--version"])
+    wanted = re.search(r"\bv(\d+\.\d+\.\d+)", mpi.words)
+    release = re.search(r"\(Open MPI\) (\d+\.\d+\.\d+)", found)
+    ok = release is not None and (wanted is None or release[1] == wanted[1])
+    return Row(
+        "mpirun", found, f"mpirun (Open MPI) {wanted[1] if wanted else ''}".rstrip(), ok, f"{_INSTALL} openmpi-bin"
+    )
+
+
+def _library(name: str, mpi: _Loaded, mend: str) -> Row:
+    """A library must load, and bring no other MPI than mpi4py's."""
+    loaded = _load(name)
+    wanted = f"loads, with {mpi.mpi[0]}" if mpi.mpi else "loads, with mpi4py's MPI"
+    places = [file for file in loaded.files if Path(file).name.startswith(Path(name).name)]
+    found = loaded.words if loaded.failed else places[0] if places else name
+    same = loaded.mpi == mpi.mpi and bool(mpi.mpi)
+    if not loaded.failed and not same:
+        found += f", with {' and '.join(loaded.mpi) or 'no MPI'}"
+    return Row(Path(name).name, found, wanted, not loaded.failed and same, mend)
+
+
+def _program(name: str) -> Row:
+    found = shutil.which(name, path=child_environment().get("PATH", os.defpath))
+    return Row(name, found or "not on PATH", "on PATH", found is not None, f"{_INSTALL} openfoam")
+
+
+def _control_dict() -> Row:
+    path = Path(os.environ.get("WM_PROJECT_DIR", _SYSTEM_PROJECT)) / "etc" / "controlDict"
+    found = str(path) if path.is_file() else f"no {path}"
+    return Row("OpenFOAM's controlDict", found, "a file", path.is_file(), f"{_INSTALL} openfoam")
+
+
+def _compiler() -> Row:
+    """The compiler is only needed until the adapter is built."""
+    try:
+        return Row("C++ compiler", compiler_version(), "any g++", True, f"{_INSTALL} g++")
+    except SolverError as error:
+        return Row("C++ compiler", str(error), "any g++, or a built adapter", _built(), f"{_INSTALL} g++")
+
+
+def _built() -> bool:
+    try:
+        return os.path.isfile(adapter_path())
+    except SolverError:
+        return False
+
+
+def _cache() -> Row:
+    wanted = "a folder that you or root own and nobody else writes"
+    try:
+        folder = cache_folder()
+        if os.path.lexists(folder):
+            require_trusted(folder)
+    except SolverError as error:
+        return Row("cache", str(error), wanted, False, "name a folder of your own in FBCOUPLE_CACHE")
+    return Row("cache", str(folder), wanted, True, "name a folder of your own in FBCOUPLE_CACHE")
+
+
+def _adapter(mpi: _Loaded) -> Row:
+    wanted = "built for this OpenFOAM, source and compiler"
+    try:
+        path = adapter_path()
+    except SolverError as error:
+        return Row("adapter", str(error), wanted, False, f"mend the rows above, then {_FIX}")
+    if not os.path.isfile(path):
+        return Row("adapter", f"no {path}", wanted, False, _FIX)
+    row = _library(str(path), mpi, f"rm {shlex.quote(str(path))} && {_FIX}")
+    return Row("adapter", row.found, f"{wanted}; {row.wanted}", row.ok, row.mend)
+
+
+def _pictures() -> Row:
+    """Without EGL or OSMesa the 3-D library ends its process, so it is tried in another one.
+
+    EGL finds nothing to draw with where Mesa's drivers are not there, which libegl1 does not bring along.
+    """
+    tried = _try_out(_PICTURE)
+    mend = f"{_INSTALL} libegl1 libgl1-mesa-dri"
+    return Row("3-D pictures", tried.words, "drawn without a screen", not tried.failed, mend)
+
+
+def _cores() -> Row:
+    cores = len(os.sched_getaffinity(0))
+    return Row("cores", str(cores), ">=1", cores >= 1, "give this process a core")
+
+
+def _memory() -> Row:
+    words = re.search(r"^MemAvailable:\s+(\d+) kB", Path("/proc/meminfo").read_text(encoding="utf-8"), re.MULTILINE)
+    free = int(words[1]) * 1024 / _GIBIBYTE if words else 0.0
+    return Row(
+        "free memory",
+        f"{free:.1f} GiB",
+        f">={_MEMORY} GiB",
+        free >= _MEMORY,
+        "end other programs, or take a bigger machine",
+    )
+
+
+def _disk() -> Row:
+    folder = Path.cwd()
+    free = shutil.disk_usage(folder).free / _GIBIBYTE
+    mend = f"free space in {folder}, or run fbcouple on another disk"
+    return Row("free disk", f"{free:.1f} GiB", f">={_DISK} GiB", free >= _DISK, mend)
+
+
+def _first_line(command: list[str]) -> str:
+    try:
+        done = subprocess.run(
+            command,
+            env=child_environment(),
+            capture_output=True,
+            text=True,
+            encoding="utf-8",
+            errors="replace",
+            check=False,
+        )
+    except FileNotFoundError:
+        return "not on PATH"
+    lines = (done.stdout or done.stderr).splitlines()
+    return lines[0] if lines else f"exit code {done.returncode}"

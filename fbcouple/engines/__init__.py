@@ -1,1 +1,0 @@
-"""The two solvers, each behind a thin class: raw library, NumPy arrays, nothing of the coupling."""

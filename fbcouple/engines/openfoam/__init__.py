@@ -1,1 +1,0 @@
-"""Stock OpenFOAM as the gas solver: a C++ adapter on its operators, loaded by ctypes."""

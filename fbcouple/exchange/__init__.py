@@ -1,1 +1,0 @@
-"""Between gas cells and particles: who needs which cells, weights, filter, drag laws, momentum."""

@@ -1,0 +1,1 @@
+"""Meshes and grids: made, read, cut and searched."""

@@ -1,0 +1,1 @@
+"""Files that users write beside a case: tables of numbers and measured lines."""

@@ -1,0 +1,128 @@
+"""Measured lines that a report compares with: `quantity@height=file`, and a CSV file of x, value and error."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from fbcouple.errors import CaseError
+from fbcouple.input_files.number_table import LENGTHS, SPEEDS, Form, guess_frame, read_table
+
+QUANTITIES: dict[str, str] = {
+    "solids_fraction": "1",
+    "solids_velocity": "m s-1",
+    "solids_flux": "kg m-2 s-1",
+    "agitation": "m2 s-2",
+    "granular_temperature": "m2 s-2",
+    "voidage": "1",
+    "gas_velocity": "m s-1",
+    "gas_flux": "m s-1",
+    "pressure": "Pa",
+}
+"""Time means that can be compared, with the unit of the measured values; of a vector the vertical component."""
+
+PARTS = ("solids_fraction", "voidage")
+"""Quantities that are parts of 1; points read off a figure may lie outside by SLACK."""
+SLACK = 0.1
+
+_VALUE_UNITS: dict[str, dict[str, float]] = {
+    "1": {"1": 1.0, "-": 1.0, "": 1.0, "%": 1e-2},
+    "m s-1": SPEEDS,
+    "m2 s-2": {"m2 s-2": 1.0, "m2/s2": 1.0, "m^2/s^2": 1.0, "m²/s²": 1.0},
+    "kg m-2 s-1": {"kg m-2 s-1": 1.0, "kg/m2s": 1.0, "kg/(m2 s)": 1.0, "kg/m2/s": 1.0, "kg/m^2/s": 1.0},
+    "Pa": {"Pa": 1.0, "kPa": 1e3},
+}
+_UNCLEAR = {
+    word: "if it is the half width of an error bar call it `error`, else remove it"
+    for word in ("err", "errors", "std", "sd", "sigma", "stderr", "uncertainty", "dev", "deviation")
+}
+
+LARGEST = 10_000_000
+"""Bytes that a file of measured points may have."""
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A measured line across the bed: `quantity` against x at z = `height` [m], averaged over the depth, in `file`."""
+
+    quantity: str
+    height: float
+    file: str
+
+    def __str__(self) -> str:
+        return f"{self.quantity}@{self.height:g}={self.file}"
+
+
+@dataclass(frozen=True)
+class Points:
+    """Measured points: `x` [m], `value` and, if the file has them, `error` in SI units; shape (n,) each."""
+
+    x: np.ndarray
+    value: np.ndarray
+    error: np.ndarray | None
+
+
+def parse_reference(text: str) -> Reference:
+    """Read `quantity@height=file`, as `solids_velocity@0.025=uy2.csv`.
+
+    Raises: CaseError (one text) that says which part is wrong.
+    """
+    line, equals, file = text.partition("=")
+    quantity, at, height = line.partition("@")
+    shape = "write quantity@height=file, as solids_velocity@0.025=uy2.csv (height in m)."
+    if not equals or not at or not file.strip():
+        raise CaseError([f"`{text[:80]}` is not a reference; {shape}"])
+    if quantity.strip() not in QUANTITIES:
+        raise CaseError([f"`{quantity[:40]}` in `{text[:80]}` is given, allowed are: {', '.join(QUANTITIES)}; {shape}"])
+    try:
+        metres = float(height)
+    except ValueError:
+        metres = math.nan
+    if not 0.0 <= metres < math.inf:
+        raise CaseError([f"`{height[:40]}` in `{text[:80]}` is given, a height in m from 0 is allowed; {shape}"])
+    return Reference(quantity.strip(), metres, file.strip())
+
+
+def read_points(path: Path, unit: str = "1") -> Points:
+    """Read the columns `x`, `value` and, if there is one, `error` of a file of measured points.
+
+    unit: that of the values, an entry of QUANTITIES; the head may name it, or another that is converted.
+    Returns: the points in the order of x.
+    Raises: CaseError (one text) naming the file and the line that is wrong.
+    """
+    values = _VALUE_UNITS[unit]
+    form = Form({"x": LENGTHS, "value": values, "error": values}, ("x", "value"), "points", LARGEST, {}, _UNCLEAR)
+    columns = read_table(path, form).columns
+    order = np.argsort(columns["x"], kind="stable")
+    x, value, error = (columns[name][order] if name in columns else None for name in form.columns)
+    assert x is not None and value is not None
+    if error is not None and error.min() < 0.0:
+        raise CaseError([f"{path.name} holds an error below zero; give half widths in the unit of the value."])
+    return Points(x, value, error)
+
+
+def read_line(reference: Reference, path: Path, size: Sequence[float]) -> Points:
+    """The points of `reference`, read from `path`, for a box of width, depth and height `size` [m].
+
+    Raises: CaseError (one text) as `read_points`, and if the line or a point lies outside of the box, or a value is
+    none that the quantity can have.
+    """
+    points = read_points(path, QUANTITIES[reference.quantity])
+    width, _, height = size
+    if reference.height > height:
+        raise CaseError([f"{reference} is at {reference.height:g} m, the box is {height:g} m high; give m."])
+    low, high = float(points.x[0]), float(points.x[-1])
+    if low < 0.0 or high > width:
+        given = f"{path.name} has x from {low:g} to {high:g} m"
+        mend = "give x in m from the left wall (another unit in the head, as `x [mm]`)."
+        raise CaseError([f"{given}, 0 to {width:g} m is allowed (domain.size){guess_frame(low, high, width)}; {mend}"])
+    wrong = np.flatnonzero(np.abs(points.value - 0.5) > 0.5 + SLACK)
+    if wrong.size and reference.quantity in PARTS:
+        given = f"{path.name} has {points.value[wrong[0]]:g} at x = {points.x[wrong[0]]:g} m"
+        text = f"{given}, {reference.quantity} is 0 to 1"
+        raise CaseError([f"{text}; give it as a part of 1 (percent with the head `value [%]`)."])
+    return points

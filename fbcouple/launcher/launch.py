@@ -1,0 +1,232 @@
+"""The parent process of a run: prepares the folder and the mesh, starts the MPI job and says how it ended."""
+
+from __future__ import annotations
+
+import math
+import platform
+import shutil
+import sys
+import time
+from collections.abc import Callable
+from contextlib import nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+
+import xarray as xr
+
+import fbcouple.run_folder.checkpoint
+from fbcouple.case.drag_file import require_trust
+from fbcouple.case.load import load_case
+from fbcouple.case.schema.sections import Case
+from fbcouple.decks.unchanged import require_own_decks, require_unchanged
+from fbcouple.errors import CaseError, SolverError, StoppedError
+from fbcouple.launcher.job import Job, Watch
+from fbcouple.launcher.openfoam_mesh import Guard, prepare_mesh, resume_mesh
+from fbcouple.launcher.stop_signals import Requests
+from fbcouple.machine.cache import prepare_compiled
+from fbcouple.machine.environment import mpi_command
+from fbcouple.machine.own_key import key_file, make_key
+from fbcouple.paths import PULSE
+from fbcouple.run_folder.checkpoint import Checkpoint
+from fbcouple.run_folder.failure import SOLVER_LOGS, give_room_back, prepare_failure
+from fbcouple.run_folder.lock import hold
+from fbcouple.run_folder.manifest import read_manifest, write_manifest
+from fbcouple.run_folder.plain_files import require_plain, word_path
+from fbcouple.run_folder.products import remove_products
+from fbcouple.run_folder.provenance import Versions, list_makers
+from fbcouple.solvers.versions import list_versions
+
+PATIENCE = 600.0
+_ALMOST = 1 - 1e-9
+_LOG = "logs/run.jsonl"
+
+Say = Callable[[str], None]
+
+
+def launch(
+    run: Path,
+    ranks: int,
+    watch: Watch,
+    *,
+    until: float | None = None,
+    fresh: bool = False,
+    resume: bool = False,
+    wall_limit: float = math.inf,
+    patience: float = PATIENCE,
+    say: Say = lambda text: None,
+    trusted: bool = False,
+    accept_update: bool = False,
+    requests: Requests | None = None,
+) -> None:
+    """Run the case in `run` on `ranks` MPI ranks to its end; `watch` sees each history row.
+
+    until [s]: stop, with a checkpoint, at the first moment for one at or after it; resume: from the newest checkpoint
+    that is whole; wall_limit [s]: wall time by which it has to be over; patience [s]: wall time without a coupling step
+    after which it is taken for hanging; say: told what is refused; trusted: also with decks and files that were changed
+    since set-up, or from another's checkpoint; accept_update: resume also what another version of fbcouple or of a
+    solver began; requests: to stop, by default the signals that come while it is under way.
+
+    Raises CaseError if `run` is no run folder, was changed, holds what neither `fresh` nor `resume` speaks of, or has
+    only damaged checkpoints; SolverError with the solver's own last words; DivergedError if a check of the run failed;
+    StoppedError if it stopped early with a checkpoint.
+    """
+    deadline = time.monotonic() + wall_limit
+    require_plain(run)
+    read_manifest(run)
+    with hold(run, say) as lock, nullcontext(requests) if requests else Requests() as asked:
+        try:
+            case = _read_run(run, fresh, resume)
+            require_trust(case, trusted)
+            changed = require_unchanged(case, run, trusted)
+            going_on = _choose(run, case, until, accept_update, trusted, say) if resume else Start(list_versions(case))
+            command: list[str] = []
+            if going_on:
+                _prepare(run, case, ranks, going_on.checkpoint, Guard(lock, asked))
+                if not trusted:
+                    require_own_decks(case, run)
+                command = _word_job(run, ranks, until, deadline, going_on.checkpoint)
+                _note_run(run, ranks, command, going_on, changed)
+        except OSError as error:
+            raise SolverError(f"{run}: cannot be made ready: {error}") from error
+        except StoppedError:
+            give_room_back(run)
+            raise
+        if command and asked.first:
+            give_room_back(run)
+            raise StoppedError(f"stopped by {asked.first} before the first step")
+        if command:
+            Job(command, run, patience, lock, asked).follow(watch)
+
+
+@dataclass(frozen=True)
+class Start:
+    """What a run starts with: versions, the checkpoint that it goes on from, and the updates since its start."""
+
+    versions: Versions
+    checkpoint: Checkpoint | None = None
+    updates: tuple[str, ...] = ()
+
+
+def _prepare(run: Path, case: Case, ranks: int, checkpoint: Checkpoint | None, guard: Guard) -> None:
+    """Make the folder ready: what earlier runs left is gone, and mesh and fields are there."""
+    prepare_compiled()
+    make_key()
+    _clear(run, checkpoint)
+    prepare_failure(run)
+    if case.gas and checkpoint:
+        resume_mesh(case, run, ranks, checkpoint, guard)
+    elif case.gas:
+        prepare_mesh(case, run, ranks, guard)
+
+
+def _word_job(run: Path, ranks: int, until: float | None, deadline: float, checkpoint: Checkpoint | None) -> list[str]:
+    options = ["--ranks", str(ranks), "--deadline", repr(deadline)]
+    if until is not None:
+        options += ["--until", repr(until)]
+    if checkpoint:
+        options += ["--resume", checkpoint.folder.name]
+    return mpi_command(ranks, [sys.executable, "-m", "fbcouple.simulation.worker", str(run.resolve()), *options])
+
+
+def _read_run(run: Path, fresh: bool, resume: bool) -> Case:
+    traces = [run / "results.nc", *fbcouple.run_folder.checkpoint.list_checkpoints(run)]
+    if not fresh and not resume and any(trace.exists() for trace in traces):
+        found = next(trace for trace in traces if trace.exists()).relative_to(run)
+        raise CaseError([f"{run}: holds results ({found}); --resume goes on, --fresh starts again and removes them"])
+    return load_case(str(run / "case.toml"))
+
+
+def is_complete(run: Path, case: Case, say: Say = lambda text: None) -> bool:
+    """Did an earlier run reach the end of the case as it is now, by its results? Not by results that cannot be read,
+    which `say` is told."""
+    path = run / "results.nc"
+    if not path.exists():
+        return False
+    try:
+        with xr.open_dataset(path, decode_times=False) as results:
+            return bool(results.attrs["complete"]) and float(results["time"][-1]) >= case.end_time * _ALMOST
+    except (OSError, ValueError, LookupError, TypeError, RuntimeError) as error:
+        reason = (str(error).splitlines() or [type(error).__name__])[0][:120]
+        say(f"{path}: cannot be read ({reason}); it is written anew")
+        return False
+
+
+def _choose(run: Path, case: Case, until: float | None, accept_update: bool, trusted: bool, say: Say) -> Start | None:
+    """Where a run that is resumed goes on; None if there is nothing left to do."""
+    if is_complete(run, case, say):
+        say(f"{run}: is complete: nothing is left to do")
+        return None
+    for stray in fbcouple.run_folder.checkpoint.list_strays(run):
+        say(f"{word_path(stray)}: is no checkpoint and is left alone")
+    checkpoint = _find_checkpoint(run, case, say)
+    if checkpoint and until is not None and checkpoint.time >= until * _ALMOST:
+        say(f"{run}: has reached t = {checkpoint.time:.6g} s already: nothing is left to do up to {until:g} s")
+        return None
+    versions = list_versions(case)
+    if checkpoint is None:
+        return Start(versions)
+    updates = _list_updates(checkpoint, versions, accept_update)
+    if not checkpoint.index.own:
+        updates = (*updates, _note_foreign(checkpoint, trusted))
+    return Start(versions, checkpoint, updates)
+
+
+def _note_foreign(checkpoint: Checkpoint, trusted: bool) -> str:
+    """A line on a checkpoint that another wrote. Raises: CaseError if it is not trusted."""
+    if not trusted:
+        text = "its grains.restart is read by LIGGGHTS without a check; if you trust whoever made it say --trust"
+        raise CaseError(
+            [f"{word_path(checkpoint.folder)}: was not written by you, or not with the key in {key_file()}: {text}."]
+        )
+    return f"from t = {checkpoint.time:.6g} s on: a checkpoint of another user or machine"
+
+
+def _find_checkpoint(run: Path, case: Case, say: Say) -> Checkpoint | None:
+    checkpoint, refusals = fbcouple.run_folder.checkpoint.choose(run, case)
+    for line in refusals:
+        say(line)
+    say(
+        f"{run}: resumes at t = {checkpoint.time:.6g} s from {checkpoint.folder.name}"
+        if checkpoint
+        else f"{run}: has no checkpoint yet: starts at t = 0"
+    )
+    return checkpoint
+
+
+def _list_updates(checkpoint: Checkpoint, versions: Versions, accepted: bool) -> tuple[str, ...]:
+    """With what else than before the run has gone on since its start, a line each time.
+
+    Raises: CaseError if what wrote the checkpoint is not what is here, unless that is `accepted`.
+    """
+    before, now = checkpoint.index.made_by, list_makers(versions)
+    changed = [name for name in sorted({*before, *now}) if before.get(name) != now.get(name)]
+    if not changed:
+        return tuple(checkpoint.index.updates)
+    told = "; ".join(f"{name}: {before.get(name, 'none')} then, {now.get(name, 'none')} now" for name in changed)
+    if not accepted:
+        text = "the run would be of two programs; --accept-update goes on with it and notes it in results.nc"
+        raise CaseError([f"{checkpoint.folder}: was written with other versions ({told}): {text}."])
+    return (*checkpoint.index.updates, f"from t = {checkpoint.time:.6g} s on: {told}")
+
+
+def _clear(run: Path, checkpoint: Checkpoint | None) -> None:
+    """Remove what an earlier run left; of one that is resumed only what came after the checkpoint."""
+    log = run / _LOG
+    for old in (log, run / PULSE, *(run / "logs" / name for name in SOLVER_LOGS)):
+        old.unlink(missing_ok=True)
+    if checkpoint:
+        shutil.copyfile(checkpoint.folder / "history.jsonl", log)
+    else:
+        remove_products(run)
+
+
+def _note_run(run: Path, ranks: int, command: list[str], start: Start, changed: list[str]) -> None:
+    about = {
+        "ranks": ranks,
+        "host": platform.node(),
+        "command": command,
+        "started": time.strftime("%Y-%m-%dT%H:%M:%S%z"),
+        "changed": changed,
+        "updates": list(start.updates),
+    }
+    write_manifest(run, read_manifest(run) | {"run": about, "run_with": start.versions})

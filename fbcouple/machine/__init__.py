@@ -1,0 +1,1 @@
+"""What this machine and this user give: caches, environments of child processes, terminals."""

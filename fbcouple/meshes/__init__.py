@@ -1,1 +1,0 @@
-"""Meshes of polyhedra: read, made, cut into tetrahedra for the search of particles, and their walls as triangles."""

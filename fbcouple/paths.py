@@ -1,0 +1,61 @@
+"""Where templates and shipped cases lie, inside an installed package or beside it in a checkout, and built things."""
+
+import os
+from pathlib import Path
+
+from fbcouple.errors import CaseError, SolverError
+
+PACKAGE = Path(__file__).resolve().parent
+ABOVE = PACKAGE.parent
+"""The checkout, or the folder of installed packages."""
+
+
+def _find(name: str) -> Path:
+    installed = PACKAGE / name
+    return installed if installed.is_dir() else ABOVE / name
+
+
+TEMPLATES = _find("templates")
+CASES = _find("cases")
+START = "grains/particles.data"
+"""In a run folder: the particles as they start."""
+WALLS = "grains/walls.stl"
+"""In a run folder: the surface that the particles have for a wall, where the region is no plain box."""
+PULSE = "logs/pulse"
+"""In a run folder: touched while coupling steps are taken."""
+FRAMES = "frames"
+"""In a run folder: particles and gas at single moments, a netCDF file each."""
+
+
+def cache_folder() -> Path:
+    """Return the folder of built things: `FBCOUPLE_CACHE`, else `fbcouple` in the user's XDG cache folder.
+
+    Raises: SolverError if neither is there.
+    """
+    if given := os.environ.get("FBCOUPLE_CACHE"):
+        return Path(given).expanduser().resolve()
+    above = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    if not above.is_absolute():  # as the XDG specification says
+        above = Path(os.path.expanduser("~/.cache")) if os.environ.get("HOME", "~") else Path("~")
+    if not above.is_absolute():
+        raise SolverError("there is no home folder for the cache of built things; name a folder in FBCOUPLE_CACHE")
+    return above / "fbcouple"
+
+
+def require_usable(run: Path) -> None:
+    """Raise CaseError if the solvers and libraries cannot write into `run` for the letters of its path.
+
+    Blanks, quotes and letters of any language are fine. The netCDF library takes a backslash for the separator of
+    another system and reads paths as UTF-8; a line break cuts what is said about the run.
+    """
+    path = str(run.resolve())
+    wrong = {letter for letter in path if letter == "\\" or not letter.isprintable()}
+    if wrong:
+        shown = ", ".join(f"U+{ord(letter):04X}" for letter in sorted(wrong))
+        raise CaseError(
+            [
+                f"{str(run)!a}: the path of a run folder has characters ({shown}) that the netCDF library cannot "
+                "write to; all printable ones but the backslash are allowed, in UTF-8; move it, or give another "
+                "folder with -o."
+            ]
+        )

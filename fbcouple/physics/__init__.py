@@ -1,0 +1,1 @@
+"""Closed formulas: arrays in, arrays out."""

@@ -1,0 +1,1 @@
+"""Drag laws, and their registry."""

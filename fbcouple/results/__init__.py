@@ -1,0 +1,1 @@
+"""results.nc: written, read and checked."""

@@ -1,0 +1,301 @@
+"""results.nc as the figures want it: opened and checked, averaged over the depth, in dimensionless axes."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from shlex import quote
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from fbcouple.errors import CaseError
+from fbcouple.results.expected import find_faults
+from fbcouple.results.inlet_speed import find_fastest
+from fbcouple.results.stored import load
+
+_ROUNDING = 1e-9
+
+
+class NotDrawableError(CaseError):
+    """The results lack what a figure needs; the text names it."""
+
+
+class NotMeantError(NotDrawableError):
+    """A figure of another kind of case: nothing is missing, and there is nothing to tell a user of."""
+
+
+@dataclass(frozen=True)
+class Results:
+    """The contents of one results.nc: `data`, the effective `case`, the file's `path` and the run's `label`."""
+
+    path: Path
+    data: xr.Dataset
+    case: dict[str, Any]
+    label: str = ""
+
+    @property
+    def title(self) -> str:
+        """The case's own line."""
+        return str(self.case["title"])
+
+    @property
+    def size(self) -> tuple[float, float, float]:
+        """Width L, depth D and height H [m] of the bed, of a mesh those of the box around it."""
+        width, depth, height = (self._extent(axis)[1] for axis in "xyz")
+        return width, depth, height
+
+    @property
+    def corner(self) -> tuple[float, float, float]:
+        """Lower left front corner [m] of that box: zero, or wherever a mesh has it."""
+        x, y, z = (self._extent(axis)[0] for axis in "xyz")
+        return x, y, z
+
+    def share(self, axis: str, places: Any = None) -> np.ndarray:
+        """x/L, y/D or z/H of `places` [m], counted from the bed's corner; by default of the cell centres, (n,)."""
+        start, length = self._extent(axis)
+        values = self.data[axis].values if places is None else places
+        return (np.asarray(values, dtype=float) - start) / length
+
+    def level(self, share: float) -> float:
+        """The coordinate z [m] at z/H = `share`."""
+        start, length = self._extent("z")
+        return start + share * length
+
+    def _extent(self, axis: str) -> tuple[float, float]:
+        """Where the cells of `axis` begin, and how long they are together [m].
+
+        By their centres; the case's size and a corner at zero are taken for these where they differ by rounding only.
+        """
+        centres = self.data[axis].values.astype(float)
+        length = float(self.case["domain"]["size"]["xyz".index(axis)])
+        if centres.size > 1:
+            seen = float(centres[-1] - centres[0]) * centres.size / (centres.size - 1)
+            length = length if math.isclose(length, seen, rel_tol=_ROUNDING) else seen
+        start = float(0.5 * (centres[0] + centres[-1])) - 0.5 * length
+        return (0.0 if abs(start) < _ROUNDING * length else start), length
+
+    @property
+    def complete(self) -> bool:
+        """Whether the run reached its end time."""
+        return bool(self.data.attrs.get("complete", False))
+
+    @property
+    def window(self) -> tuple[float, float] | None:
+        """Start and end of averaging [s]; None if nothing was averaged."""
+        start, end = (float(self.data.attrs.get(f"averaging_{side}", math.nan)) for side in ("start", "end"))
+        return (start, end) if math.isfinite(start) and math.isfinite(end) else None
+
+    @property
+    def is_box(self) -> bool:
+        """Whether the gas has the cells of a plain box; frames and snapshots are kept of no other."""
+        return "inside" not in self.data.coords
+
+    @property
+    def inlet_speed(self) -> float | None:
+        """Superficial speed U_f [m s-1] of the gas at the inlet, without sign; None without an inlet flow.
+
+        Of a ramp the largest in the averaging window, up or down; without one, in the whole record.
+        """
+        gas = self.case.get("gas")
+        if gas is None:
+            return None
+        return find_fastest(gas, *self.span) or None
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """The averaging window [s], or the whole record where nothing was averaged."""
+        time = self.data["time"].values if self.data.sizes.get("time") else np.zeros(1)
+        return self.window or (0.0, float(time[-1]))
+
+    @property
+    def gas_flux(self) -> float | None:
+        """Mass flux of the gas at the inlet, rho U_f [kg m-2 s-1], the paper's unit of flux; None without one."""
+        speed = self.inlet_speed
+        return None if speed is None else float(self.case["gas"]["density"]) * speed
+
+    @property
+    def weight_per_area(self) -> float | None:
+        """Weight of the bed less its buoyancy over its cross-section [Pa], the pressure drop of a fluidized bed.
+
+        (m - rho V) g over the mean horizontal cross-section of the bed at rest, with mass and volume as the run wrote
+        them down, in older results as the case tells them;
+        None if the case has no gas or does not tell the mass.
+        """
+        gas, particles = self.case.get("gas"), self.case.get("particles")
+        if gas is None or particles is None:
+            return None
+        width, depth, _ = self.size
+        section = self.data.attrs.get("bed_section", width * depth)
+        if "solids_mass" in self.data.attrs:
+            buoyant = self.data.attrs["solids_mass"] - gas["density"] * self.data.attrs["solids_volume"]
+            return float(buoyant * self.case["gravity"] / section)
+        mass = particles.get("mass")
+        if particles.get("count") is not None:
+            mass = particles["count"] * particles["density"] * math.pi / 6.0 * particles["diameter"] ** 3
+        if mass is None:
+            return None
+        return float(mass * self.case["gravity"] * (1.0 - gas["density"] / particles["density"]) / section)
+
+    def history(self, name: str) -> xr.DataArray:
+        """Variable `name` over time in double precision; NotDrawableError if there is none or it holds no number."""
+        values = self._variable(name)
+        if not bool(np.isfinite(values).any()):
+            raise NotDrawableError([f"`{name}` in {self.path} holds no finite number."])
+        return values
+
+    def mean(self, name: str) -> xr.DataArray:
+        """Time mean `name` in double precision; NotDrawableError if there is none or a cell has no finite value."""
+        self._require_averages()
+        values = self._variable(name)
+        finite = np.isfinite(values)
+        missing = int((~finite & values["inside"]).sum() if "inside" in values.coords else (~finite).sum())
+        if missing:
+            raise NotDrawableError([f"`{name}` in {self.path}: {missing} of {values.size} values are not finite."])
+        return values
+
+    def particle_mean(self, name: str) -> xr.DataArray:
+        """Time mean `name` of the particles, nan in cells that no particle ever came to, and only there."""
+        self._require_averages()
+        values, solids = self._variable(name), self.mean("solids_fraction")
+        missing = int((~np.isfinite(values) & (solids > 0.0)).sum())
+        if missing:
+            text = f"`{name}` in {self.path}: {missing} values are not finite where there are solids."
+            raise NotDrawableError([text])
+        return values
+
+    def error(self, name: str) -> xr.DataArray:
+        """Standard error `name` of a time mean in double precision, nan where there is none yet."""
+        return self._variable(name)
+
+    def _variable(self, name: str) -> xr.DataArray:
+        if name not in self.data:
+            raise NotDrawableError([f"{self.path} has no `{name}` (a scene records only what it has)."])
+        return self.data[name].astype(float)
+
+    def _require_averages(self) -> None:
+        """Raise NotDrawableError if the case averages and averaging has not begun."""
+        means = [name for name, field in self.data.data_vars.items() if {"z", "y", "x"} <= set(field.dims)]
+        if "averages" not in self.case or any(bool(np.isfinite(self.data[name]).any()) for name in means):
+            return
+        times = self.data["time"].values if "time" in self.data else np.array([])
+        reached = f"the last record is at t = {times[-1]:g} s" if times.size else "nothing is recorded yet"
+        start = self.case["averages"]["start"]
+        text = f"{self.path} has no time means yet: averaging starts at t = {start:g} s ([averages] start), {reached}."
+        raise NotDrawableError([f"{text} Let the run go on (`fbcouple run {quote(str(self.path.parent))} --resume`)."])
+
+
+def open_results(run: Path) -> Results:
+    """Read RUN/results.nc into memory and check that there is something to draw.
+
+    Raises: CaseError if the file is missing, is not NetCDF, or has no effective case.
+    """
+    path = Path(run) / "results.nc"
+    if not path.is_file():
+        raise CaseError([_word_missing(Path(run))])
+    data = load(path)
+    text = data.attrs.get("case")
+    if not isinstance(text, str):
+        raise CaseError([f"{path} has no attribute `case` (the effective case file): fbcouple did not write it."])
+    try:
+        case = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise CaseError([f"{path}: attribute `case` is not TOML ({error})."]) from error
+    if faults := find_faults(data, case):
+        raise CaseError([f"{path}: {fault}; fbcouple did not write it so. Run the case again." for fault in faults])
+    return Results(path, sample(data), case, path.resolve().parent.name)
+
+
+def word_without(results: Results, name: str, option: str) -> str:
+    """That there is no `name`, and by which option it is had, if the case can have it."""
+    if results.is_box:
+        return f"{results.path} has no `{name}` (ask for them by {option})."
+    return f"{results.path} has no `{name}`: they are kept of a plain box of hexahedra only."
+
+
+def _word_missing(run: Path) -> str:
+    """Why there are no results: the folder is none of a run, its run was never started, or ended before a record."""
+    path = run / "results.nc"
+    if not (run / "case.toml").is_file():
+        return f"{path} does not exist. Run the case first (`fbcouple run {quote(str(run))}`), or give another folder."
+    if (run / "logs").is_dir() and any((run / "logs").iterdir()):
+        said = f"the run in {run} ended, or was ended, before it wrote any (its messages are in {run / 'logs'})"
+        return f"{path} does not exist: {said}. Mend the case, and run it again."
+    return f"{path} does not exist. Run the case first (`fbcouple run {quote(str(run))}`)."
+
+
+def sample(data: xr.Dataset) -> xr.Dataset:
+    """Means over the cells of a mesh as the cells at the places of the regular grid have them: (cell,) -> (z, y, x).
+
+    Places outside of the mesh are nan, and the coordinate `inside` says which are not. Of a box: `data` as it is.
+    """
+    if "sampled_cell" not in data:
+        return data
+    cells = data["sampled_cell"]
+    inside = cells >= 0
+    names = [name for name, field in data.data_vars.items() if "cell" in field.dims]
+    kept = data.drop_dims("cell").drop_vars("sampled_cell")
+    sampled = {}
+    for name in names:
+        values = data[name].reset_coords(drop=True).isel(cell=cells.clip(min=0))
+        sampled[name] = values.where(inside).transpose(..., "z", "y", "x")
+    return kept.assign(sampled).assign_coords(inside=inside)
+
+
+def open_runs(folders: Sequence[Path]) -> list[Results]:
+    """Open several runs; runs of one name get their place in the list added to their label.
+
+    Raises: CaseError with every run that cannot be opened.
+    """
+    runs, problems = [], []
+    for folder in folders:
+        try:
+            runs.append(open_results(folder))
+        except CaseError as error:
+            problems += error.problems
+    if problems:
+        raise CaseError(problems)
+    names = [run.label for run in runs]
+    return [
+        replace(run, label=f"{run.label} ({place})" if names.count(run.label) > 1 else run.label)
+        for place, run in enumerate(runs, start=1)
+    ]
+
+
+def depth_average(field: xr.DataArray) -> xr.DataArray:
+    """Mean over y, the paper's <.>_xz; cells are of one size. Of a mesh the mean over what is inside of it.
+
+    For a standard error this is the bound that holds if the errors along the depth are fully correlated.
+    """
+    if "inside" not in field.coords:
+        return field.mean("y", skipna=False)
+    inside = field["inside"]
+    total = field.where(inside, 0.0).sum("y", skipna=False)
+    count = inside.sum("y")
+    return total / count.where(count > 0)
+
+
+def mass_average(results: Results, name: str) -> xr.DataArray:
+    """Mean over y of a particle quantity, weighted with the solids; nan where no particle ever came."""
+    weight, values = results.mean("solids_fraction"), results.particle_mean(name)
+    total = weight.sum("y")
+    return (weight * values.where(weight > 0.0, 0.0)).sum("y") / total.where(total > 0.0)
+
+
+def at_height(field: xr.DataArray, height: float) -> xr.DataArray:
+    """Interpolate `field` linearly in z to `height` [m], between the centres of two layers of cells.
+
+    Raises: NotDrawableError if the height is not between two centres, for nothing is extrapolated.
+    """
+    z = field["z"].values.astype(float)
+    if z.size < 2 or not z[0] <= height <= z[-1]:
+        raise NotDrawableError(
+            [f"height z = {height:g} m is outside the cell centres ({z[0]:g} to {z[-1]:g} m); use a finer mesh in z."]
+        )
+    upper = min(max(int(np.searchsorted(z, height)), 1), z.size - 1)
+    weight = (height - z[upper - 1]) / (z[upper] - z[upper - 1])
+    return (1.0 - weight) * field.isel(z=upper - 1, drop=True) + weight * field.isel(z=upper, drop=True)

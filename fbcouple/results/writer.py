@@ -1,0 +1,193 @@
+"""results.nc: everything measured in situ, opened by a bare `xarray.open_dataset`, SI units."""
+
+from __future__ import annotations
+
+import json
+import os
+import zlib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, TextIO
+
+import numpy as np
+import xarray as xr
+
+from fbcouple.geometry.grid import Grid
+from fbcouple.geometry.ragged import Ragged
+
+STAGES = ("grains", "gas", "map", "drag", "react", "average", "record", "wait")
+
+# name -> unit, long name
+MEANS: dict[str, tuple[str, str]] = {
+    "solids_fraction": ("1", "time-mean solids fraction"),
+    "solids_flux": ("kg m-2 s-1", "time-mean solids mass flux"),
+    "solids_velocity": ("m s-1", "time-mean solids velocity, mass weighted"),
+    "agitation": ("m2 s-2", "mean square of the particle velocity about the time mean"),
+    "granular_temperature": ("m2 s-2", "third of the mean square particle velocity about the instantaneous cell mean"),
+    "voidage": ("1", "time-mean voidage that the gas had"),
+    "gas_velocity": ("m s-1", "time-mean interstitial gas velocity"),
+    "gas_flux": ("m s-1", "time-mean superficial gas velocity, voidage times velocity"),
+    "pressure": ("Pa", "time-mean dynamic pressure"),
+}
+HISTORIES: dict[str, tuple[str, str]] = {
+    "bed_height": ("m", "height above the floor of the uppermost layer whose mean solids fraction exceeds 0.2"),
+    "pressure_drop": (
+        "Pa",
+        "dynamic pressure at the inlet against the outlet, mean since the last row (none at the start)",
+    ),
+    "gas_support": ("1", "upward force of the gas over the weight of the particles, mean since the last row"),
+    "solids_volume": ("m3", "solids volume that the gas sees"),
+    "solids_centre_z": ("m", "height of the particles' centre of mass above the floor"),
+    "particles": ("1", "number of particles"),
+    "momentum_error": ("1", "largest imbalance of a step over its impulse since the last row"),
+    "kinetic_energy": ("J", "kinetic energy of the particles' translation"),
+    "gas_mass_error": (
+        "1",
+        "gas volume lost by continuity in a step, largest since the last row, over what the fastest inlet velocity "
+        "brings in that time; where nothing ever comes in, over all the gas",
+    ),
+    "gas_inflow_error": (
+        "1",
+        "superficial velocity at the inlet against the case's, farthest off since the last row, over the fastest one",
+    ),
+    "displaced_gas_error": (
+        "1",
+        "gas volume that coupling steps not as long as the one before displaced too much or too little, added up cell "
+        "by cell since the last row, over the solids volume",
+    ),
+    "gas_flux_error": (
+        "1",
+        "gas flux at a height (in a mesh of polyhedra: at the outlet) against continuity, farthest off, over the "
+        "fastest inflow",
+    ),
+    "particles_at_outlet": ("1", "particles within a radius of the outlet, which is a wall for them"),
+    "max_courant": ("1", "largest Courant number since the last row"),
+    "min_voidage": ("1", "least voidage of a cell"),
+    "cells_over_packed": ("1", "cells with a solids fraction above 0.74, the closest packing of equal spheres"),
+    "max_overlap": ("1", "largest overlap of two particles over their mean diameter"),
+    "substeps": ("1", "DEM steps in the last fluid step"),
+}
+
+
+def write_results(
+    path: Path,
+    grid: Grid,
+    means: dict[str, np.ndarray],
+    history: list[dict[str, Any]],
+    attributes: dict[str, Any],
+    snapshots: Sequence[tuple[float, np.ndarray]] = (),
+    centres: np.ndarray | None = None,
+    volumes: np.ndarray | None = None,
+    samples: np.ndarray | None = None,
+    points: np.ndarray | None = None,
+    faces: Ragged | None = None,
+) -> None:
+    """Write results.nc under a temporary name and move it into place. Raises OSError if the disk does not take it.
+
+    `means`: name -> (z, y, x) or (component, z, y, x), `..._stderr` beside it; `history`: a row a record, `wall`
+    in it the seconds of each stage since the row before, `tracked` particles by number; `snapshots`:
+    time [s] and depth-mean voidage (z, x).
+
+    Of a mesh of polyhedra the means are (cell,) or (component, cell), with the cells' `centres` (cell, 3) [m] and
+    `volumes` (cell,) [m3], the mesh's `points` (node, 3) [m] and `faces`, a row a cell: how many it has, and of each
+    how many points and which. `samples` (z, y, x) are the cells at the places of `grid`, -1 outside.
+    """
+    data: dict[str, Any] = {}
+    places = ("z", "y", "x") if samples is None else ("cell",)
+    for name, values in means.items():
+        unit, text = MEANS[name.removesuffix("_stderr")]
+        dims = places if values.ndim == len(places) else ("component", *places)
+        words = f"standard error by block averaging of the {text}" if name.endswith("_stderr") else text
+        data[name] = (dims, values, {"units": unit, "long_name": words})
+    for name, (unit, text) in HISTORIES.items():
+        if history and name in history[0]:
+            data[name] = ("time", np.array([row[name] for row in history]), {"units": unit, "long_name": text})
+    if history and "tracked" in history[0]:
+        data |= _lay_out_tracks(history)
+    walls = np.array([[row["wall"][stage] for stage in STAGES] for row in history]).reshape(-1, len(STAGES))
+    data["wall_seconds"] = (
+        ("time", "stage"),
+        walls,
+        {"units": "s", "long_name": "wall time of the slowest rank since the last row"},
+    )
+    coordinates: dict[str, Any] = {"stage": list(STAGES), "component": ["x", "y", "z"]}
+    for axis, name in enumerate("xyz"):
+        coordinates[name] = (name, grid.centres(axis), {"units": "m", "long_name": f"cell centre {name}"})
+    if centres is not None:
+        about = {"units": "m3", "long_name": "volume of the cell"}
+        coordinates["cell_volume"] = ("cell", volumes, about)
+        for axis, name in enumerate("xyz"):
+            about = {"units": "m", "long_name": f"{name} of the cell's centre"}
+            coordinates[f"cell_{name}"] = ("cell", centres[:, axis], about)
+        about = {"units": "1", "long_name": "cell at the place of the regular grid, -1 outside of the mesh"}
+        data["sampled_cell"] = (("z", "y", "x"), samples, about)
+    encoding: dict[str, Any] = {}
+    if points is not None and faces is not None:
+        about = {"units": "m", "long_name": "points of the mesh"}
+        data["mesh_points"] = (("mesh_node", "component"), points, about)
+        about = {"units": "1", "long_name": "of each cell its number of faces, of each its number of points, and these"}
+        data["mesh_faces"] = ("mesh_entry", faces.values.astype(np.int32), about)
+        about = {"units": "1", "long_name": "first entry of each cell in mesh_faces, and one past the last"}
+        data["mesh_starts"] = ("mesh_row", faces.starts, about)
+        encoding["mesh_faces"] = {"zlib": True, "complevel": 1}
+    times = np.array([row["time"] for row in history], dtype=float)
+    coordinates["time"] = ("time", times, {"units": "s", "long_name": "simulated time"})
+    if snapshots:
+        about = {"units": "1", "long_name": "depth-mean voidage that the gas had at that time"}
+        fields = np.array([field for _, field in snapshots], dtype=np.float32)
+        data["voidage_snapshots"] = (("snapshot_time", "z", "x"), fields, about)
+        times = np.array([time for time, _ in snapshots])
+        coordinates["snapshot_time"] = ("snapshot_time", times, {"units": "s", "long_name": "time of a snapshot"})
+        encoding["voidage_snapshots"] = {"zlib": True, "complevel": 1}
+    write_dataset(path, xr.Dataset(data, coordinates, {"Conventions": "CF-1.10"} | attributes), encoding)
+
+
+def _lay_out_tracks(history: list[dict[str, Any]]) -> dict[str, Any]:
+    """Positions and velocities (time, tracked, component) of the tracked particles, and their numbers."""
+    numbers = list(history[0]["tracked"])
+    motion = np.array([[row["tracked"][number] for number in numbers] for row in history])
+    dims = ("time", "tracked", "component")
+    return {
+        "tracked": ("tracked", [int(number) for number in numbers], {"long_name": "number of a tracked particle"}),
+        "tracked_position": (dims, motion[..., :3], {"units": "m", "long_name": "centre of a tracked particle"}),
+        "tracked_velocity": (dims, motion[..., 3:], {"units": "m s-1", "long_name": "velocity of a tracked particle"}),
+    }
+
+
+def write_dataset(path: Path, dataset: xr.Dataset, encoding: dict[str, Any]) -> None:
+    """Write `dataset` as netCDF under a temporary name, bring it to the disk, and move it into place."""
+    fresh = path.with_suffix(".tmp")
+    try:
+        dataset.to_netcdf(fresh, encoding=encoding)
+        with fresh.open("rb") as file:
+            os.fsync(file.fileno())
+        fresh.replace(path)
+    except (OSError, RuntimeError) as error:  # the latter are the netCDF library's
+        fresh.unlink(missing_ok=True)
+        raise OSError(f"{error}; is the disk full?") from error
+
+
+def append_line(file: TextIO, row: dict[str, Any]) -> None:
+    """Append `row` to the line log, with a checksum over the rest of the line."""
+    text = json.dumps(row)
+    file.write(f'{text[:-1]}, "crc32": {zlib.crc32(text.encode())}}}\n')
+    file.flush()
+
+
+def read_line(line: str) -> dict[str, Any] | None:
+    """The row of a line of the log, or None if the line is not whole."""
+    text, mark, checksum = line.rstrip("\n").rpartition(', "crc32": ')
+    if not mark or not checksum.endswith("}") or checksum[:-1] != str(zlib.crc32(f"{text}}}".encode())):
+        return None
+    return json.loads(f"{text}}}")
+
+
+def read_log(path: Path) -> list[dict[str, Any]]:
+    """The rows of a line log up to the first line that is not whole."""
+    rows = []
+    for line in path.read_text(encoding="utf-8").splitlines(keepends=True):
+        row = read_line(line)
+        if row is None:
+            break
+        rows.append(row)
+    return rows

@@ -1,0 +1,41 @@
+"""With what a run is made, as its parent wrote it into the manifest for the ranks: for results.nc and checkpoints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from fbcouple.run_folder.manifest import read_manifest
+
+Versions = dict[str, str]
+"""Program or library -> its version, in words."""
+_NO_PART = ("commit", "python", "machine", "MPI")
+"""Versions that a run's numbers do not depend on."""
+
+
+@dataclass(frozen=True)
+class Making:
+    """What a run is made with."""
+
+    versions: Versions
+    changed: list[str]
+    """Files of the run folder that were changed since set-up, and trusted."""
+    updates: list[str]
+    """With what else than before it went on from a checkpoint, a line each time."""
+
+    def list_attributes(self) -> dict[str, str]:
+        """What results.nc says of it."""
+        lines = {"changed_since_set_up": ", ".join(self.changed), "updates": "\n".join(self.updates)}
+        return self.versions | {name: text for name, text in lines.items() if text}
+
+
+def read_making(run: Path) -> Making:
+    """What the parent wrote into the manifest of `run`."""
+    manifest = read_manifest(run)
+    about = manifest["run"]
+    return Making(manifest["run_with"], about["changed"], about["updates"])
+
+
+def list_makers(versions: Versions) -> Versions:
+    """Those of `versions` that a run's numbers depend on: another one of them is another run."""
+    return {name: text for name, text in versions.items() if name not in _NO_PART}

@@ -1,0 +1,112 @@
+"""All particles, and the gas in every cell, at single moments: RUN/frames/frame-000000.nc and on, for 3-D views.
+
+A file a moment: a run that is killed harms none that was written, and one that goes on from a checkpoint removes those
+that came after it and writes them again.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from mpi4py import MPI
+
+from fbcouple.geometry.grid import Grid
+from fbcouple.results.writer import write_dataset
+from fbcouple.simulation.clock import Cadence
+from fbcouple.simulation.simulation import Scene
+
+Values = dict[str, np.ndarray]
+
+# name -> unit, long name
+PARTICLES: dict[str, tuple[str, str]] = {
+    "position": ("m", "centre of the particle"),
+    "velocity": ("m s-1", "velocity of the particle"),
+    "diameter": ("m", "diameter of the particle"),
+}
+FIELDS: dict[str, tuple[str, str]] = {
+    "voidage": ("1", "voidage that the gas has"),
+    "gas_velocity": ("m s-1", "interstitial gas velocity"),
+}
+
+
+class Frames:
+    """Writes a frame on rank 0 when one is due; rows are particles in the order of their numbers."""
+
+    def __init__(self, comm: MPI.Comm, grid: Grid, owned: np.ndarray, folder: Path, every: float) -> None:
+        """`owned` (n, 3): index triples of this rank's cells; `every` [s] of simulated time, from time 0 on."""
+        self._comm, self._grid, self._owned, self._folder = comm, grid, owned, folder
+        self.cadence = Cadence(every)
+        self.count = 0
+        """Frames written so far."""
+
+    def write(self, time: float, numbers: np.ndarray, particles: Values, fields: Values) -> None:
+        """Write the frame of `time` [s] (collective).
+
+        numbers: (n,) of this rank's particles; particles: name of `PARTICLES` -> (n,) or (n, 3); fields: name of
+        `FIELDS` -> (cells, components) of this rank's cells.
+        """
+        lean = [{name: values.astype(np.float32) for name, values in part.items()} for part in (particles, fields)]
+        gathered = self._comm.gather((np.array(numbers, dtype=np.int64), self._owned, *lean))
+        if gathered is not None:
+            all_numbers, cells, rows, values = zip(*gathered, strict=True)
+            order = np.argsort(np.concatenate(all_numbers))
+            data: dict[str, Any] = {}
+            for name in particles:
+                column = np.concatenate([part[name] for part in rows])[order]
+                data[name] = (("particle", "component")[: column.ndim], column, _describe(PARTICLES[name]))
+            for name in fields:
+                field = self._grid.spread((owned, part[name]) for owned, part in zip(cells, values, strict=True))
+                data[name] = (("component", "z", "y", "x")[-field.ndim :], field, _describe(FIELDS[name]))
+            self._save(time, data)
+        self.count += 1
+
+    def _save(self, time: float, data: dict[str, Any]) -> None:
+        self._folder.mkdir(exist_ok=True)
+        coordinates: dict[str, Any] = {"component": ["x", "y", "z"], "time": time}
+        for axis, name in enumerate("xyz"):
+            coordinates[name] = (name, self._grid.centres(axis), {"units": "m", "long_name": f"cell centre {name}"})
+        frame = xr.Dataset(data, coordinates, {"Conventions": "CF-1.10"})
+        frame["time"].attrs = {"units": "s", "long_name": "simulated time"}
+        encoding = {name: {"zlib": True, "complevel": 1} for name in data}
+        write_dataset(self._folder / name_frame(self.count), frame, encoding)
+
+    def cut(self, count: int) -> None:
+        """Go on after `count` frames: those written after them are removed."""
+        self.count = count
+        if self._comm.rank == 0:
+            for path in self._folder.glob("frame-*"):
+                if path.name >= name_frame(count):
+                    path.unlink()
+
+
+def name_frame(number: int) -> str:
+    """File of the frame `number`, counted from 0."""
+    return f"frame-{number:06d}.nc"
+
+
+def _describe(about: tuple[str, str]) -> dict[str, str]:
+    return {"units": about[0], "long_name": about[1]}
+
+
+def look_at(scene: Scene) -> tuple[np.ndarray, Values, Values]:
+    """Numbers and columns of this rank's particles, and fields of its cells if there is gas, as `write` takes them."""
+    grains = scene.grains
+    assert grains is not None
+    particles = {"position": grains.positions, "velocity": grains.velocities, "diameter": 2.0 * grains.radii}
+    fields = {}
+    if scene.gas and scene.coupling:
+        fields = {"voidage": scene.coupling.voidage[:, None], "gas_velocity": scene.gas.velocity}
+    return grains.numbers, particles, fields
+
+
+def track(scene: Scene) -> dict[str, list[float]]:
+    """Position [m] and velocity [m/s] of each tracked particle, by number: x, y, z, v_x, v_y, v_z (collective)."""
+    grains, wanted = scene.grains, np.array(scene.case.output.tracked)
+    assert grains is not None
+    place, row = np.nonzero(wanted[:, None] == grains.numbers)
+    motion = np.zeros((len(wanted), 6))
+    motion[place] = np.hstack([grains.positions[row], grains.velocities[row]])
+    return {str(number): values for number, values in zip(wanted, scene.comm.allreduce(motion).tolist(), strict=True)}

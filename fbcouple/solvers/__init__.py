@@ -1,0 +1,1 @@
+"""Both solvers in this process."""

@@ -1,0 +1,1 @@
+"""OpenFOAM behind a C interface."""

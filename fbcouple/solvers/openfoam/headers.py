@@ -1,0 +1,133 @@
+"""OpenFOAM's headers for Debian's binary package, which ships none: taken from Debian's source package.
+
+The system's apt set-up stays as it is: its source lists are copied, with `deb-src` for `deb`, into a private folder.
+"""
+
+import os
+import re
+import shutil
+import tempfile
+from pathlib import Path
+
+from fbcouple.errors import SolverError
+from fbcouple.solvers.openfoam.commands import run_command
+
+_LIBRARIES = (
+    "OpenFOAM",
+    "OSspecific/POSIX",
+    "finiteVolume",
+    "meshTools",
+    "fileFormats",
+    "surfMesh",
+    "transportModels/incompressible",
+    "TurbulenceModels/turbulenceModels",
+    "TurbulenceModels/incompressible",
+    "TurbulenceModels/phaseIncompressible",
+)
+_TREES = ("transportModels",)
+_NETWORK = "check that this machine reaches its Debian mirror (sudo apt-get update), then build again"
+
+
+def include_folders(source: Path) -> list[Path]:
+    """Return the folders to give to the compiler, in order.
+
+    Parameters
+    ----------
+    source : OpenFOAM's `src` folder, or one laid out like it
+    """
+    return [source / library / "lnInclude" for library in _LIBRARIES] + [source / tree for tree in _TREES]
+
+
+def debian_headers(version: str, cache: Path) -> Path:
+    """Return a folder laid out like OpenFOAM's `src`, fetched into the cache the first time.
+
+    Parameters
+    ----------
+    version : version of Debian's source package, such as `1912.200626-1`
+    cache : folder that keeps the headers; the caller holds its lock
+
+    Raises
+    ------
+    SolverError : the source package cannot be fetched or unpacked
+    """
+    kept = cache / f"openfoam-{version}-headers"
+    if not kept.is_dir():
+        with tempfile.TemporaryDirectory(prefix="openfoam-source-", dir=cache) as name:
+            scratch = Path(name)
+            source = _fetch_source(version, scratch)
+            _collect(source, scratch / "headers")
+            (scratch / "headers").rename(kept)
+    return kept
+
+
+def _fetch_source(version: str, scratch: Path) -> Path:
+    """Fetch and unpack Debian's source package in a private folder; return the unpacked tree."""
+    options = _private_apt(scratch)
+    run_command(["apt-get", *options, "update"], mend=_NETWORK, folder=scratch)
+    try:
+        run_command(
+            ["apt-get", *options, "source", "--only-source", f"openfoam={version}"],
+            mend="needs dpkg-dev (sudo apt-get install dpkg-dev) and the source package on this machine's mirror",
+            folder=scratch,
+        )
+    except SolverError as error:
+        raise SolverError(
+            f"source package openfoam={version}, which belongs to the installed libopenfoam, was not got: {error}\n"
+            "if the mirror has a newer version: sudo apt-get update && sudo apt-get install openfoam, then build again"
+        ) from error
+    trees = [path for path in scratch.glob("openfoam-*") if (path / "wmake" / "wmakeLnInclude").is_file()]
+    if len(trees) != 1:
+        raise SolverError(f"source package openfoam={version} unpacked to {len(trees)} trees with wmake; 1 is allowed")
+    return trees[0]
+
+
+def _private_apt(scratch: Path) -> list[str]:
+    """Copy the system's source lists as `deb-src` and return the apt options that use nothing else of the system's."""
+    parts = scratch / "sources.list.d"
+    for folder in (parts, scratch / "lists" / "partial", scratch / "cache" / "archives" / "partial"):
+        folder.mkdir(parents=True)
+    etc = Path("/etc/apt")
+    for path in [etc / "sources.list", *sorted((etc / "sources.list.d").glob("*"))]:
+        if path.is_file() and path.suffix in (".list", ".sources"):
+            (parts / path.name).write_text(
+                as_source_list(path.read_text(encoding="utf-8", errors="surrogateescape"), path.suffix),
+                encoding="utf-8",
+                errors="surrogateescape",
+            )
+    places = {
+        "Dir::Etc::sourcelist": "/dev/null",
+        "Dir::Etc::sourceparts": parts,
+        "Dir::State::Lists": scratch / "lists",
+        "Dir::Cache": scratch / "cache",
+    }
+    if os.geteuid() == 0:
+        places["APT::Sandbox::User"] = "root"
+    return [word for key, value in places.items() for word in ("-o", f"{key}={value}")]
+
+
+def as_source_list(text: str, suffix: str) -> str:
+    """Turn a list of binary packages into the list of their source packages.
+
+    Parameters
+    ----------
+    text : contents of a file of /etc/apt/sources.list.d
+    suffix : `.sources` (stanzas) or `.list` (one line an archive)
+    """
+    if suffix == ".sources":
+        return re.sub(r"(?mi)^Types:.*$", "Types: deb-src", text)
+    lines = (line.strip() for line in text.splitlines())
+    archives = (re.sub(r"^deb(-src)?\s", "deb-src ", line) for line in lines)
+    return "".join(f"{line}\n" for line in dict.fromkeys(archives) if line.startswith("deb-src "))
+
+
+def _collect(source: Path, complete: Path) -> None:
+    """Copy the headers alone: each library's gathered flat, as wmake does, and the trees that are included by path."""
+    for tree in _TREES:
+        shutil.copytree(source / "src" / tree, complete / tree)
+    for library in _LIBRARIES:
+        run_command(
+            [str(source / "wmake" / "wmakeLnInclude"), "-s", str(source / "src" / library)],
+            mend="the source package looks incomplete: build again",
+            folder=source,
+        )
+        shutil.copytree(source / "src" / library / "lnInclude", complete / library / "lnInclude")

@@ -1,0 +1,112 @@
+"""What scenes are made of: a case from a few settings, set up in the scene's folder, with its solvers open."""
+
+from __future__ import annotations
+
+import itertools
+import os
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from mpi4py import MPI
+
+from fbcouple.case.bed.lattice import lattice_kinds, lattice_positions
+from fbcouple.case.companions import copy_companions
+from fbcouple.case.schema.sections import Case
+from fbcouple.decks.render import set_up
+from fbcouple.launcher.openfoam_mesh import prepare_mesh
+from fbcouple.simulation.simulation import Scene, open_scene
+from fbcouple.simulation.worker import choose_step, exert_drag, map_solids, move, react, step_gas
+
+GLASS: dict[str, Any] = {"diameter": 1e-3, "density": 2500.0}
+GAS: dict[str, Any] = {"density": 1.165, "viscosity": 2e-5, "inlet_velocity": 0.0}
+FRICTIONLESS: dict[str, Any] = {"restitution": 0.97, "wall_restitution": 0.97, "friction": 0.0, "wall_friction": 0.0}
+FRICTIONLESS["tangential"] = "no-history"
+BOX: dict[str, Any] = {"size": [0.02, 0.02, 0.04], "cells": [5, 5, 10]}
+
+Edit = Callable[[str], str]
+
+
+def open_bench(
+    place: Path,
+    comm: MPI.Comm,
+    sections: dict[str, Any],
+    positions: np.ndarray | None = None,
+    edits: dict[str, Edit] | None = None,
+    kinds: np.ndarray | None = None,
+    folder: Path = Path(),
+) -> Scene:
+    """Set up a case of `sections` (as a case file has them) in `place`, open its solvers, set the particles up.
+
+    positions: start positions (n, 3) [m] in place of the lattice; the particles' count follows them.
+    kinds: of a mixture the kind of each particle, counted from 0, in place of a random order.
+    folder: where the files lie that the case brings, a mesh.
+    edits: deck file -> change of its text, for scenes that need what no case asks for (a moving lid).
+    """
+    case = _make_case(sections, positions)
+    run = place / "run"
+    if comm.rank == 0:
+        set_up(
+            case,
+            run,
+            lambda wanted: lattice_positions(wanted, folder) if positions is None else positions,
+            lambda wanted: lattice_kinds(wanted) if kinds is None else kinds,
+            folder=folder,
+        )
+        copy_companions(case, folder, run)
+        for deck, edit in (edits or {}).items():
+            (run / deck).write_text(edit((run / deck).read_text(encoding="utf-8")), encoding="utf-8")
+        if case.gas:
+            prepare_mesh(case, run, comm.size)
+    comm.Barrier()
+    os.chdir(run)
+    os.environ["PWD"] = str(run)
+    return open_scene(case, Path("."), comm, case.end_time)
+
+
+def _make_case(sections: dict[str, Any], positions: np.ndarray | None) -> Case:
+    data: dict[str, Any] = {"title": "verify", "end_time": 1e9, "domain": BOX} | sections
+    if positions is not None:
+        data["particles"] = GLASS | data.get("particles", {}) | {"count": len(positions)}
+        data.setdefault("contact", FRICTIONLESS)
+        data.setdefault("start", {})
+    return Case.model_validate(data)
+
+
+def take_same_step(bench: Scene) -> None:
+    """One coupling step; the next is as long (collective)."""
+    step_gas(bench)
+    react(bench)
+    move(bench)
+    bench.clock.tick()
+    map_solids(bench)
+    exert_drag(bench)
+
+
+def take_steps(bench: Scene, substeps: Iterable[int]) -> Iterator[None]:
+    """Coupling steps of so many DEM steps each, whatever the gas would have; yields after each (collective)."""
+    dem_step = bench.clock.dt / bench.clock.substeps
+    wanted = iter(substeps)
+    _set_step(bench, next(wanted), dem_step)
+    for following in itertools.chain(wanted, [1]):
+        step_gas(bench)
+        react(bench)
+        move(bench)
+        bench.clock.tick()
+        map_solids(bench)
+        _set_step(bench, following, dem_step)
+        yield
+
+
+def _set_step(bench: Scene, substeps: int, dem_step: float) -> None:
+    bench.clock.substeps, bench.clock.dt = substeps, substeps * dem_step
+    exert_drag(bench)
+
+
+def blow(bench: Scene) -> None:
+    """One coupling step in which no particle moves, whatever its velocity is by now (collective)."""
+    exert_drag(bench)
+    step_gas(bench)
+    react(bench)
+    choose_step(bench)

@@ -1,0 +1,96 @@
+"""How far the bed is two-dimensional: slices and profiles along its depth (figures 10 and 11 of the paper).
+
+The paper's slices are of one moment, which a frame holds; the time mean stands in results.nc in all three directions.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from fbcouple.postproc.figures.layout import Panel, draw_panels
+from fbcouple.postproc.figures.maps import DENSE, PACKED, draw_edge
+from fbcouple.postproc.figures.registry import figure
+from fbcouple.postproc.scales import velocity_scale, word_scale
+from fbcouple.postproc.style import COLUMN, GREY, LINES, averaging_text, inset_axes, new_figure
+from fbcouple.postproc.views.frames import list_frames, number_of, read_frame
+from fbcouple.results.reader import NotDrawableError, Results, at_height
+
+SLICES = (0.2, 0.5, 0.8)  # y/D, Hamidouche et al. 2019, figure 10
+MOMENT = 12_000.0  # t U_f/d_p of figure 10
+DEPTH_HEIGHT = 0.16  # z/H of figure 11
+DEPTH_PLACES = (0.1, 0.3, 0.5, 0.7, 0.9)  # x/L; the paper's text does not give its own
+
+
+@figure
+def slices(results: Results) -> Figure:
+    """Time-mean solids fraction on slices at y/D = 0.2, 0.5 and 0.8; each shows the cells that it passes through."""
+    cuts = _cut(results.mean("solids_fraction"))
+    panels = [Panel(results, cut, name, partial(draw_edge, results=results, field=cut)) for name, cut in cuts]
+    label = r"Solids fraction $\langle \alpha_p \rangle$ [–]"
+    return draw_panels(panels, results.title, averaging_text(results), label, (0.0, PACKED), mark=DENSE)
+
+
+@figure
+def moment_slices(results: Results) -> Figure:
+    """Solids fraction of one moment on slices at y/D = 0.2, 0.5 and 0.8: that of t U_f/d_p = 12 000, or the last."""
+    frame = read_frame(_choose_moment(results, list_frames(results)))
+    if frame.voidage is None:
+        raise NotDrawableError([f"the frames of {results.path.parent} have no voidage: the scene has no gas."])
+    axes = {axis: results.data[axis].values for axis in "zyx"}
+    field = xr.DataArray(1.0 - frame.voidage.astype(float), dims=tuple("zyx"), coords=axes)
+    panels = [Panel(results, cut, name, None) for name, cut in _cut(field)]
+    label = r"Solids fraction $\alpha_p$ [–]"
+    return draw_panels(panels, results.title, f"t = {frame.time:.3f} s", label, (0.0, PACKED))
+
+
+def _choose_moment(results: Results, paths: list[Path]) -> Path:
+    """The frame of t U_f/d_p = 12 000, or the last before it; without gas that flows in the last."""
+    every = results.case.get("output", {}).get("particles_every")
+    if results.inlet_speed is None or every is None or "particles" not in results.case:
+        return paths[-1]
+    last = round(MOMENT * results.case["particles"]["diameter"] / results.inlet_speed / every)
+    return max((path for path in paths if number_of(path) <= last), default=paths[0])
+
+
+def _cut(field: xr.DataArray) -> list[tuple[str, xr.DataArray]]:
+    """The cells that each of `SLICES` passes through, with their names."""
+    rows = [min(int(place * field.sizes["y"]), field.sizes["y"] - 1) for place in SLICES]
+    return [(f"y/D = {place:g}", field.isel(y=row, drop=True)) for place, row in zip(SLICES, rows, strict=True)]
+
+
+def depth_lines(results: Results) -> dict[float, np.ndarray]:
+    """Time-mean vertical solids velocity over U_f at z/H = 0.16: x/L -> values along the cells in y, shape (ny,).
+
+    Linear between the cell centres around height and place; places beside the outermost centres are left out.
+    """
+    upward = results.particle_mean("solids_velocity").sel(component="z")
+    layer: xr.DataArray = at_height(upward, results.level(DEPTH_HEIGHT)) / velocity_scale(results)[0]
+    lines = layer.transpose("y", "x").values
+    x = results.share("x")
+    known = [place for place in DEPTH_PLACES if x[0] <= place <= x[-1]]
+    return {place: np.array([np.interp(place, x, line) for line in lines]) for place in known}
+
+
+@figure
+def depth_profiles(results: Results) -> Figure:
+    """Time-mean vertical solids velocity along the depth at z/H = 0.16, at five places across the bed."""
+    lines = depth_lines(results)
+    if not any(np.isfinite(line).any() for line in lines.values()):
+        raise NotDrawableError([f"no particle ever came to z/H = {DEPTH_HEIGHT:g}."])
+    _, divisor, unit = velocity_scale(results)
+    note = f"$z/H$ = {DEPTH_HEIGHT:g}; {averaging_text(results)}{word_scale([results])}"
+    picture = new_figure(results.title, COLUMN, 2.6, note)
+    axes = inset_axes(picture, 0.68, 0.42, COLUMN - 1.62, 2.05)
+    axes.axhline(0.0, color=GREY, linewidth=0.7)
+    y = results.share("y")
+    for (place, line), look in zip(lines.items(), LINES, strict=False):
+        axes.plot(y, line, label=f"$x/L$ = {place:g}", markersize=3.5, **look)
+    symbol = rf"$\langle U_{{p,z}} \rangle{divisor}$"
+    axes.set(xlabel="$y/D$ [–]", ylabel=f"{symbol} [{unit}]", xlim=(0, 1))
+    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=2.2)
+    return picture

@@ -1,0 +1,181 @@
+"""What was recorded against time: is the bed steady, does the gas carry it, were the steps within their limits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from fbcouple.postproc.figures.maps import DENSE
+from fbcouple.postproc.figures.registry import comparison, figure
+from fbcouple.postproc.style import (
+    BLUE,
+    GREY,
+    LINES,
+    PAGE,
+    VERMILION,
+    WINDOW_SHADE,
+    averaging_text,
+    inset_axes,
+    new_figure,
+)
+from fbcouple.results.reader import NotDrawableError, Results
+
+Panel = Callable[[Axes, Results], None]
+PANELS: dict[str, Panel] = {}
+FAR = 1.5
+"""Ranges of 98 of 100 rows beyond which the others do not set the axis."""
+OTHER: dict[str, Any] = {"color": GREY, "linestyle": ":", "linewidth": 1.0}
+
+
+def panel(function: Panel) -> Panel:
+    """Register `function(axes, results)`, which draws the history of the variable that it is named after."""
+    PANELS[function.__name__] = function
+    return function
+
+
+@figure
+def history(results: Results) -> Figure:
+    """Bed height, pressure drop, sub-steps and Courant number against time; the averaging window is shaded."""
+    shown = [name for name in PANELS if name in results.data]
+    if not shown or not results.data.sizes["time"]:
+        raise NotDrawableError([f"{results.path} has none of the histories {', '.join(PANELS)}."])
+    left, right, bottom, top, each, gap = 0.72, 1.15, 0.42, 0.1, 1.05, 0.14
+    shaded = "" if results.window is None else "shaded: "
+    body = bottom + len(shown) * (each + gap) - gap + top
+    picture = new_figure(results.title, PAGE, body, shaded + averaging_text(results))
+    time = results.data["time"].values
+    for row, name in enumerate(reversed(shown)):
+        axes = inset_axes(picture, left, bottom + row * (each + gap), PAGE - left - right, each)
+        if results.window is not None:
+            axes.axvspan(*results.window, color=WINDOW_SHADE, linewidth=0, zorder=0)
+        PANELS[name](axes, results)
+        axes.set_xlim(0.0, time[-1] if time[-1] > 0.0 else None)
+        axes.grid(axis="y", color="white" if results.window else WINDOW_SHADE, linewidth=0.6)
+        axes.set_axisbelow(True)
+        axes.yaxis.set_label_coords(-0.37 / (PAGE - left - right), 0.5)
+        axes.tick_params(labelbottom=row == 0)
+        if row == 0:
+            axes.set_xlabel("Time [s]")
+    return picture
+
+
+@comparison
+def histories(runs: Sequence[Results]) -> Figure:
+    """Bed height and pressure drop of each run against time."""
+    signals = {"bed_height": ("Bed height\n[mm]", 1e3), "pressure_drop": ("Pressure drop\n[Pa]", 1.0)}
+    runs = [run for run in runs if run.data.sizes.get("time")]
+    shown = [name for name in signals if any(name in run.data for run in runs)]
+    if not shown:
+        raise NotDrawableError([f"none of the runs has any of the histories {', '.join(signals)}."])
+    left, right, bottom, top, each, gap = 0.72, 1.95, 0.42, 0.1, 1.5, 0.14
+    picture = new_figure("Histories", PAGE, bottom + len(shown) * (each + gap) - gap + top, "start-up included")
+    longest = max(float(run.data["time"].values[-1]) for run in runs)
+    for row, name in enumerate(reversed(shown)):
+        axes = inset_axes(picture, left, bottom + row * (each + gap), PAGE - left - right, each)
+        text, factor = signals[name]
+        rows = []
+        for place, run in enumerate(runs):
+            if name in run.data:
+                look = {key: LINES[place % len(LINES)][key] for key in ("color", "linestyle")}
+                rows.append((run.data["time"].values, factor * run.history(name).values))
+                axes.plot(*rows[-1], linewidth=0.9, label=run.label, **look)
+        _keep_in_view(axes, *np.concatenate(rows, axis=1))
+        axes.set(ylabel=text, xlim=(0.0, longest if longest > 0.0 else None))
+        axes.yaxis.set_label_coords(-0.37 / (PAGE - left - right), 0.5)
+        axes.tick_params(labelbottom=row == 0)
+        if row == 0:
+            axes.set_xlabel("Time [s]")
+        if row == len(shown) - 1:
+            axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=2.4)
+    return picture
+
+
+@panel
+def bed_height(axes: Axes, results: Results) -> None:
+    """Height of the bed [mm], beside twice that of the centre of mass, which does not jump when a layer thins out."""
+    _line(axes, results, "bed_height", factor=1e3, label=f"top layer denser\nthan {DENSE:g}")
+    axes.set_ylabel("Bed height\n[mm]")
+    if "solids_centre_z" in results.data:
+        _line(axes, results, "solids_centre_z", factor=2e3, label="twice the height\nof the centre\nof mass", **OTHER)
+        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=1.0, borderaxespad=0.3)
+
+
+@panel
+def pressure_drop(axes: Axes, results: Results) -> None:
+    """Pressure drop of the gas [Pa] beside the weight of the bed less its buoyancy over its cross-section."""
+    _line(axes, results, "pressure_drop")
+    axes.set_ylabel("Pressure drop\n[Pa]")
+    _keep_in_view(axes, results.data["time"].values, results.history("pressure_drop").values)
+    if results.weight_per_area is not None:
+        label = f"weight − buoyancy\nover cross-section\n{results.weight_per_area:.1f} Pa"
+        _limit(axes, results.weight_per_area, label)
+
+
+@panel
+def substeps(axes: Axes, results: Results) -> None:
+    """DEM steps in one fluid step."""
+    time, steps = _after_a_step(results, "substeps")
+    axes.step(time, steps, where="post", color=BLUE, linewidth=0.8)
+    axes.yaxis.set_major_locator(MaxNLocator(4, integer=True))
+    if steps.size and not np.ptp(steps):
+        axes.set_ylim(steps[0] - 1.0, steps[0] + 1.0)
+    axes.set_ylabel("DEM steps\nper fluid step")
+
+
+@panel
+def max_courant(axes: Axes, results: Results) -> None:
+    """Largest Courant number of the gas beside its limit."""
+    axes.plot(*_after_a_step(results, "max_courant"), color=BLUE, linewidth=0.8)
+    axes.set_ylabel("Largest Courant\nnumber [–]")
+    limit = results.case.get("gas", {}).get("max_courant")
+    if limit is not None:
+        _limit(axes, limit, f"limit {limit:g}")
+    axes.set_ylim(0.0, 1.15 * max(limit or 0.0, float(results.history("max_courant").max())))
+
+
+def _line(axes: Axes, results: Results, name: str, factor: float = 1.0, **look: Any) -> None:
+    drawn: Any = {"color": BLUE, "linewidth": 0.8} | look
+    axes.plot(results.data["time"], factor * results.history(name), **drawn)
+
+
+def _after_a_step(results: Results, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Times and values without the row of the start, where no step has been taken that it could tell of."""
+    history = results.history(name)
+    taken = slice(1 if history["time"].values[0] == 0.0 else 0, None)
+    return history["time"].values[taken], history.values[taken]
+
+
+def _keep_in_view(axes: Axes, time: np.ndarray, values: np.ndarray) -> None:
+    """Bound the axis by what 98 of 100 rows have where others are far off, and tell of those: a jet that starts takes
+    thousands of Pa in its first step, and the bed would be a flat line."""
+    time, values = time[np.isfinite(values)], values[np.isfinite(values)]
+    low, high = np.percentile(values, (1.0, 99.0))
+    room = FAR * (high - low)
+    if not room or (values.min() >= low - room and values.max() <= high + room):
+        return
+    low, high = low - 0.2 * (high - low), high + 0.2 * (high - low)
+    beyond = np.flatnonzero((values < low) | (values > high))
+    worst = beyond[np.argmax(np.abs(values[beyond]))]
+    axes.set_ylim(low, high)
+    text = f"{len(beyond)} row{'s' * (len(beyond) > 1)} beyond, farthest {values[worst]:.3g} at {time[worst]:.3g} s"
+    axes.annotate(text, (0.99, 0.04), xycoords="axes fraction", ha="right", size="small", color=VERMILION)
+
+
+def _limit(axes: Axes, value: float, label: str) -> None:
+    axes.axhline(value, color=VERMILION, linestyle="--", linewidth=1.0)
+    axes.annotate(
+        label,
+        (1.0, value),
+        xycoords=("axes fraction", "data"),
+        xytext=(4, 0),
+        textcoords="offset points",
+        va="center",
+        size="small",
+        color=VERMILION,
+        annotation_clip=False,
+    )

@@ -1,0 +1,44 @@
+"""The bed at single moments: voidage averaged over the depth (figure 15 of Hamidouche et al. 2019)."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from fbcouple.postproc.figures.bubbles import EDGE
+from fbcouple.postproc.figures.layout import MOST_ACROSS, Panel, draw_panels
+from fbcouple.postproc.figures.registry import figure
+from fbcouple.results.reader import NotDrawableError, Results, word_without
+
+LOWEST = 0.35
+"""Lower colour limit; a random packing has 0.4."""
+
+
+@figure
+def voidage_snapshots(results: Results) -> Figure:
+    """Depth-averaged voidage at five moments over the second half of the run; the line is the edge of bubbles."""
+    if not results.data.sizes.get("snapshot_time"):
+        raise NotDrawableError([word_without(results, "voidage_snapshots", "output.snapshots_every")])
+    snapshots = results.data["voidage_snapshots"].astype(float)
+    times = snapshots["snapshot_time"].values
+    count = min(MOST_ACROSS, len(times))
+    wanted = np.linspace(0.5 * (times[0] + times[-1]), times[-1], count)
+    places = sorted({int(np.argmin(np.abs(times - time))) for time in wanted})
+    x, z = results.share("x"), results.share("z")
+    panels = []
+    for place in places:
+        field = snapshots.isel(snapshot_time=place, drop=True).transpose("z", "x")
+        outline = partial(_outline, x=x, z=z, values=field.values)
+        panels.append(Panel(results, field, f"t = {times[place]:.3f} s", outline))
+    label = r"Voidage $\langle \varepsilon \rangle_{xz}$ [–]"
+    note = f"line: voidage {EDGE:g}"
+    return draw_panels(panels, results.title, note, label, (LOWEST, 1.0), mark=EDGE, cmap="cividis")
+
+
+def _outline(axes: Axes, x: np.ndarray, z: np.ndarray, values: np.ndarray) -> None:
+    """Line around the bubbles."""
+    if min(values.shape) > 1 and values.min() < EDGE < values.max():
+        axes.contour(x, z, values, levels=[EDGE], colors="black", linewidths=0.7)

@@ -1,0 +1,1 @@
+"""Claims, cases and figures of Hamidouche et al. 2019."""

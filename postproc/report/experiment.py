@@ -1,0 +1,223 @@
+"""Runs beside measured lines: the run at the measured points, and the root mean square of the difference."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from fbcouple.errors import CaseError
+from fbcouple.input_files.companion_files import find_companion
+from fbcouple.input_files.measured_lines import QUANTITIES, Points, Reference, parse_reference, read_line
+from fbcouple.postproc.style import INK, LINES, PAGE, inset_axes, new_figure
+from fbcouple.results.reader import NotDrawableError, Results, at_height, depth_average, mass_average
+
+_PARTICLE = ("solids_velocity", "agitation", "granular_temperature")
+_VECTORS = ("solids_velocity", "solids_flux", "gas_velocity", "gas_flux")
+_ACROSS = 2
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A measured line: what it is of, its points, the labels of the runs that it is compared with, and how it was given
+    for all of them, if it was."""
+
+    reference: Reference
+    points: Points
+    runs: frozenset[str] = frozenset()
+    given: str | None = None
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A run against a measured line, in the unit of the quantity.
+
+    `rms` of run minus measurement at the measured points, `bias` their mean, `largest` the greatest distance; `error`
+    is the root mean square of the errors that the measurement gives and `noise` that of the run's standard errors
+    there (nan if there are none); `range` is largest minus smallest measured value. `zeros`: where the measured and
+    where the run's line change sign, x [m].
+    """
+
+    run: str
+    reference: str
+    quantity: str
+    unit: str
+    height: float
+    points: int
+    rms: float
+    bias: float
+    largest: float
+    range: float
+    error: float
+    noise: float
+    measured_zeros: list[float]
+    zeros: list[float]
+
+
+def gather_references(runs: Sequence[Results], texts: Sequence[str]) -> list[Measured]:
+    """Measured lines, each once: those that a run's case names belong to that run, those of `texts` to all runs.
+
+    The files of a case lie beside its results.nc, as `output.references` has them; those of `texts` anywhere.
+
+    Raises: CaseError with every reference that cannot be read, or does not fit into the bed of a run that it is for.
+    """
+    found: dict[tuple[str, float, bytes], Measured] = {}
+    problems: list[str] = []
+    named = [(run, text, False) for run in runs for text in _list_named(run)]
+    for run, text, is_given in [*named, *((run, text, True) for text in texts for run in runs)]:
+        try:
+            reference = parse_reference(text)
+            points = _read_for(run, reference, is_given)
+        except CaseError as error:
+            problems += [problem for problem in error.problems if problem not in problems]
+            continue
+        key = (reference.quantity, reference.height, points.x.tobytes() + points.value.tobytes())
+        known = found.get(key, Measured(reference, points))
+        found[key] = replace(known, runs=known.runs | {run.label}, given=str(reference) if is_given else known.given)
+    if problems:
+        raise CaseError(problems)
+    return list(found.values())
+
+
+def _list_named(run: Results) -> list[str]:
+    """The references of the run's case; results.nc may come from anybody."""
+    output = run.case.get("output", {})
+    named = output.get("references", []) if isinstance(output, dict) else None
+    if not isinstance(named, list) or not all(isinstance(text, str) for text in named):
+        raise CaseError([f"{run.path}: output.references of its case is no list of texts; set the run up again."])
+    return named
+
+
+def _read_for(run: Results, reference: Reference, is_given: bool) -> Points:
+    domain = run.case["domain"]
+    if domain.get("shape", "box") != "box" or domain.get("elements"):
+        text = f"{reference}: the region of {run.label} is no box of hexahedra, and only that has measured lines"
+        raise CaseError([f"{text}; leave it out."])
+    try:
+        path = Path(reference.file) if is_given else find_companion(run.path.parent, reference.file, ".csv")
+        return read_line(reference, path, run.size)
+    except CaseError as error:
+        raise CaseError([f"{run.label}, {reference}: {problem}" for problem in error.problems]) from None
+
+
+def tell_given(runs: Sequence[Results], lines: Sequence[Measured]) -> list[str]:
+    """Remarks on the lines that were given for all of several runs, whatever their cases say."""
+    if len(runs) < 2:
+        return []
+    return [
+        f"{line.given}: given by --reference, so all {len(runs)} runs are compared with it; whether the experiment is "
+        "that of their cases is not known."
+        for line in lines
+        if line.given
+    ]
+
+
+def line_of(results: Results, reference: Reference, suffix: str = "") -> np.ndarray:
+    """The run's time mean along the reference's line, at its cell centres in x, averaged over the depth; shape (nx,).
+
+    Quantities of particles are averaged with the solids as weight; of vectors it is the vertical component.
+    """
+    name = f"{reference.quantity}{suffix}"
+    if suffix:
+        flat = depth_average(results.error(name))
+    else:
+        flat = (mass_average if reference.quantity in _PARTICLE else _plain_average)(results, name)
+    if reference.quantity in _VECTORS:
+        flat = flat.sel(component="z", drop=True)
+    return at_height(flat, reference.height).values
+
+
+def _plain_average(results: Results, name: str) -> xr.DataArray:
+    return depth_average(results.mean(name))
+
+
+def compare_with(results: Results, measured: Measured) -> Comparison:
+    """Compare a run with a measured line, linearly between its cell centres, constant from the last one to the wall.
+
+    Raises: NotDrawableError if the run lacks the quantity, or never had particles on the line.
+    """
+    reference, points = measured.reference, measured.points
+    x, line = results.data["x"].values, line_of(results, reference)
+    if not np.isfinite(line).all():
+        raise NotDrawableError([f"{results.label}: no particle ever came to some places of {reference}."])
+    apart = np.interp(points.x, x, line) - points.value
+    return Comparison(
+        results.label,
+        f"{reference.quantity}@{reference.height:g}={Path(reference.file).name}",
+        reference.quantity,
+        QUANTITIES[reference.quantity],
+        reference.height,
+        len(points.x),
+        float(np.sqrt(np.mean(apart**2))),
+        float(np.mean(apart)),
+        float(np.max(np.abs(apart))),
+        float(np.ptp(points.value)),
+        math.nan if points.error is None else float(np.sqrt(np.mean(points.error**2))),
+        _noise(results, measured),
+        find_zeros(points.x, points.value),
+        find_zeros(x, line),
+    )
+
+
+def _noise(results: Results, measured: Measured) -> float:
+    try:
+        line = line_of(results, measured.reference, "_stderr")
+    except NotDrawableError:
+        return math.nan
+    return float(np.sqrt(np.mean(np.interp(measured.points.x, results.data["x"].values, line) ** 2)))
+
+
+def find_zeros(x: np.ndarray, values: np.ndarray) -> list[float]:
+    """Places where the straight lines between the points change sign; shape (n,) each."""
+    before, after = values[:-1], values[1:]
+    changes = np.flatnonzero(before * after < 0.0)
+    part = before[changes] / (before[changes] - after[changes])
+    return (x[changes] + part * (x[changes + 1] - x[changes])).tolist()
+
+
+def draw_measured_lines(runs: Sequence[Results], lines: Sequence[Measured]) -> Figure:
+    """Draw each measured line with its errors and the runs that it belongs to."""
+    rows = -(-len(lines) // _ACROSS)
+    each, gap, left, bottom = 1.75, 0.5, 0.66, 0.75
+    body = bottom + rows * (each + gap)
+    picture = new_figure("Against measured lines", PAGE, body, "marks: measured; lines: time means of the runs")
+    room = (PAGE - _ACROSS * left - 0.15) / _ACROSS
+    for place, measured in enumerate(lines):
+        row, column = divmod(place, _ACROSS)
+        axes = inset_axes(picture, left + column * (room + left), bottom + (rows - 1 - row) * (each + gap), room, each)
+        points, reference = measured.points, measured.reference
+        axes.errorbar(
+            1e3 * points.x,
+            points.value,
+            points.error,
+            fmt="o",
+            color=INK,
+            markersize=3,
+            label="measured",
+            elinewidth=0.7,
+        )
+        for number, run in enumerate(runs):
+            if run.label not in measured.runs:
+                continue
+            look = {key: LINES[number % len(LINES)][key] for key in ("color", "linestyle")}
+            try:
+                axes.plot(1e3 * run.data["x"].values, line_of(run, reference), label=run.label, **look)
+            except NotDrawableError:
+                continue  # told in the table
+        unit = (
+            QUANTITIES[reference.quantity].replace("1", "–")
+            if QUANTITIES[reference.quantity] == "1"
+            else (QUANTITIES[reference.quantity])
+        )
+        axes.set(xlabel="x [mm]", ylabel=f"{reference.quantity.replace('_', ' ')} [{unit}]")
+        axes.set_title(f"z = {1e3 * reference.height:g} mm", loc="left", size="small", pad=2.0)
+    shown = [axes.get_legend_handles_labels() for axes in picture.axes]
+    by_label = {label: handle for handles, labels in shown for handle, label in zip(handles, labels, strict=True)}
+    handles, labels = list(by_label.values()), list(by_label)
+    picture.legend(handles, labels, loc="lower center", ncols=4, handlelength=2.4)
+    return picture

@@ -1,0 +1,214 @@
+"""The tables of one run in a report: lists of rows, a row a dict from heading to number or text."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from fbcouple.postproc.figures.bubbles import find_bubbling, summarise_bubbles
+from fbcouple.postproc.figures.cost import SOLVERS, stage_seconds
+from fbcouple.postproc.figures.spectrum import SIGNALS as SPECTRA
+from fbcouple.postproc.figures.spectrum import spectra_of
+from fbcouple.postproc.report.monitors import MONITORS
+from fbcouple.postproc.statistics import summarise, word_not_reached
+from fbcouple.results.inlet_speed import list_rows
+from fbcouple.results.reader import NotDrawableError, Results
+
+Rows = list[dict[str, Any]]
+NOT_REACHED = "not reached"
+STEADY = ("bed_height", "solids_centre_z", "pressure_drop", "gas_support", "min_voidage", "substeps")
+
+
+def tabulate_solved(results: Results) -> Rows:
+    """What the run is of: the numbers that tell one case from another."""
+    case = results.case
+    gas, particles, contact = (case.get(section) or {} for section in ("gas", "particles", "contact"))
+    exchange, cells = case.get("exchange") or {}, case["domain"]["cells"]
+    rows: list[tuple[str, Any]] = [
+        ("box, width x depth x height [m]", " x ".join(f"{length:g}" for length in results.size))
+    ]
+    rows += [("cells", " x ".join(map(str, cells)))]
+    if gas:
+        rows += [("gas: density [kg m-3], viscosity [Pa s]", f"{gas['density']:g}, {gas['viscosity']:g}")]
+        rows += [
+            ("superficial velocity U_f [m s-1]", _word_inflow(results)),
+            ("sub-grid model", gas.get("turbulence", "none")),
+        ]
+    if particles:
+        sizes, mixture = particles.get("sizes") or [], particles.get("mixture") or []
+        largest = max([d for d, *_ in sizes] or [particles["diameter"], *(d for d, *_ in mixture)])
+        spacing = [length / n / largest for length, n in zip(results.size, cells, strict=True)]
+        given = ("mass", "kg") if particles.get("mass") is not None else ("count", "1")
+        rows += [("particles: diameter [m], density [kg m-3]", f"{particles['diameter']:g}, {particles['density']:g}")]
+        told = "; ".join(f"{count} of {d:g} m, {density:g} kg m-3" for d, density, count in sizes)
+        rows += [("particles: sizes of the start file, in place of these", told)] if sizes else []
+        told = "; ".join(f"{d:g} m, {density:g} kg m-3: {fraction:g}" for d, density, fraction in mixture)
+        rows += (
+            [(f"particles: further species, parts by {particles.get('fractions', 'mass')}", told)] if mixture else []
+        )
+        rows += [(f"particles: {given[0]} [{given[1]}]", particles.get(given[0]))]
+        rows += [
+            (
+                "cell size over largest diameter" if sizes or mixture else "cell size over diameter",
+                " x ".join(f"{ratio:.3g}" for ratio in spacing),
+            )
+        ]
+    if contact:
+        rows += [(f"contact: {key.replace('_', ' ')}", value) for key, value in contact.items() if key in _TELLING]
+    if exchange:
+        rows += [(f"exchange: {key.replace('_', ' ')}", value) for key, value in exchange.items()]
+    window = "none" if results.window is None else "{:.4g} to {:.4g}".format(*results.window)
+    time = float(results.data["time"].values[-1]) if results.data.sizes.get("time") else math.nan
+    rows += [("simulated time [s]", time), ("time means over [s]", window)]
+    rows += [("complete", "yes" if results.complete else f"no, of {case['end_time']:g} s")]
+    return [{"what": what, "value": value} for what, value in rows]
+
+
+def _word_inflow(results: Results) -> float | str:
+    """The constant velocity of the inflow, or what its rows are and which velocity others are put in proportion to."""
+    gas = results.case["gas"]
+    if gas.get("inlet_velocity") is not None:
+        return float(gas["inlet_velocity"])
+    rows = list_rows(gas)
+    words = f"{len(rows)} rows in time, {rows[0][1]:g} to {rows[-1][1]:g}"
+    speed = results.inlet_speed
+    return (
+        f"{words}; none flows in the averaging window"
+        if speed is None
+        else f"{words}; U_f is the fastest in the averaging window, {speed:g}"
+    )
+
+
+_TELLING = ("model", "restitution", "wall_restitution", "friction", "wall_friction", "rolling_friction", "stiffness")
+
+
+def tabulate_parameters(results: Results) -> Rows:
+    """The effective case, a row an option."""
+    rows = []
+    for key, value in results.case.items():
+        inner = value if isinstance(value, dict) else {"": value}
+        rows += [{"option": f"{key}.{name}".rstrip("."), "value": given} for name, given in inner.items()]
+    return rows
+
+
+def tabulate_provenance(results: Results) -> Rows:
+    """Versions, machine and command, and what was left out and why: the manifest beside results.nc, if it is there."""
+    path = results.path.parent / "manifest.json"
+    rows: Rows = [{"what": "results", "value": str(results.path)}]
+    if not path.is_file():
+        return [*rows, {"what": "manifest", "value": "there is no manifest.json beside the results"}]
+    try:
+        manifest = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        return [*rows, {"what": "manifest", "value": f"manifest.json cannot be read ({error})"}]
+    for key, value in manifest.items():
+        if key in ("title", "in", "case", "files"):
+            continue
+        inner = value if isinstance(value, dict) else {"": value}
+        for name, given in inner.items():
+            text = " ".join(map(str, given)) if isinstance(given, list) else given
+            rows.append({"what": f"{key.replace('_', ' ')} {name.replace('_', ' ')}".strip(), "value": text})
+    return rows
+
+
+def tabulate_statistics(results: Results) -> tuple[Rows, list[str]]:
+    """Means of the histories after the start-up with their standard errors, and what cannot be told."""
+    rows, remarks = [], []
+    for name in STEADY:
+        if name not in results.data:
+            continue
+        try:
+            found = summarise(results, name)
+        except NotDrawableError as lack:
+            remarks.append(str(lack))
+            continue
+        reached = not math.isnan(found.start)
+        rows.append(
+            {
+                "quantity": str(results.data[name].attrs.get("long_name", name)),
+                "unit": found.unit,
+                "mean": found.mean,
+                "standard error": found.stderr,
+                "deviation": found.deviation,
+                "steady from [s]": found.start if reached else NOT_REACHED,
+                "rows": found.values,
+            }
+        )
+        if not reached:
+            remarks.append(f"No mean of {name}: {word_not_reached(name, found.end)}")
+        elif results.window is not None and found.start > results.window[0]:
+            begin = f"the time means begin at {results.window[0]:.3g} s"
+            remarks.append(f"{name} is steady from {found.start:.3g} s only; {begin}.")
+    return rows, remarks
+
+
+def tabulate_spectra(results: Results) -> Rows:
+    """The highest peak of each spectrum. Raises NotDrawableError if the record is too short."""
+    return [
+        {
+            "quantity": SPECTRA[found.name][0].lower(),
+            "dominant frequency [Hz]": found.peak,
+            "resolution [Hz]": found.resolution,
+            "segments": found.segments,
+            "stands out of red noise": found.stands_out,
+        }
+        for found in spectra_of(results)
+    ]
+
+
+def tabulate_bubbles(results: Results) -> Rows:
+    """Number, size and rise velocity of bubbles. Raises NotDrawableError without snapshots."""
+    units = {"diameter": " [m]", "diameter, deviation": " [m]", "rise velocity": " [m s-1]"}
+    units["rise velocity, deviation"] = " [m s-1]"
+    return [
+        {f"{name}{units.get(name, '')}": value for name, value in summarise_bubbles(find_bubbling(results)).items()}
+    ]
+
+
+def tabulate_monitors(results: Results) -> Rows:
+    """What was watched while the run went on, and what was wanted of it."""
+    rows = []
+    for name, function in MONITORS.items():
+        if name in results.data:
+            try:
+                rows.append(asdict(function(results)))
+            except NotDrawableError:
+                continue  # time means that do not exist yet, or a scene without gas: the figures say so
+    return rows
+
+
+def tabulate_cost(results: Results) -> Rows:
+    """Wall seconds of each stage, and its share."""
+    seconds = stage_seconds(results)
+    total, time = sum(seconds.values()), float(results.data["time"].values[-1])
+    rows = [
+        {
+            "stage": stage,
+            "part": "solver" if stage in SOLVERS else "coupling",
+            "wall [s]": value,
+            "share [%]": 100.0 * value / total if total else math.nan,
+            "wall per simulated second [s]": value / time if time else math.nan,
+        }
+        for stage, value in seconds.items()
+    ]
+    return [*rows, _sum_rows(rows)]
+
+
+def _sum_rows(rows: Rows) -> dict[str, Any]:
+    sums = {key: sum(row[key] for row in rows) for key in rows[0] if key not in ("stage", "part")}
+    return {"stage": "all", "part": ""} | sums
+
+
+def make_plain(value: Any) -> Any:
+    """The same rows as plain numbers and texts for JSON; nan and infinity become null."""
+    if isinstance(value, dict):
+        return {key: make_plain(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [make_plain(inner) for inner in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    return None if isinstance(value, float) and not math.isfinite(value) else value

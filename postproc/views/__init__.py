@@ -1,0 +1,1 @@
+"""The bed in three dimensions."""

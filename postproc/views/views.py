@@ -1,0 +1,194 @@
+"""The bed in three dimensions: particles coloured by speed and the gas in the middle of the depth, still and moving."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Colormap, Normalize
+from matplotlib.figure import Figure
+from matplotlib.image import AxesImage, imread
+from PIL import Image
+
+from fbcouple.machine.environment import child_environment
+from fbcouple.postproc.figures.registry import figure
+from fbcouple.postproc.figures.snapshots import LOWEST
+from fbcouple.postproc.files import write_whole
+from fbcouple.postproc.scales import velocity_scale, word_scale
+from fbcouple.postproc.style import DPI, inset_axes, journal_style, new_figure
+from fbcouple.postproc.views.colours import SPEED, list_colours, voidage_map
+from fbcouple.postproc.views.frames import choose_frames, list_frames, read_frame
+from fbcouple.results.reader import NotDrawableError, Results, open_results
+
+STILLS = 3
+MOST_MOVING = 80
+"""Frames in an animation; of more, as many are taken evenly."""
+SECONDS = 8.0
+"""Length of an animation."""
+SLOWEST = 0.04  # s, shortest time that a picture of an animation stands
+HEIGHT, HEIGHT_MOVING = 3.6, 2.9  # inches of a picture of the bed
+DPI_MOVING = 150
+SAMPLE = 12
+"""Frames that the scales are taken from, evenly."""
+BUSY = 99.0  # per cent of the particles that are slower than the end of the colour scale
+
+
+@dataclass(frozen=True)
+class Scales:
+    """Ends of the colour scale of the particles' speed and of the length of the gas's arrows [m/s]."""
+
+    speed: float
+    gas: float
+
+
+@figure
+def bed_views(results: Results) -> Figure:
+    """Particles coloured by speed at moments of the second half of the run, and the gas at the last of them."""
+    paths = list_frames(results)
+    chosen = choose_frames(paths, STILLS, 0.5)
+    scales = find_scales(paths)
+    with tempfile.TemporaryDirectory() as folder:
+        wanted = [(path, "particles") for path in chosen]
+        wanted += [(chosen[-1], "gas")] if scales.gas else []
+        pictures = [imread(file) for file in render(results, wanted, scales, round(HEIGHT * DPI), Path(folder))]
+    names = [f"{name}, t = {read_frame(path).time:.3f} s" for path, name in wanted]
+    box = " x ".join(f"{1e3 * length:g}" for length in results.size)
+    return compose(results, pictures, names, scales, HEIGHT, f"box {box} mm")[0]
+
+
+def find_scales(paths: Sequence[Path]) -> Scales:
+    """Common scales of all frames: the speed that 99 of 100 particles stay below, and the fastest gas of a cell."""
+    speeds, fastest = [], 0.0
+    for path in choose_frames(list(paths), SAMPLE):
+        frame = read_frame(path)
+        speeds.append(frame.speeds)
+        if frame.gas_velocity is not None:
+            fastest = max(fastest, float(np.linalg.norm(frame.gas_velocity, axis=0).max()))
+    return Scales(float(np.percentile(np.concatenate(speeds), BUSY)) or 1.0, fastest)
+
+
+def render(
+    results: Results, wanted: Sequence[tuple[Path, str]], scales: Scales, height: int, folder: Path
+) -> list[Path]:
+    """Draw pairs of frame and view, `height` pixels each, into `folder`; returns their PNG files.
+
+    A process of its own draws them: where this machine has nothing to draw with, the 3-D library ends its process.
+
+    Raises: NotDrawableError if it did.
+    """
+    files = [folder / f"{number}.png" for number in range(len(wanted))]
+    request = {
+        "corner": results.corner,
+        "size": results.size,
+        "height": height,
+        "speed": scales.speed,
+        "gas_speed": scales.gas,
+        "voidage": (LOWEST, 1.0),
+        "pictures": [(str(path), name, str(file)) for (path, name), file in zip(wanted, files, strict=True)],
+    }
+    (folder / "request.json").write_text(json.dumps(request), encoding="utf-8")
+    command = [sys.executable, "-m", "fbcouple.postproc.views.render", str(folder / "request.json")]
+    done = subprocess.run(
+        command,
+        env=child_environment(),
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        errors="replace",
+        check=False,
+    )
+    if done.returncode:
+        words = re.sub(r"\x1b\[[0-9;]*m", "", done.stderr).splitlines()
+        last = next((line.strip() for line in reversed(words) if line.strip()), "no words")
+        text = f"the 3-D pictures cannot be drawn (exit code {done.returncode}: {last})"
+        raise NotDrawableError([f"{text}; `fbcouple doctor` says what is missing."])
+    return files
+
+
+def compose(
+    results: Results, pictures: Sequence[np.ndarray], names: Sequence[str], scales: Scales, tall: float, note: str
+) -> tuple[Figure, list[AxesImage]]:
+    """Put pictures of the bed side by side, `tall` inches each, with their names and the colour bars of what they show.
+
+    Returns: the figure and its pictures.
+    """
+    bottom, left, top, bar, room = 0.1, 0.1, 0.16, 0.12, 0.58
+    widths = [tall * picture.shape[1] / picture.shape[0] for picture in pictures]
+    scale, divisor, unit = velocity_scale(results)
+    bars: list[tuple[str, float, float, str | Colormap, str]]
+    bars = [(f"Particle speed $|\\mathbf{{u}}_p|{divisor}$ [{unit}]", 0.0, scales.speed / scale, SPEED, "max")]
+    if scales.gas:
+        bars.append((r"Voidage $\varepsilon$ at $y/D$ = 0.5 [–]", LOWEST, 1.0, voidage_map(), "neither"))
+        note = f"{note}; longest arrow: gas at {scales.gas / scale:.3g}{' $U_f$' if divisor else ' m/s'}"
+    note += word_scale([results])
+    full = left + sum(widths) + 0.12 * len(widths) + len(bars) * (bar + room)
+    picture = new_figure(results.title, max(full, 3.4), bottom + tall + top, note)
+    images = []
+    for width, pixels, name in zip(widths, pictures, names, strict=True):
+        axes = inset_axes(picture, left, bottom, width, tall)
+        images.append(axes.imshow(pixels, interpolation="none", aspect="auto"))
+        axes.set_axis_off()
+        axes.set_title(name, size="small", pad=2.0)
+        left += width + 0.12
+    for words, low, high, colours, arrow in bars:
+        scalars = ScalarMappable(Normalize(low, high), colours)
+        axes = inset_axes(picture, left, bottom + 0.1 * tall, bar, 0.8 * tall)
+        picture.colorbar(scalars, cax=axes, extend=arrow, extendfrac=0.03, label=words)
+        left += bar + room
+    return picture, images
+
+
+def animate(run: Path, folder: Path | None = None) -> Path:
+    """Draw bed.gif into `folder`, by default RUN/figures: particles coloured by speed beside the gas, over all frames.
+
+    Raises: CaseError if there are no results or no frames; NotDrawableError if this machine cannot draw them.
+    """
+    results = open_results(run)
+    paths = choose_frames(list_frames(results), MOST_MOVING)
+    scales = find_scales(paths)
+    views = ["particles", "gas"] if scales.gas else ["particles"]
+    times = [read_frame(path).time for path in paths]
+    with tempfile.TemporaryDirectory() as drawn, journal_style():
+        wanted = [(path, name) for path in paths for name in views]
+        files = render(results, wanted, scales, round(HEIGHT_MOVING * DPI_MOVING), Path(drawn))
+        moments = [files[place : place + len(views)] for place in range(0, len(files), len(views))]
+        shots = list(_film(results, moments, times, views, scales))
+    return _save_film(shots, (folder or Path(run) / "figures") / "bed.gif")
+
+
+def _film(
+    results: Results, moments: list[list[Path]], times: list[float], views: list[str], scales: Scales
+) -> Iterator[Image.Image]:
+    """A whole picture for each moment; only what changes is drawn anew."""
+    picture, images = compose(
+        results, [imread(file) for file in moments[0]], views, scales, HEIGHT_MOVING, "t = 0.000 s"
+    )
+    picture.set_dpi(DPI_MOVING)
+    canvas, note = cast(FigureCanvasAgg, picture.canvas), picture.texts[1]
+    words = note.get_text()
+    for files, time in zip(moments, times, strict=True):
+        for image, file in zip(images, files, strict=True):
+            image.set_data(imread(file))
+        note.set_text(words.replace("t = 0.000 s", f"t = {time:.3f} s"))
+        canvas.draw()
+        yield Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy())
+
+
+def _save_film(shots: list[Image.Image], path: Path) -> Path:
+    """One palette for all of them, or colours would flicker; of a picture each its time."""
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(list_colours().tobytes())
+    films = [shot.quantize(palette=palette, dither=Image.Dither.NONE) for shot in shots]
+    each = max(SLOWEST, SECONDS / len(films))
+    look: dict[str, Any] = {"format": "GIF", "save_all": True, "append_images": films[1:], "loop": 0}
+    return write_whole(path, lambda place: films[0].save(place, duration=round(1e3 * each), **look))

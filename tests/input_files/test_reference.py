@@ -1,0 +1,89 @@
+"""References: the text that names one, and the CSV file behind it."""
+
+import pytest
+
+from fbcouple.errors import CaseError
+from fbcouple.input_files.measured_lines import QUANTITIES, Reference, parse_reference, read_line, read_points
+from fbcouple.results.writer import MEANS
+
+
+def test_a_reference_is_quantity_height_and_file():
+    assert parse_reference("solids_velocity@0.025=uy2.csv") == Reference("solids_velocity", 0.025, "uy2.csv")
+    assert parse_reference(" voidage @ 16.4e-3 = a=b.csv ") == Reference("voidage", 0.0164, "a=b.csv")
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES)
+def test_every_quantity_is_a_mean_of_results_in_its_unit(quantity):
+    assert MEANS[quantity][0] == QUANTITIES[quantity]
+    reference = Reference(quantity, 0.02, "a.csv")
+    assert parse_reference(str(reference)) == reference
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("voidage=a.csv", "not a reference"),
+        ("voidage@0.1", "not a reference"),
+        ("voidage@0.1=", "not a reference"),
+        ("porosity@0.1=a.csv", "`porosity` in .* allowed are: solids_fraction, "),
+        ("voidage@high=a.csv", "`high` in .*height in m"),
+        ("voidage@nan=a.csv", "`nan`"),
+        ("voidage@-0.1=a.csv", "`-0.1`"),
+    ],
+)
+def test_what_is_wrong_with_a_reference_is_told(text, told):
+    with pytest.raises(CaseError, match=told):
+        parse_reference(text)
+
+
+def write(tmp_path, text):
+    path = tmp_path / "line.csv"
+    path.write_text(text)
+    return path
+
+
+def test_points_are_sorted_by_x_and_other_columns_and_comments_are_allowed(tmp_path):
+    points = read_points(write(tmp_path, "# who measured\nvalue, x,mark\n2.0,0.02,a\n\n1.0,0.01,b\n"))
+    assert points.x.tolist() == [0.01, 0.02] and points.value.tolist() == [1.0, 2.0] and points.error is None
+
+
+def test_errors_are_read_where_there_are_some(tmp_path):
+    points = read_points(write(tmp_path, "x,value,error\n0.01,1.0,0.1\n"))
+    assert points.error is not None and points.error.tolist() == [0.1]
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("", "line.csv is empty; start it with the line `x,value`"),
+        ("z,value\n1,2\n", "line 1, `z,value`, has no column x"),
+        ("x,value\n", "holds no points"),
+        ("x,value\n1,2\n1\n", "line 3, `1`, has 1 columns and the header, `x,value`, 2"),
+        ("x,value\n1,two\n", "line 2 has `two` for value; give a number"),
+        ("x,value\n1,nan\n", "line 2 has `nan` for value; give a finite number"),
+        ("x,value,error\n1,2,-1\n", "error below zero"),
+    ],
+)
+def test_what_is_wrong_with_a_file_is_told(tmp_path, text, told):
+    with pytest.raises(CaseError, match=told):
+        read_points(write(tmp_path, text))
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(CaseError, match=r"none\.csv cannot be read"):
+        read_points(tmp_path / "none.csv")
+
+
+def test_units_in_the_head_count(tmp_path):
+    points = read_points(write(tmp_path, "x [mm];value (cm/s);error (cm/s)\n5;12,5;1\n"), "m s-1")
+    assert (points.x[0], points.value[0], points.error[0]) == (0.005, 0.125, 0.01)
+    with pytest.raises(CaseError, match="gives value in `Pa`; units that are read: m/s"):
+        read_points(write(tmp_path, "x,value [Pa]\n5,12\n"), "m s-1")
+
+
+def test_points_read_off_a_figure_may_lie_a_little_beside_what_can_be(tmp_path):
+    reference = Reference("voidage", 0.02, "line.csv")
+    path = write(tmp_path, "x,value\n0.01,1.03\n0.02,-0.02\n")
+    assert read_line(reference, path, (0.02, 0.01, 0.1)).value.tolist() == [1.03, -0.02]
+    with pytest.raises(CaseError, match=r"has 1\.2 at x = 0.01 m, voidage is 0 to 1"):
+        read_line(reference, write(tmp_path, "x,value\n0.01,1.2\n"), (0.02, 0.01, 0.1))

@@ -1,0 +1,34 @@
+"""What a person sees of a run: its rate from where this job took it up."""
+
+import io
+import time
+
+from rich.console import Console
+
+from fbcouple.launcher.progress import RunProgress
+
+WALL = {"grains": 1.0, "gas": 1.0}
+
+
+def test_rate_of_a_resumed_run_counts_from_where_it_goes_on(monkeypatch):
+    """100 s of wall time from t = 4.0 to 4.5 s are 200 s a second, whatever earlier jobs took."""
+    moments = iter([0.0, 10.0, 110.0])
+    monkeypatch.setattr(time, "monotonic", lambda: next(moments))
+    screen = io.StringIO()
+    progress = RunProgress(Console(file=screen), 20.0)
+    for t in (4.0, 4.5):
+        progress.show({"time": t, "wall": WALL})
+    assert "200 s wall per s" in screen.getvalue()
+
+
+def test_particles_at_the_outlet_are_told_while_the_run_goes_on_and_at_its_end():
+    screen = io.StringIO()
+    progress = RunProgress(Console(file=screen, force_terminal=True, width=200), 20.0)
+    progress.show({"time": 1.0, "wall": WALL, "particles_at_outlet": 0})
+    assert progress.list_warnings() == []
+    with progress:
+        for count in (12, 7):
+            progress.show({"time": 2.0, "wall": WALL, "particles_at_outlet": count})
+    assert "7 at the outlet" in screen.getvalue()
+    (warning,) = progress.list_warnings()
+    assert warning.startswith("up to 12 particles reached the outlet") and "a wall for particles" in warning
