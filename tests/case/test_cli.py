@@ -12,7 +12,7 @@ import pytest
 import fbcouple
 from fbcouple.case.load import load_case
 from fbcouple.case.source import list_sets, list_shipped
-from fbcouple.doctor.checks import checks as doctor
+from fbcouple.doctor import checks as doctor
 from fbcouple.errors import CaseError, DivergedError, SolverError
 
 PARTICLE = """
@@ -95,10 +95,10 @@ def test_bytes_that_are_no_text_in_a_process_of_its_own(tmp_path):
 
 ASCII = {"PYTHONIOENCODING": "ascii"}, {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0"}
 TABLE = """
-from fbcouple.cli.main import main as cli
+from fbcouple.cli import main
 from fbcouple.cli.table import print_table
-cli.cli = lambda prog_name: print_table(["letter"], [[chr(0x5E8A)]])
-cli.main()
+main.cli = lambda prog_name: print_table(["letter"], [[chr(0x5E8A)]])
+main.main()
 """
 
 

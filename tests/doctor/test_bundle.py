@@ -11,8 +11,8 @@ from click.testing import CliRunner
 
 from fbcouple.cli.main import cli
 from fbcouple.doctor import bundle
+from fbcouple.doctor import checks as doctor
 from fbcouple.doctor.bundle import write_bundle
-from fbcouple.doctor.checks import checks as doctor
 from fbcouple.doctor.disclosure import list_environment
 from fbcouple.errors import CaseError, SolverError
 

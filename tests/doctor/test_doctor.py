@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from fbcouple.doctor.checks import checks as doctor
+from fbcouple.doctor import checks as doctor
 from fbcouple.solvers.openfoam import build
 
 ROOT = Path(__file__).resolve().parents[2]

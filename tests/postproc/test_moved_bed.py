@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 
 from fbcouple.geometry.grid import Grid
-from fbcouple.postproc import COMPARISONS, FIGURES
+from fbcouple.postproc import COMPARISONS, FIGURES, measures
 from fbcouple.postproc.figures.depth import depth_lines
 from fbcouple.postproc.figures.maps import solids_fraction
 from fbcouple.postproc.figures.profiles import vertical_flux
-from fbcouple.postproc import measures
 from fbcouple.postproc.report.monitors import MONITORS
 from fbcouple.postproc.report.tables import tabulate_statistics
 from fbcouple.postproc.style import journal_style

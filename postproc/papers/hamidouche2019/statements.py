@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
-from fbcouple.postproc.measures import Measured
 from fbcouple.postproc import measures
+from fbcouple.postproc.measures import Measured
 from fbcouple.results.reader import Results
 
 Runs = Mapping[str, Results]
