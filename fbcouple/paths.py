@@ -17,11 +17,11 @@ def _find(name: str) -> Path:
 
 TEMPLATES = _find("templates")
 CASES = _find("cases")
-START = "grains/particles.data"
+START = "DEM/particles.data"
 """In a run folder: the particles as they start."""
-WALLS = "grains/walls.stl"
+WALLS = "DEM/walls.stl"
 """In a run folder: the surface that the particles have for a wall, where the region is no plain box."""
-PULSE = "logs/pulse"
+PULSE = "logs/heartbeat"
 """In a run folder: touched while coupling steps are taken."""
 FRAMES = "frames"
 """In a run folder: particles and gas at single moments, a netCDF file each."""

@@ -39,7 +39,7 @@ _log = logging.getLogger(__name__)
 def draw(run: Path, folder: Path | None = None) -> list[Path]:
     """Draw every figure of `FIGURES` that the results allow.
 
-    A figure whose quantities the scene does not have (no gas, no particles) is left out with a warning that says
+    A figure whose quantities the case does not have (no gas, no particles) is left out with a warning that says
     why, one that is meant for another kind of case without a word; an older picture of that name is removed, for it
     would show other results.
 

@@ -15,9 +15,9 @@ from mpi4py import MPI
 from fbcouple.bench.lammps import SETTLE
 from fbcouple.case.schema.sections import Case
 from fbcouple.results.writer import STAGES
-from fbcouple.simulation.simulation import Scene, open_scene
+from fbcouple.simulation.simulation import Simulation, open_simulation
 from fbcouple.simulation.tasks.history import Recorder
-from fbcouple.simulation.timers import Stopwatch
+from fbcouple.simulation.timers import Timers
 from fbcouple.simulation.worker import start, step
 
 _FIRST = 5
@@ -29,7 +29,7 @@ _REPLAYED = 50
 """Steps, after those on the clock, whose gas input is kept for the gas alone."""
 
 
-class TotalWatch(Stopwatch):
+class TotalWatch(Timers):
     """A stopwatch whose totals stand through restarts."""
 
     def __init__(self) -> None:
@@ -53,57 +53,57 @@ class Taken:
     steps: list[tuple[float, int]]
 
 
-def open_run(case: Case, comm: MPI.Comm, warm: float = 0.0) -> tuple[Scene, Recorder]:
+def open_run(case: Case, comm: MPI.Comm, warm: float = 0.0) -> tuple[Simulation, Recorder]:
     """Open the run in the current folder, and take it through its first steps and through `warm` [s] (collective)."""
-    scene = open_scene(case, Path("."), comm, 1e9)
-    recorder = Recorder(scene, Path("."), Path("case.toml").read_text(encoding="utf-8-sig"))
-    start(scene)
-    recorder.observe(scene)
+    sim = open_simulation(case, Path("."), comm, 1e9)
+    recorder = Recorder(sim, Path("."), Path("case.toml").read_text(encoding="utf-8-sig"))
+    start(sim)
+    recorder.observe(sim)
     for _ in range(_FIRST):
-        step(scene, recorder)
-    while scene.clock.time < warm:
-        step(scene, recorder)
-    return scene, recorder
+        step(sim, recorder)
+    while sim.clock.time < warm:
+        step(sim, recorder)
+    return sim, recorder
 
 
-def time_coupled(scene: Scene, recorder: Recorder, steps: int) -> Taken:
+def time_coupled(sim: Simulation, recorder: Recorder, steps: int) -> Taken:
     """Take coupled steps on the clock (collective)."""
     watch = TotalWatch()
-    scene.watch = watch
+    sim.timers = watch
     taken = []
 
     def run() -> None:
         for _ in range(steps):
-            step(scene, recorder)
-            taken.append((scene.dt, scene.substeps))
+            step(sim, recorder)
+            taken.append((sim.dt, sim.substeps))
 
-    wall = _clock(scene.comm, run)
+    wall = _clock(sim.comm, run)
     watch.restart()
     return Taken(wall, dict(watch.total), taken)
 
 
-def time_grains(scene: Scene, steps: list[tuple[float, int]]) -> tuple[float, float]:
+def time_dem(sim: Simulation, steps: list[tuple[float, int]]) -> tuple[float, float]:
     """Wall seconds, of all ranks together and of this one, of LIGGGHTS alone on the same particles and steps.
 
     What the gas does to a particle stays as it is, which takes the bed apart in time: only the first steps are taken,
     and count for all by their DEM steps (collective).
     """
-    grains, first = scene.grains, steps[:_HELD]
-    assert grains is not None
+    liggghts, first = sim.liggghts, steps[:_HELD]
+    assert liggghts is not None
 
     def run() -> None:
         for _, substeps in first:
-            grains.advance(substeps)
+            liggghts.advance(substeps)
 
     share = sum(substeps for _, substeps in first) / sum(substeps for _, substeps in steps)
-    wall, own = _clock_own(scene.comm, run)
+    wall, own = _clock_own(sim.comm, run)
     return wall / share, own / share
 
 
-def time_gas(scene: Scene, steps: list[tuple[float, int]], kept: list[list[np.ndarray]]) -> tuple[float, float]:
+def time_gas(sim: Simulation, steps: list[tuple[float, int]], kept: list[list[np.ndarray]]) -> tuple[float, float]:
     """The same of the gas solver alone on the same mesh and steps, with the voidage and drag of the steps after them,
     `kept`, there and back again: a bed that moves, for a bed at rest takes fewer iterations."""
-    gas = scene.gas
+    gas = sim.gas
     assert gas is not None
     there_and_back = cycle([*reversed(kept), *kept] or [list(gas.clean_input)])
 
@@ -112,7 +112,7 @@ def time_gas(scene: Scene, steps: list[tuple[float, int]], kept: list[list[np.nd
             gas.step(dt, *given)
             gas.measure()
 
-    return _clock_own(scene.comm, run)
+    return _clock_own(sim.comm, run)
 
 
 def _clock(comm: MPI.Comm, run: Callable[[], None]) -> float:
@@ -132,26 +132,26 @@ def _clock_own(comm: MPI.Comm, run: Callable[[], None]) -> tuple[float, float]:
 def measure_overhead(case: Case, comm: MPI.Comm, warm: float, seconds: float) -> dict[str, Any]:
     """Coupled steps for about `seconds` of wall time after `warm` [s] of simulated time, and the floors of the same
     steps; rows a rank and their totals, on every rank (collective)."""
-    scene, recorder = open_run(case, comm, warm)
-    trial = time_coupled(scene, recorder, _FIRST)
+    sim, recorder = open_run(case, comm, warm)
+    trial = time_coupled(sim, recorder, _FIRST)
     count = comm.bcast(max(_FIRST, round(seconds / (trial.wall / _FIRST))))
-    coupled = time_coupled(scene, recorder, count)
+    coupled = time_coupled(sim, recorder, count)
     kept: list[list[np.ndarray]] = []
-    if coupling := scene.coupling:
+    if coupling := sim.coupling:
         for _ in range(_REPLAYED):
-            step(scene, recorder)
+            step(sim, recorder)
             kept.append([field.copy() for field in coupling.gas_input])
-    own: dict[str, Any] = {"rank": comm.rank, "particles": scene.grains.count if scene.grains else 0}
-    own |= {"cells": len(scene.owned)} | coupled.stages
+    own: dict[str, Any] = {"rank": comm.rank, "particles": sim.liggghts.count if sim.liggghts else 0}
+    own |= {"cells": len(sim.owned)} | coupled.stages
     floors = 0.0
-    if scene.grains:
-        wall, own["grains alone"] = time_grains(scene, coupled.steps)
+    if sim.liggghts:
+        wall, own["dem alone"] = time_dem(sim, coupled.steps)
         floors += wall
-    if scene.gas:
-        wall, own["gas alone"] = time_gas(scene, coupled.steps, kept)
+    if sim.gas:
+        wall, own["cfd alone"] = time_gas(sim, coupled.steps, kept)
         floors += wall
     rows = comm.allgather(own)
-    solvers = sum(max(row[stage] for row in rows) for stage in ("grains", "gas"))
+    solvers = sum(max(row[stage] for row in rows) for stage in ("dem", "cfd"))
     total = {
         "ranks": comm.size,
         "steps": count,
@@ -168,56 +168,56 @@ def measure_peer(case: Case, comm: MPI.Comm, warm: float, steps: int) -> dict[st
     """Wall seconds of a coupled step after `warm` [s] of simulated time, the mean of `steps`, and after that of as many
     DEM steps of LIGGGHTS without the gas. Place and velocity of the particles at the start of each are left in
     bed.npy and alone.npy (collective)."""
-    scene, recorder = open_run(case, comm, warm)
-    _save_bed(scene, "bed.npy")
-    taken = time_coupled(scene, recorder, steps)
+    sim, recorder = open_run(case, comm, warm)
+    _save_bed(sim, "bed.npy")
+    taken = time_coupled(sim, recorder, steps)
     span = sum(dt for dt, _ in taken.steps)
     substeps = sum(count for _, count in taken.steps)
-    grains = scene.grains
-    assert grains is not None
-    grains.gas_force[:] = 0.0
-    _save_bed(scene, "alone.npy")
-    grains.advance(SETTLE, first=True)
+    liggghts = sim.liggghts
+    assert liggghts is not None
+    liggghts.gas_force[:] = 0.0
+    _save_bed(sim, "alone.npy")
+    liggghts.advance(SETTLE, first=True)
     return {
         "step": span / steps,
         "substeps": substeps / steps,
-        "particles": scene.balance.particles,
+        "particles": sim.conservation.particles,
         "seconds": taken.wall / steps,
-        "alone": {"steps": substeps, "seconds": _clock(comm, lambda: grains.advance(substeps))},
+        "alone": {"steps": substeps, "seconds": _clock(comm, lambda: liggghts.advance(substeps))},
     }
 
 
-def _save_bed(scene: Scene, file: str) -> None:
+def _save_bed(sim: Simulation, file: str) -> None:
     """Place [m] and velocity [m/s] of all particles, (n, 6), to `file` (collective)."""
-    rows = scene.comm.gather(np.hstack([scene.particles.positions, scene.particles.velocities]))
+    rows = sim.comm.gather(np.hstack([sim.particles.positions, sim.particles.velocities]))
     if rows is not None:
         np.save(file, np.concatenate(rows))
 
 
-def measure_grains(case: Case, comm: MPI.Comm, warm: float, steps: int) -> dict[str, Any]:
+def measure_dem(case: Case, comm: MPI.Comm, warm: float, steps: int) -> dict[str, Any]:
     """Wall seconds of the slowest rank in LIGGGHTS a simulated second, after `warm` [s] of it: the mean of `steps`
     coupled steps and the cheapest tenth of them (collective)."""
-    scene, recorder = open_run(case, comm, warm)
+    sim, recorder = open_run(case, comm, warm)
     blocks = []
     for _ in range(_BLOCKS):
-        taken = time_coupled(scene, recorder, max(1, steps // _BLOCKS))
+        taken = time_coupled(sim, recorder, max(1, steps // _BLOCKS))
         span = sum(dt for dt, _ in taken.steps)
-        blocks.append(comm.allreduce(taken.stages["grains"], MPI.MAX) / span)
+        blocks.append(comm.allreduce(taken.stages["dem"], MPI.MAX) / span)
     return {"seconds_per_second": float(np.mean(blocks)), "cheapest": min(blocks)}
 
 
 def measure_steps(case: Case, comm: MPI.Comm, steps: int, repeats: int, warm: float = 0.0) -> dict[str, Any]:
     """Wall seconds of a coupled step after `warm` [s] of simulated time, the fastest of `repeats` times `steps` steps
     (collective)."""
-    scene, recorder = open_run(case, comm, warm)
-    taken = [time_coupled(scene, recorder, steps) for _ in range(repeats)]
+    sim, recorder = open_run(case, comm, warm)
+    taken = [time_coupled(sim, recorder, steps) for _ in range(repeats)]
     walls = [one.wall / steps for one in taken]
     return {
         "step": sum(dt for one in taken for dt, _ in one.steps) / (steps * repeats),
         "ranks": comm.size,
         "seconds": min(walls),
         "slowest_seconds": max(walls),
-        "particles": comm.allreduce(scene.grains.count if scene.grains else 0),
-        "cells": comm.allreduce(len(scene.owned)),
-        "substeps": scene.substeps,
+        "particles": comm.allreduce(sim.liggghts.count if sim.liggghts else 0),
+        "cells": comm.allreduce(len(sim.owned)),
+        "substeps": sim.substeps,
     }

@@ -25,12 +25,12 @@ def measure_memory(case: Case, comm: MPI.Comm) -> dict[str, Any]:
     An array as long as the rank's particles, or up to half again, counts for them; the rest is the cells'. Memory of
     the solvers that an array merely looks at is not counted.
     """
-    scene, recorder = open_run(case, comm)
+    sim, recorder = open_run(case, comm)
     for _ in range(_STEPS):
-        step(scene, recorder)
-    particles, cells = scene.grains.count if scene.grains else 0, len(scene.owned)
+        step(sim, recorder)
+    particles, cells = sim.liggghts.count if sim.liggghts else 0, len(sim.owned)
     of_particles = of_cells = 0
-    for array in find_arrays([scene, recorder]):
+    for array in find_arrays([sim, recorder]):
         if particles and particles <= array.size and particles <= len(array) <= 1.5 * particles and particles > cells:
             of_particles += array.nbytes
         else:

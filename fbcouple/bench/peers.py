@@ -48,8 +48,8 @@ def check_peer(case: Case) -> None:
         raise CaseError([f"bench peers: {words}"])
 
 
-def write_dpmfoam(case: Case, fluid: Path, positions: np.ndarray, step: float, steps: int) -> None:
-    """Put DPMFoam's decks into the OpenFOAM case `fluid`, whose mesh is there: particles at `positions` (n, 3) [m],
+def write_dpmfoam(case: Case, cfd: Path, positions: np.ndarray, step: float, steps: int) -> None:
+    """Put DPMFoam's decks into the OpenFOAM case `cfd`, whose mesh is there: particles at `positions` (n, 3) [m],
     `steps` fluid steps of `step` [s]."""
     gas, particles, contact = case.gas, case.particles, case.contact
     assert gas and particles and contact
@@ -77,7 +77,7 @@ def write_dpmfoam(case: Case, fluid: Path, positions: np.ndarray, step: float, s
     }
     environment = make_environment()
     for deck in _DECKS:
-        path = fluid / deck
+        path = cfd / deck
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(environment.get_template(f"{_TEMPLATES}/{deck}").render(context), encoding="utf-8")
 
@@ -96,19 +96,19 @@ def find_damping(restitution: float) -> float:
     return -math.sqrt(5.0) * math.log(restitution) / math.hypot(math.log(restitution), math.pi)
 
 
-def time_dpmfoam(fluid: Path, ranks: int, steps: int, skip: int) -> dict[str, Any]:
-    """Run DPMFoam in `fluid`; wall seconds of a step, the mean of `skip` + 1 to `steps` - 1, and the particles it had.
+def time_dpmfoam(cfd: Path, ranks: int, steps: int, skip: int) -> dict[str, Any]:
+    """Run DPMFoam in `cfd`; wall seconds of a step, the mean of `skip` + 1 to `steps` - 1, and the particles it had.
 
     Raises SolverError with its last words.
     """
     parallel = ["-parallel"] if ranks > 1 else []
-    command = mpi_command(ranks, ["DPMFoam", "-case", fluid.name, *parallel])
+    command = mpi_command(ranks, ["DPMFoam", "-case", cfd.name, *parallel])
     begins: list[float] = []
     words: list[str] = []
     particles = 0
     with subprocess.Popen(
         command,
-        cwd=fluid.parent,
+        cwd=cfd.parent,
         env=mpi_environment(),
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,

@@ -12,7 +12,7 @@ from typing import Any
 
 from mpi4py import MPI
 
-from fbcouple.bench.measure import measure_grains, measure_overhead, measure_peer, measure_steps
+from fbcouple.bench.measure import measure_dem, measure_overhead, measure_peer, measure_steps
 from fbcouple.bench.memory import measure_memory
 from fbcouple.bench.traffic import count_traffic
 from fbcouple.bench.variant import measure_variant
@@ -22,7 +22,7 @@ from fbcouple.case.schema.sections import Case
 FOUND = "bench.json"
 KINDS: dict[str, Callable[..., dict[str, Any]]] = {
     "overhead": measure_overhead,
-    "grains": lambda case, comm, warm, steps: measure_grains(case, comm, warm, int(steps)),
+    "dem": lambda case, comm, warm, steps: measure_dem(case, comm, warm, int(steps)),
     "memory": measure_memory,
     "peer": lambda case, comm, warm, steps: measure_peer(case, comm, warm, int(steps)),
     "steps": lambda case, comm, steps, repeats, warm=0.0: measure_steps(case, comm, int(steps), int(repeats), warm),

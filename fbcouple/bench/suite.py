@@ -92,7 +92,7 @@ def measure_skins(
     """Wall seconds a simulated second of LIGGGHTS in a case with neighbour lists of each skin (diameters), and over the
     fastest. Raises CaseError, SolverError."""
     rows = [
-        {"skin": skin} | _measure_case("grains", case, [*sets, f"contact.skin={skin!r}"], ranks, warm, steps)
+        {"skin": skin} | _measure_case("dem", case, [*sets, f"contact.skin={skin!r}"], ranks, warm, steps)
         for skin in skins
     ]
     best = min(row["cheapest"] for row in rows)
@@ -118,9 +118,9 @@ def measure_peers(case: str, sets: Sequence[str], ranks: int, warm: float, steps
         check_peer(content)
         own = _measure("peer", run, content, ranks, warm, steps)
         alone = [{"program": "LIGGGHTS"} | own.pop("alone") | {"particles": own["particles"]}]
-        write_dpmfoam(content, run / "fluid", np.load(run / "bed.npy")[:, :3], own["step"], steps)
+        write_dpmfoam(content, run / "CFD", np.load(run / "bed.npy")[:, :3], own["step"], steps)
         prepare_mesh(content, run, ranks)
-        peer = time_dpmfoam(run / "fluid", ranks, steps, skip=2)
+        peer = time_dpmfoam(run / "CFD", ranks, steps, skip=2)
         if not explain_absence(content):
             write_lammps(content, run / "lammps", np.load(run / "alone.npy"), alone[0]["steps"])
             alone.append(time_lammps(run / "lammps", ranks))

@@ -12,7 +12,7 @@ from fbcouple.geometry.foam_text import list_parts
 from fbcouple.input_files.companion_files import find_companion, is_bare
 from fbcouple.input_files.measured_lines import parse_reference
 
-_TAKEN = ("fluid", "grains", "logs", "checkpoints", "frames", "figures", "vtk", "batch")
+_TAKEN = ("CFD", "DEM", "logs", "checkpoints", "frames", "figures", "vtk", "batch")
 """Folders of a run folder, beside which the case's own files come to lie."""
 
 

@@ -55,7 +55,7 @@ TURBULENT = 2300.0
 
 
 def estimate(case: Case, law: Law | None = None, folder: Path = Path()) -> list[Number]:
-    """Return the pre-flight numbers of a case that passed its checks; a scene gets only those that apply to it.
+    """Return the pre-flight numbers of a case that passed its checks; a case gets only those that apply to it.
 
     law: the case's own drag law; without it a case that has one gets no numbers of its drag. folder: where the case's
     own files lie.
@@ -109,7 +109,7 @@ def gas_step(case: Case) -> float:
 
 
 def coupling_step(case: Case) -> float:
-    """Step [s] of a scene of both phases: the fluid step, and no less than the one DEM step that it has to hold."""
+    """Step [s] of a case of both phases: the fluid step, and no less than the one DEM step that it has to hold."""
     assert case.particles is not None and case.contact is not None
     return max(gas_step(case), dem_step(case.contact, case.particles))
 

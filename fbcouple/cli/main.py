@@ -261,13 +261,13 @@ def batch(place: Path, scheduler: str, **request: Any) -> None:
 @click.option("--json", "file", type=click.Path(path_type=Path, dir_okay=False), help="Write the table to FILE.")
 @click.pass_context
 def verify(ctx: click.Context, names: tuple[str, ...], fast: bool, file: Path | None) -> None:
-    """Run small scenes with the real solvers against analytic and published numbers; exit code 4 if one fails."""
+    """Run small checks with the real solvers against analytic and published numbers; exit code 4 if one fails."""
     import json
 
-    from fbcouple.verify.suite import choose_scenes, run_scenes
+    from fbcouple.verify.suite import choose_checks, run_checks
 
     rows = []
-    for row in run_scenes(choose_scenes(names, fast)):
+    for row in run_checks(choose_checks(names, fast)):
         rows.append(row)
         verdict = "pass" if row["passed"] else "FAIL"
         numbers = f"{row['value']:.6g} {row['unit']}, expected {row['expected']:.6g} +- {row['tolerance']:.2g}"

@@ -147,7 +147,7 @@ class Coupling:
 
     def _line_up_gas(self) -> None:
         field = self.space.average(*self._cut_fields(6))
-        momentum.line_up(field.reshape(-1, 6), self._gas_rows[: self._layers].reshape(-1, 8))
+        momentum.pack_gas(field.reshape(-1, 6), self._gas_rows[: self._layers].reshape(-1, 8))
         self._read_layers = self._layers
 
     def _cut_fields(self, components: int) -> tuple[np.ndarray, np.ndarray]:

@@ -169,7 +169,7 @@ def react(
 
 
 @compiled
-def line_up(state, rows):
+def pack_gas(state, rows):
     """Put velocity and pressure gradient of `state` (places, 6) to the columns 0-2 and 4-6 of `rows` (places, 8)."""
     for p in range(len(state)):
         for axis in range(3):
@@ -178,7 +178,7 @@ def line_up(state, rows):
 
 
 @compiled
-def look_over(voidage, drag):
+def scan_min_max(voidage, drag):
     """Lowest and highest `voidage` (cells,), and a sum over it and `drag` (cells, 4), which is finite if they are."""
     least, most, total = 1.0, 0.0, 0.0
     for n in range(len(voidage)):

@@ -1,4 +1,4 @@
-"""What a scene needs, and why the rest is left out: the one place that decides what appears in the decks."""
+"""What a case needs, and why the rest is left out: the one place that decides what appears in the decks."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from fbcouple.case.schema.sections import Case
 
 @dataclass(frozen=True)
 class Part:
-    """A part of a scene: is it in, and why."""
+    """A part of a case: is it in, and why."""
 
     name: str
     is_in: bool
@@ -260,7 +260,7 @@ def _tracked_particles(case: Case) -> tuple[bool, str]:
 
 
 def explain(case: Case) -> list[Part]:
-    """Every part a scene can have, whether this one has it, and why."""
+    """Every part a case can have, whether this one has it, and why."""
     return [Part(name, *decide(case)) for name, decide in _DECISIONS.items()]
 
 

@@ -29,24 +29,24 @@ from fbcouple.paths import START, TEMPLATES, WALLS
 from fbcouple.run_folder.manifest import hash_file, write_manifest
 from fbcouple.solvers.versions import list_own_versions
 
-# deck file in the run folder -> (template, part of the scene that needs it)
+# deck file in the run folder -> (template, part of the case that needs it)
 DECKS: dict[str, tuple[str, str]] = {
-    "fluid/system/controlDict": ("openfoam/system/controlDict", "gas"),
-    "fluid/system/fvSchemes": ("openfoam/system/fvSchemes", "gas"),
-    "fluid/system/fvSolution": ("openfoam/system/fvSolution", "gas"),
-    "fluid/system/blockMeshDict": ("openfoam/system/blockMeshDict", "block_mesh"),
-    "fluid/system/topoSetDict": ("openfoam/system/topoSetDict", "closed_nozzle"),
-    "fluid/system/createPatchDict": ("openfoam/system/createPatchDict", "closed_nozzle"),
-    "fluid/constant/transportProperties": ("openfoam/constant/transportProperties", "gas"),
-    "fluid/constant/turbulenceProperties": ("openfoam/constant/turbulenceProperties", "gas"),
-    "fluid/0/U": ("openfoam/0/U", "gas"),
-    "fluid/0/p": ("openfoam/0/p", "gas"),
-    "fluid/0/voidage": ("openfoam/0/voidage", "gas"),
-    "fluid/0/nut": ("openfoam/0/nut", "turbulence"),
-    "fluid/0/k": ("openfoam/0/k", "subgrid_energy"),
-    "fluid/0/flm": ("openfoam/0/flm", "lagrangian_averages"),
-    "fluid/0/fmm": ("openfoam/0/fmm", "lagrangian_averages"),
-    "grains/in.grains": ("liggghts/in.grains", "particles"),
+    "CFD/system/controlDict": ("openfoam/system/controlDict", "gas"),
+    "CFD/system/fvSchemes": ("openfoam/system/fvSchemes", "gas"),
+    "CFD/system/fvSolution": ("openfoam/system/fvSolution", "gas"),
+    "CFD/system/blockMeshDict": ("openfoam/system/blockMeshDict", "block_mesh"),
+    "CFD/system/topoSetDict": ("openfoam/system/topoSetDict", "closed_nozzle"),
+    "CFD/system/createPatchDict": ("openfoam/system/createPatchDict", "closed_nozzle"),
+    "CFD/constant/transportProperties": ("openfoam/constant/transportProperties", "gas"),
+    "CFD/constant/turbulenceProperties": ("openfoam/constant/turbulenceProperties", "gas"),
+    "CFD/0/U": ("openfoam/0/U", "gas"),
+    "CFD/0/p": ("openfoam/0/p", "gas"),
+    "CFD/0/voidage": ("openfoam/0/voidage", "gas"),
+    "CFD/0/nut": ("openfoam/0/nut", "turbulence"),
+    "CFD/0/k": ("openfoam/0/k", "subgrid_energy"),
+    "CFD/0/flm": ("openfoam/0/flm", "lagrangian_averages"),
+    "CFD/0/fmm": ("openfoam/0/fmm", "lagrangian_averages"),
+    "DEM/in.liggghts": ("liggghts/in.liggghts", "particles"),
 }
 
 
@@ -69,7 +69,7 @@ def make_environment() -> ImmutableSandboxedEnvironment:
 
 
 def render_decks(case: Case, folder: Path = Path()) -> dict[str, str]:
-    """Deck file -> text, only the files that the scene needs; the case's own files lie in `folder`."""
+    """Deck file -> text, only the files that the case needs; the case's own files lie in `folder`."""
     needs = find_needs(case)
     context: dict[str, Any] = build_context(case, needs, folder)
     environment = make_environment()

@@ -14,7 +14,7 @@ from fbcouple.run_folder.lock import hold
 from fbcouple.run_folder.manifest import NAME, hash_file, read_manifest, write_manifest
 from fbcouple.run_folder.plain_files import require_plain, word_path
 
-_RENDERED = ("fluid", "grains")
+_RENDERED = ("CFD", "DEM")
 """Folders whose files follow from the case; those that lie elsewhere are the user's, copied."""
 
 

@@ -25,10 +25,10 @@ from fbcouple.run_folder.manifest import hash_file, read_manifest
 from fbcouple.run_folder.plain_files import require_plain, word_path
 
 # Where solvers look for decks, and what a run itself puts there.
-_DECK_FOLDERS = ("fluid/system", "fluid/constant", "fluid/0", "grains")
-_WRITTEN_LATER = ("fluid/system/decomposeParDict", "fluid/constant/polyMesh", START, WALLS)
+_DECK_FOLDERS = ("CFD/system", "CFD/constant", "CFD/0", "DEM")
+_WRITTEN_LATER = ("CFD/system/decomposeParDict", "CFD/constant/polyMesh", START, WALLS)
 _GAS_FOLDER = re.compile(r"system|constant|0|processor\d+|(?=.*[1-9])\d+(\.\d+)?(e[+-]?\d+)?")
-"""What OpenFOAM may find in fluid/: times later than 0 are removed before a run. It takes more for a time, as 0x10."""
+"""What OpenFOAM may find in CFD/: times later than 0 are removed before a run. It takes more for a time, as 0x10."""
 _LARGEST_DECK = 1_000_000
 _MOST_COMPARED = 100_000
 """Particles up to which start positions are made again to be compared."""
@@ -125,7 +125,7 @@ def _find_changed_decks(case: Case, run: Path) -> dict[str, str]:
     expected = {*decks, *_WRITTEN_LATER}
     found = [path for folder in _DECK_FOLDERS for path in sorted((run / folder).glob("*"))]
     strange = [path for path in found if path.relative_to(run).as_posix() not in expected]
-    strange += [path for path in sorted((run / "fluid").glob("*")) if not _GAS_FOLDER.fullmatch(path.name)]
+    strange += [path for path in sorted((run / "CFD").glob("*")) if not _GAS_FOLDER.fullmatch(path.name)]
     for path in strange:
         text = "is none of this case's decks; remove it, or read it and say --trust."
         problems[path.relative_to(run).as_posix()] = text

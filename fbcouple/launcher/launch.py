@@ -174,7 +174,7 @@ def _choose(run: Path, case: Case, until: float | None, accept_update: bool, tru
 def _note_foreign(checkpoint: Checkpoint, trusted: bool) -> str:
     """A line on a checkpoint that another wrote. Raises: CaseError if it is not trusted."""
     if not trusted:
-        text = "its grains.restart is read by LIGGGHTS without a check; if you trust whoever made it say --trust"
+        text = "its liggghts.restart is read by LIGGGHTS without a check; if you trust whoever made it say --trust"
         raise CaseError(
             [f"{word_path(checkpoint.folder)}: was not written by you, or not with the key in {key_file()}: {text}."]
         )

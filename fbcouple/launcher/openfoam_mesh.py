@@ -42,14 +42,14 @@ def prepare_mesh(case: Case, run: Path, ranks: int, guard: Guard | None = None) 
 
     Raises SolverError with the tool's words, StoppedError if a request came while it was at work.
     """
-    fluid = run / "fluid"
-    for old in (*_list_parts(fluid), *_time_folders(fluid), fluid / "constant/polyMesh"):
+    cfd = run / "CFD"
+    for old in (*_list_parts(cfd), *_time_folders(cfd), cfd / "constant/polyMesh"):
         _remove(old)
     (run / "logs/mesh.log").write_text("", encoding="utf-8")
     if case.domain.is_plain_box:
         _run_tool(run, guard, "blockMesh")
     else:
-        write_polymesh(read_mesh(case, run), fluid / "constant/polyMesh")
+        write_polymesh(read_mesh(case, run), cfd / "constant/polyMesh")
     if find_needs(case)["closed_nozzle"]:
         _run_tool(run, guard, "topoSet")
         _run_tool(run, guard, "createPatch", "-overwrite")
@@ -58,17 +58,17 @@ def prepare_mesh(case: Case, run: Path, ranks: int, guard: Guard | None = None) 
 
 def resume_mesh(case: Case, run: Path, ranks: int, checkpoint: Checkpoint, guard: Guard | None = None) -> None:
     """Make the mesh for `ranks` ranks with the fields of `checkpoint` on it, whatever ranks wrote them."""
-    fluid = run / "fluid"
+    cfd = run / "CFD"
     prepare_mesh(case, run, checkpoint.ranks, guard)
     for name in checkpoint.index.files:
-        if name.startswith("fluid/"):
+        if name.startswith("CFD/"):
             (run / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(checkpoint.folder / name, run / name)
     if ranks == checkpoint.ranks:
         return
     if checkpoint.ranks > 1:
         _run_tool(run, guard, "reconstructPar", "-latestTime")
-    for old in _list_parts(fluid):
+    for old in _list_parts(cfd):
         _remove(old)
     _cut(case, run, ranks, guard)
 
@@ -77,12 +77,12 @@ def _cut(case: Case, run: Path, ranks: int, guard: Guard | None) -> None:
     if ranks > 1:
         template = make_environment().get_template("openfoam/system/decomposeParDict")
         text = template.render(ranks=ranks, grid=find_rank_grid(case.domain.size, ranks))
-        (run / "fluid/system/decomposeParDict").write_text(text, encoding="utf-8")
+        (run / "CFD/system/decomposeParDict").write_text(text, encoding="utf-8")
         _run_tool(run, guard, "decomposePar")
 
 
 def _run_tool(run: Path, guard: Guard | None, *tool: str) -> None:
-    command = [*tool, "-case", "fluid"]  # OpenFOAM takes blanks and quotes out of a path on the command line
+    command = [*tool, "-case", "CFD"]  # OpenFOAM takes blanks and quotes out of a path on the command line
     path = run / "logs/mesh.log"
     start = path.stat().st_size
     with path.open("ab") as log:
@@ -129,13 +129,13 @@ def _end_with_parent() -> None:
     ctypes.CDLL(None).prctl(_PARENT_DIES, signal.SIGKILL)
 
 
-def _list_parts(fluid: Path) -> list[Path]:
+def _list_parts(cfd: Path) -> list[Path]:
     """What the ranks' parts of an earlier run are in."""
-    return [path for path in fluid.glob("processor*") if path.name.removeprefix("processor").isdecimal()]
+    return [path for path in cfd.glob("processor*") if path.name.removeprefix("processor").isdecimal()]
 
 
-def _time_folders(fluid: Path) -> Iterator[Path]:
-    for folder in fluid.iterdir():
+def _time_folders(cfd: Path) -> Iterator[Path]:
+    for folder in cfd.iterdir():
         try:
             if float(folder.name) > 0.0:
                 yield folder

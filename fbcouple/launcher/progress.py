@@ -90,6 +90,6 @@ class RunProgress:
         table.add_column("share", justify="right")
         for stage, seconds in self._walls.items():
             table.add_row(stage, f"{seconds:.1f}", f"{100 * seconds / total:.1f} %")
-        outside = total - self._walls.get("grains", 0.0) - self._walls.get("gas", 0.0)
+        outside = total - self._walls.get("dem", 0.0) - self._walls.get("cfd", 0.0)
         table.add_row("not in a solver", f"{outside:.1f}", f"{100 * outside / total:.1f} %")
         return table

@@ -174,7 +174,7 @@ class Results:
 
     def _variable(self, name: str) -> xr.DataArray:
         if name not in self.data:
-            raise NotDrawableError([f"{self.path} has no `{name}` (a scene records only what it has)."])
+            raise NotDrawableError([f"{self.path} has no `{name}` (a case records only what it has)."])
         return self.data[name].astype(float)
 
     def _require_averages(self) -> None:

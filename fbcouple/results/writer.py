@@ -15,7 +15,7 @@ import xarray as xr
 from fbcouple.geometry.grid import Grid
 from fbcouple.geometry.ragged import Ragged
 
-STAGES = ("grains", "gas", "map", "drag", "react", "average", "record", "wait")
+STAGES = ("dem", "cfd", "map", "drag", "react", "average", "record", "wait")
 
 # name -> unit, long name
 MEANS: dict[str, tuple[str, str]] = {

@@ -3,8 +3,8 @@
 checkpoints/step-000001200/   index.json       step, time, ranks, case, inputs, versions, size and SHA-256 of every file
                               state.json       clock, cadences, counts; history.jsonl, snapshots.npz
                               cells-0000.npz   sums of rank 0's cells, one file a rank
-                              grains.restart   LIGGGHTS' own
-                              fluid/           OpenFOAM's own time directories
+                              liggghts.restart   LIGGGHTS' own
+                              CFD/           OpenFOAM's own time directories
 """
 
 from __future__ import annotations
@@ -198,7 +198,7 @@ def _require_same(index: Index, case: Case, run: Path) -> None:
 
 def _read_words(run: Path) -> Words:
     """Words of the fields as they start, and of the mesh's patches."""
-    decks = [run / "fluid/system/blockMeshDict", *(run / "fluid/0").glob("*")]
+    decks = [run / "CFD/system/blockMeshDict", *(run / "CFD/0").glob("*")]
     return list_words([path.read_text(encoding="utf-8", errors="replace") for path in decks if path.is_file()])
 
 

@@ -25,11 +25,11 @@ NAME = "index.json"
 LARGEST = 200_000_000
 """Bytes that an index may have."""
 _FOLDER = re.compile(r"step-(\d{12})")
-_OWN_FILES = re.compile(r"state\.json|history\.jsonl|recorder\.json|snapshots\.npz|grains\.restart")
+_OWN_FILES = re.compile(r"state\.json|history\.jsonl|recorder\.json|snapshots\.npz|liggghts\.restart")
 _CELLS = re.compile(r"cells-(\d{4,6})\.npz")
 _TIME = r"\d+(?:\.\d+)?(?:e[+-]?\d+)?"
 _FIELD = re.compile(
-    rf"fluid/(?:processor(\d{{1,6}})/)?({_TIME})/([A-Za-z]\w*|uniform/time|expressions/exprResultGlobals)"
+    rf"CFD/(?:processor(\d{{1,6}})/)?({_TIME})/([A-Za-z]\w*|uniform/time|expressions/exprResultGlobals)"
 )
 _CHECKSUM = re.compile(r"[0-9a-f]{64}")
 _KINDS = {"step": int, "time": float, "ranks": int, "case": dict, "inputs": dict, "made_by": dict, "updates": list}

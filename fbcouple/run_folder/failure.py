@@ -21,7 +21,7 @@ _LAUNCHER_WORDS = {
         "ask it for as many tasks (--ntasks) or cores of the task (-c), or give fewer ranks by -n"
     ),
 }
-SOLVER_LOGS = {"grains.log": "LIGGGHTS", "fluid.log": "OpenFOAM"}
+SOLVER_LOGS = {"liggghts.log": "LIGGGHTS", "openfoam.log": "OpenFOAM"}
 
 
 def prepare_failure(run: Path) -> None:

@@ -15,7 +15,7 @@ _NEGLIGIBLE = 1e-4
 drag dies away and what is left of it is the rounding of beta u - beta v."""
 
 
-class Balance:
+class Conservation:
     """Compares the impulse that the gas lost in a step with what the particles carried through it."""
 
     def __init__(self, comm: MPI.Comm) -> None:

@@ -23,11 +23,11 @@ from fbcouple.geometry.grid import Grid
 from fbcouple.geometry.polyhedra import Polyhedra
 from fbcouple.results.writer import STAGES
 from fbcouple.simulation.clock import Cadence, Clock
-from fbcouple.simulation.conservation import Balance
+from fbcouple.simulation.conservation import Conservation
 from fbcouple.simulation.tasks.averages import CellSampler, Means, SolidsSampler
-from fbcouple.simulation.timers import Stopwatch
-from fbcouple.solvers.liggghts import Grains
-from fbcouple.solvers.openfoam.gas import Gas, GasState
+from fbcouple.simulation.timers import Timers
+from fbcouple.solvers.liggghts import Liggghts
+from fbcouple.solvers.openfoam.gas import Gas, GasReport
 
 # Gas velocity [m/s] that the first step of a gas without inflow is chosen for; the Courant number takes over.
 _SLOWEST = 1e-3
@@ -44,23 +44,23 @@ class Averaging:
 
 
 @dataclass
-class Scene:
+class Simulation:
     """A run in this rank; a phase that the case does not have is None."""
 
     case: Case
     comm: MPI.Comm
     clock: Clock
     grid: Grid
-    grains: Grains | None
+    liggghts: Liggghts | None
     gas: Gas | None
     coupling: Coupling | None
     averaging: Averaging | None
     cells: Cells
     """This rank's cells, by which records and results are kept."""
-    balance: Balance
-    watch: Stopwatch
+    conservation: Conservation
+    timers: Timers
     particles: Particles = NOBODY
-    gas_state: GasState | None = None
+    gas_report: GasReport | None = None
     accelerated: bool = False
     """Does the drag of a step know the other forces of the last one?"""
     dt: float = 0.0
@@ -86,11 +86,13 @@ class Scene:
 
     def look_at_particles(self) -> None:
         """See this rank's particles as they are now, in `particles`; valid until the next move."""
-        if self.grains:
-            grains = self.grains
-            last = grains.last_velocities if grains.remembers else None
-            driven = grains.driven_velocities if self.accelerated else None
-            self.particles = Particles(grains.positions, grains.velocities, grains.radii, grains.masses, last, driven)
+        if self.liggghts:
+            liggghts = self.liggghts
+            last = liggghts.last_velocities if liggghts.remembers else None
+            driven = liggghts.driven_velocities if self.accelerated else None
+            self.particles = Particles(
+                liggghts.positions, liggghts.velocities, liggghts.radii, liggghts.masses, last, driven
+            )
 
     def remember_velocities(self) -> None:
         """At the start of a run the step before it is one without a force, for whoever asks for velocities of then."""
@@ -103,41 +105,41 @@ class Scene:
         return float(self.particles.masses @ np.linalg.norm(self.particles.velocities, axis=1))
 
 
-def open_scene(case: Case, run: Path, comm: MPI.Comm, end: float, restart: Path | None = None) -> Scene:
+def open_simulation(case: Case, run: Path, comm: MPI.Comm, end: float, restart: Path | None = None) -> Simulation:
     """Start the solvers that `case` needs on the decks in `run`, and join them (collective).
 
     restart: LIGGGHTS' restart file in place of the start positions; OpenFOAM starts from its latest time directory.
     """
     logs = run / "logs"
-    gas = grains = coupling = None
+    gas = liggghts = coupling = None
     if case.gas:
-        log = logs / "fluid.log" if comm.rank == 0 else Path("/dev/null")
-        gas = Gas(run / "fluid", log, case.gas.density, case.gas.correctors, comm.rank if comm.size > 1 else None)
+        log = logs / "openfoam.log" if comm.rank == 0 else Path("/dev/null")
+        gas = Gas(run / "CFD", log, case.gas.density, case.gas.correctors, comm.rank if comm.size > 1 else None)
     if case.particles:
         virtual_mass = case.exchange is not None and case.exchange.virtual_mass
-        grains = Grains(Path("grains/in.grains"), logs / "grains.log", comm, restart, remembers=virtual_mass)
+        liggghts = Liggghts(Path("DEM/in.liggghts"), logs / "liggghts.log", comm, restart, remembers=virtual_mass)
         if virtual_mass and case.gas:
-            grains.add_inertia(ADDED_MASS * case.gas.density)
+            liggghts.add_inertia(ADDED_MASS * case.gas.density)
     polyhedra = gas.read_polyhedra() if gas and not case.domain.is_plain_box else None
-    cells = _open_cells(case, comm, gas, grains, polyhedra)
-    if gas and grains and case.particles:
+    cells = _open_cells(case, comm, gas, liggghts, polyhedra)
+    if gas and liggghts and case.particles:
         reach = largest_diameter(case.particles)
         space: Space
         if polyhedra:
-            space = MeshSpace(case, comm, polyhedra, gas.volumes, grains.bounds, reach)
+            space = MeshSpace(case, comm, polyhedra, gas.volumes, liggghts.bounds, reach)
         else:
-            space = BoxSpace(case, comm, gas.centres, grains.bounds, reach)
+            space = BoxSpace(case, comm, gas.centres, liggghts.bounds, reach)
         coupling = Coupling(case, space)
-    averaging = _open_averaging(case, comm, cells, grains, coupling)
-    balance, watch = Balance(comm), Stopwatch(STAGES)
+    averaging = _open_averaging(case, comm, cells, liggghts, coupling)
+    conservation, timers = Conservation(comm), Timers(STAGES)
     clock = _start_clock(case, end, _find_smallest(comm, cells))
-    scene = Scene(case, comm, clock, cells.grid, grains, gas, coupling, averaging, cells, balance, watch)
-    scene.accelerated = coupling is not None and choose_acceleration(case)[0]
-    return scene
+    sim = Simulation(case, comm, clock, cells.grid, liggghts, gas, coupling, averaging, cells, conservation, timers)
+    sim.accelerated = coupling is not None and choose_acceleration(case)[0]
+    return sim
 
 
 def _open_cells(
-    case: Case, comm: MPI.Comm, gas: Gas | None, grains: Grains | None, polyhedra: Polyhedra | None
+    case: Case, comm: MPI.Comm, gas: Gas | None, liggghts: Liggghts | None, polyhedra: Polyhedra | None
 ) -> Cells:
     domain = case.domain
     if polyhedra is not None and gas:
@@ -146,7 +148,7 @@ def _open_cells(
         size, origin = (tuple(corner.tolist()) for corner in (high - low, low))
         return MeshCells(comm, Grid(domain.cells, size, origin=origin), polyhedra, gas.volumes)
     grid = Grid(domain.cells, domain.size, derived.wraps(domain))
-    return BoxCells(grid, grid.indices(gas.centres) if gas else _own_cells(grid, grains))
+    return BoxCells(grid, grid.indices(gas.centres) if gas else _own_cells(grid, liggghts))
 
 
 def _find_smallest(comm: MPI.Comm, cells: Cells) -> float:
@@ -172,23 +174,23 @@ def _start_clock(case: Case, end: float, edge: float) -> Clock:
     return Clock(end, dem_step, first, longest)
 
 
-def _own_cells(grid: Grid, grains: Grains | None) -> np.ndarray:
+def _own_cells(grid: Grid, liggghts: Liggghts | None) -> np.ndarray:
     """Without gas the cells of the averages belong to the rank whose particles' box holds their centre."""
-    assert grains is not None
-    low, high = grains.bounds
+    assert liggghts is not None
+    low, high = liggghts.bounds
     axes = [np.flatnonzero((grid.centres(axis) >= low[axis]) & (grid.centres(axis) < high[axis])) for axis in range(3)]
     return np.stack([axis.ravel() for axis in np.meshgrid(*axes, indexing="ij")], axis=1)
 
 
 def _open_averaging(
-    case: Case, comm: MPI.Comm, cells: Cells, grains: Grains | None, coupling: Coupling | None
+    case: Case, comm: MPI.Comm, cells: Cells, liggghts: Liggghts | None, coupling: Coupling | None
 ) -> Averaging | None:
     if case.averages is None:
         return None
     options, window = case.averages, (case.averages.start, case.end_time)
     solids = gas = sampler = None
-    if grains and case.particles:
-        sampler = _open_sampler(comm, cells, grains, coupling, largest_diameter(case.particles))
+    if liggghts and case.particles:
+        sampler = _open_sampler(comm, cells, liggghts, coupling, largest_diameter(case.particles))
         solids = Means("solids", len(cells.owned), window, options.blocks)
     if case.gas:
         gas = Means("gas", len(cells.owned), window, options.blocks)
@@ -196,10 +198,10 @@ def _open_averaging(
 
 
 def _open_sampler(
-    comm: MPI.Comm, cells: Cells, grains: Grains, coupling: Coupling | None, reach: float
+    comm: MPI.Comm, cells: Cells, liggghts: Liggghts, coupling: Coupling | None, reach: float
 ) -> SolidsSampler | CellSampler:
     if coupling is None:
-        low, high = grains.bounds
+        low, high = liggghts.bounds
         return SolidsSampler(Plan(comm, find_patch(cells.grid, low, high, reach, 0), cells.owned))
     if isinstance(coupling.space, MeshSpace):
         return CellSampler(coupling.space.mapping, coupling.space.plan, coupling.space.volumes)

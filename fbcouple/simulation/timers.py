@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 
-class Stopwatch:
+class Timers:
     """Adds up the wall seconds of named stages."""
 
     def __init__(self, stages: Sequence[str]) -> None:

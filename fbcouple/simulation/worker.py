@@ -21,148 +21,148 @@ from fbcouple.machine.unexpected import describe as describe_error
 from fbcouple.run_folder.checkpoint import describe, find_checkpoint
 from fbcouple.run_folder.failure import write_failure
 from fbcouple.run_folder.provenance import list_makers, read_making
-from fbcouple.simulation.simulation import Scene, open_scene
+from fbcouple.simulation.simulation import Simulation, open_simulation
 from fbcouple.simulation.tasks.averages import sample_gas
-from fbcouple.simulation.tasks.checkpoints import UNTIL, Keeper, Limits, Summons
+from fbcouple.simulation.tasks.checkpoints import UNTIL, Checkpoints, Limits, StopSignal
 from fbcouple.simulation.tasks.history import Recorder
 from fbcouple.simulation.tasks.monitors import require_finite_gas, require_sound_exchange
 from fbcouple.simulation.tasks.restart import RESTART, read_checkpoint
 
 
-def simulate(scene: Scene, recorder: Recorder, keeper: Keeper) -> None:
+def simulate(sim: Simulation, recorder: Recorder, checkpoints: Checkpoints) -> None:
     """THE time loop: one pass is one coupling step, a fluid step of whole DEM steps."""
-    start(scene)
-    recorder.observe(scene)
-    while scene.running:
-        step(scene, recorder)
-        if keeper.keep(scene, recorder):
-            start(scene)
-    recorder.save(scene)
-    keeper.close(scene, recorder)
+    start(sim)
+    recorder.observe(sim)
+    while sim.running:
+        step(sim, recorder)
+        if checkpoints.keep(sim, recorder):
+            start(sim)
+    recorder.save(sim)
+    checkpoints.close(sim, recorder)
 
 
-def step(scene: Scene, recorder: Recorder) -> None:
+def step(sim: Simulation, recorder: Recorder) -> None:
     """One coupling step, looked at by the recorder."""
-    take_step(scene)
-    average(scene)
-    recorder.observe(scene)
+    take_step(sim)
+    average(sim)
+    recorder.observe(sim)
 
 
-def take_step(scene: Scene) -> None:
+def take_step(sim: Simulation) -> None:
     """One coupling step; the next is as long as the Courant and Fourier numbers allow (collective)."""
-    step_gas(scene)
-    react(scene)
-    move(scene)
-    choose_step(scene)
-    map_solids(scene)
-    exert_drag(scene)
+    step_gas(sim)
+    react(sim)
+    move(sim)
+    choose_step(sim)
+    map_solids(sim)
+    exert_drag(sim)
 
 
-def start(scene: Scene) -> None:
+def start(sim: Simulation) -> None:
     """Set LIGGGHTS up and see the particles from the gas: at the start of a run, and at each moment for a checkpoint,
     because a run that goes on from one starts by this."""
-    if scene.grains:
-        with scene.watch("grains"):
-            scene.grains.advance(0, first=True)
-        scene.look_at_particles()
-        scene.balance.count(scene.grains.count)
-    map_solids(scene)
-    if scene.coupling and scene.gas:
-        if scene.clock.steps == 0:
-            scene.gas.start(scene.coupling.voidage)
-            scene.remember_velocities()
-        scene.coupling.read_gas(scene.gas.state)
-        derive_fields(scene)
-    exert_drag(scene)
+    if sim.liggghts:
+        with sim.timers("dem"):
+            sim.liggghts.advance(0, first=True)
+        sim.look_at_particles()
+        sim.conservation.count(sim.liggghts.count)
+    map_solids(sim)
+    if sim.coupling and sim.gas:
+        if sim.clock.steps == 0:
+            sim.gas.start(sim.coupling.voidage)
+            sim.remember_velocities()
+        sim.coupling.read_gas(sim.gas.state)
+        derive_fields(sim)
+    exert_drag(sim)
 
 
-def step_gas(scene: Scene) -> None:
+def step_gas(sim: Simulation) -> None:
     """The step that the clock has chosen begins: one PISO step of the gas, under voidage and drag as they are."""
-    scene.dt, scene.substeps = scene.clock.dt, scene.clock.substeps
-    scene.moved = scene.clock.last_dt or scene.dt
-    if scene.gas is None:
+    sim.dt, sim.substeps = sim.clock.dt, sim.clock.substeps
+    sim.moved = sim.clock.last_dt or sim.dt
+    if sim.gas is None:
         return
-    with scene.watch("wait"):
-        scene.comm.Barrier()
-    with scene.watch("gas"):
-        scene.gas.step(
-            scene.dt,
-            *(scene.coupling.gas_input if scene.coupling else scene.gas.clean_input),
-            moved=scene.moved,
+    with sim.timers("wait"):
+        sim.comm.Barrier()
+    with sim.timers("cfd"):
+        sim.gas.step(
+            sim.dt,
+            *(sim.coupling.gas_input if sim.coupling else sim.gas.clean_input),
+            moved=sim.moved,
         )
-        scene.gas_state = scene.gas.measure()
-    require_finite_gas(scene)
+        sim.gas_report = sim.gas.measure()
+    require_finite_gas(sim)
 
 
-def react(scene: Scene) -> None:
+def react(sim: Simulation) -> None:
     """What the gas gave up by drag and pressure gradient is the particles' impulse over the same step."""
-    if scene.coupling and scene.gas and scene.grains:
-        with scene.watch("react"):
-            gas, grains = scene.gas, scene.grains
-            drag = scene.coupling.react(scene.particles, gas.state, grains.gas_force, grains.forces)
-            scene.balance.give(scene.coupling.find_gas_loss(gas.given_up), drag, scene.dt)
-            derive_fields(scene)
+    if sim.coupling and sim.gas and sim.liggghts:
+        with sim.timers("react"):
+            gas, liggghts = sim.gas, sim.liggghts
+            drag = sim.coupling.react(sim.particles, gas.state, liggghts.gas_force, liggghts.forces)
+            sim.conservation.give(sim.coupling.find_gas_loss(gas.given_up), drag, sim.dt)
+            derive_fields(sim)
 
 
-def move(scene: Scene) -> None:
+def move(sim: Simulation) -> None:
     """The particles take the sub-steps of the step under the force of the gas."""
-    if scene.grains is None:
+    if sim.liggghts is None:
         return
-    with scene.watch("grains"):
-        scene.grains.advance(scene.substeps)
-    scene.look_at_particles()
-    with scene.watch("wait"):
-        scene.comm.Barrier()
-    with scene.watch("react"):
-        if scene.coupling:
-            scene.balance.receive(scene.grains.gas_force, scene.dt, scene.find_momentum)
+    with sim.timers("dem"):
+        sim.liggghts.advance(sim.substeps)
+    sim.look_at_particles()
+    with sim.timers("wait"):
+        sim.comm.Barrier()
+    with sim.timers("react"):
+        if sim.coupling:
+            sim.conservation.receive(sim.liggghts.gas_force, sim.dt, sim.find_momentum)
         else:
-            scene.balance.count(scene.grains.count)
+            sim.conservation.count(sim.liggghts.count)
 
 
-def choose_step(scene: Scene) -> None:
+def choose_step(sim: Simulation) -> None:
     """The step is done; the Courant and Fourier numbers of the gas choose the next."""
-    scene.clock.tick()
-    if scene.gas_state and scene.case.gas:
-        gas, state = scene.case.gas, scene.gas_state
-        scene.clock.choose(state.courant, state.fourier, gas.max_courant, gas.max_fourier)
+    sim.clock.tick()
+    if sim.gas_report and sim.case.gas:
+        gas, state = sim.case.gas, sim.gas_report
+        sim.clock.choose(state.courant, state.fourier, gas.max_courant, gas.max_fourier)
 
 
-def map_solids(scene: Scene) -> None:
+def map_solids(sim: Simulation) -> None:
     """Solids to the cells: the voidage of the next gas step."""
-    if scene.coupling:
-        with scene.watch("map"):
-            scene.coupling.map(scene.particles)
+    if sim.coupling:
+        with sim.timers("map"):
+            sim.coupling.map(sim.particles)
 
 
-def exert_drag(scene: Scene) -> None:
+def exert_drag(sim: Simulation) -> None:
     """The drag of every particle, averaged over the next step, to the cells."""
-    if scene.coupling:
-        with scene.watch("drag"):
-            scene.coupling.drag(scene.particles, scene.clock.dt, scene.clock.last_dt)
-            require_sound_exchange(scene)
+    if sim.coupling:
+        with sim.timers("drag"):
+            sim.coupling.drag(sim.particles, sim.clock.dt, sim.clock.last_dt)
+            require_sound_exchange(sim)
 
 
-def derive_fields(scene: Scene) -> None:
+def derive_fields(sim: Simulation) -> None:
     """What lift, viscous force and virtual mass of the next step want to know of the gas."""
-    if scene.coupling and scene.coupling.forces and scene.gas:
-        scene.coupling.forces.read(scene.gas.derive(scene.coupling.forces.fields))
+    if sim.coupling and sim.coupling.forces and sim.gas:
+        sim.coupling.forces.read(sim.gas.derive(sim.coupling.forces.fields))
 
 
-def average(scene: Scene) -> None:
+def average(sim: Simulation) -> None:
     """A sample for the time means, when one is due."""
-    averaging, time = scene.averaging, scene.clock.time
+    averaging, time = sim.averaging, sim.clock.time
     if averaging is None or not averaging.cadence.due(time):
         return
-    with scene.watch("average"):
+    with sim.timers("average"):
         if averaging.solids and averaging.sampler:
-            p = scene.particles
+            p = sim.particles
             averaging.solids.add(averaging.sampler.sample(p.positions, p.velocities, p.radii, p.masses), time)
-        if averaging.gas and scene.gas:
-            averaging.gas.add(sample_gas(scene.gas.voidage, scene.gas.velocity, scene.gas.pressure), time)
+        if averaging.gas and sim.gas:
+            averaging.gas.add(sample_gas(sim.gas.voidage, sim.gas.velocity, sim.gas.pressure), time)
 
 
-def work(run: Path, limits: Limits, resume: Path | None, comm: MPI.Comm, summons: Summons) -> None:
+def work(run: Path, limits: Limits, resume: Path | None, comm: MPI.Comm, stop_signal: StopSignal) -> None:
     """Run the case in `run` from its start, or from the checkpoint `resume` in it (collective); one that has to stop
     early leaves a note of it."""
     os.chdir(run)
@@ -171,35 +171,37 @@ def work(run: Path, limits: Limits, resume: Path | None, comm: MPI.Comm, summons
     case = load_case("case.toml")
     made = read_making(here)
     about = describe(case, here, list_makers(made.versions), made.updates) if comm.rank == 0 else {}
-    scene = open_scene(case, here, comm, case.end_time, resume / RESTART if resume else None)
-    recorder = Recorder(scene, here, Path("case.toml").read_text(encoding="utf-8-sig"), made.list_attributes())
+    sim = open_simulation(case, here, comm, case.end_time, resume / RESTART if resume else None)
+    recorder = Recorder(sim, here, Path("case.toml").read_text(encoding="utf-8-sig"), made.list_attributes())
     if resume:
-        read_checkpoint(scene, recorder, resume)
-    simulate(scene, recorder, Keeper(scene, here, limits, summons, about))
-    stopped_early = scene.stop not in ("", UNTIL)
-    if scene.gas and not stopped_early:
-        scene.gas.write()
-    if scene.grains:
-        scene.grains.close()
+        read_checkpoint(sim, recorder, resume)
+    simulate(sim, recorder, Checkpoints(sim, here, limits, stop_signal, about))
+    stopped_early = sim.stop not in ("", UNTIL)
+    if sim.gas and not stopped_early:
+        sim.gas.write()
+    if sim.liggghts:
+        sim.liggghts.close()
     if stopped_early and comm.rank == 0:
-        write_failure(here, word_stop(scene), StoppedError.exit_code)
-    if summons.caught and not stopped_early:
-        print(f"{signal.Signals(summons.caught).name} came after the last moment to stop: the run went on to its end")
+        write_failure(here, word_stop(sim), StoppedError.exit_code)
+    if stop_signal.caught and not stopped_early:
+        print(
+            f"{signal.Signals(stop_signal.caught).name} came after the last moment to stop: the run went on to its end"
+        )
 
 
-def word_stop(scene: Scene) -> str:
+def word_stop(sim: Simulation) -> str:
     """Say why the run stopped early and where it goes on."""
-    return f"stopped by {scene.stop} at t = {scene.clock.time:.6g} s; checkpoint: {scene.checkpoint}"
+    return f"stopped by {sim.stop} at t = {sim.clock.time:.6g} s; checkpoint: {sim.checkpoint}"
 
 
 def main() -> None:
     """Work; a failure on one rank writes down why and ends all ranks."""
-    summons = Summons()
+    stop_signal = StopSignal()
     options = read_options()
     run = options.run.resolve()
     try:
         require_together(MPI.COMM_WORLD, options.ranks)
-        work(run, Limits(options.until, options.deadline), options.resume, MPI.COMM_WORLD, summons)
+        work(run, Limits(options.until, options.deadline), options.resume, MPI.COMM_WORLD, stop_signal)
     except FbcoupleError as error:
         end_all(run, str(error), error.exit_code)
     except BaseException as error:

@@ -40,7 +40,7 @@ _LOOK_EVERY = 1000
 """Calls of `advance` between two looks at the length of the log; a call adds a kilobyte at most."""
 
 
-class Grains:
+class Liggghts:
     """LIGGGHTS in this process, one instance a process.
 
     Every array is a view into LIGGGHTS' own memory with a row per particle of this rank. A view is valid until the

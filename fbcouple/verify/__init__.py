@@ -1,1 +1,1 @@
-"""Small scenes with the real solvers against analytic or published numbers: `fbcouple verify`."""
+"""Small checks with the real solvers against analytic or published numbers: `fbcouple verify`."""

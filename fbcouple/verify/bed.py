@@ -13,7 +13,7 @@ from fbcouple.case.user_drag_law import DRAG_LAWS
 from fbcouple.verify.harness import GAS, GLASS
 from fbcouple.verify.lattice import VOIDAGES, HeldBed
 from fbcouple.verify.published import PUBLISHED, Bed
-from fbcouple.verify.registry import Number, scene
+from fbcouple.verify.registry import Number, check
 
 _GRAVITY = 9.81
 _INLET = 0.5
@@ -41,10 +41,10 @@ def fixed_bed(place: Path, comm: MPI.Comm, law: str) -> Iterator[Number]:
 
 
 for _law in DRAG_LAWS:
-    scene(f"fixed-bed-{_law}", fast=_law in _FAST)(partial(fixed_bed, law=_law))
+    check(f"fixed-bed-{_law}", fast=_law in _FAST)(partial(fixed_bed, law=_law))
 
 
-@scene("held-lattice")
+@check("held-lattice")
 def held_lattice(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Superficial slip at which the gas carries a held lattice of 1 mm glass, voidage 0.4-0.9, within 1 %."""
     bed = HeldBed(place, comm, "huilin-gidaspow", _INLET)

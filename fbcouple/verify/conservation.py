@@ -12,10 +12,10 @@ from mpi4py import MPI
 
 from fbcouple.case.bed.particle_types import solids_volume
 from fbcouple.coupling.box.mapping import VOIDAGE_METHODS
-from fbcouple.simulation.simulation import Scene
+from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.worker import start, take_step
 from fbcouple.verify.harness import FRICTIONLESS, GAS, GLASS, open_bench
-from fbcouple.verify.registry import Number, scene
+from fbcouple.verify.registry import Number, check
 
 _BED: dict[str, Any] = {
     "domain": {"size": [0.02, 0.01, 0.06], "cells": [8, 4, 24]},
@@ -29,7 +29,7 @@ _STEPS = 1000
 _DRIFT = 1.0
 
 
-@scene("conservation", ranks=(1, 2, 4), fast=False)
+@check("conservation", ranks=(1, 2, 4), fast=False)
 def conservation(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Largest errors over 1000 coupled steps: momentum 1e-10 of the drag, solids volume 1e-12, gas mass 1e-8."""
     yield from conserve(place, comm, _BED)
@@ -52,10 +52,10 @@ _SHARED["gaussian"]["kernel_width"] = _WIDTH
 _SHARED |= {"diffusion": {"voidage": "centre", "diffusion_width": _WIDTH}}
 
 for _name, _exchange in _SHARED.items():
-    scene(f"conservation-{_name}", ranks=(1, 2), fast=False)(partial(conservation_of, exchange=_exchange))
+    check(f"conservation-{_name}", ranks=(1, 2), fast=False)(partial(conservation_of, exchange=_exchange))
 
 
-@scene("conservation-periodic", ranks=(1, 2, 4), fast=False)
+@check("conservation-periodic", ranks=(1, 2, 4), fast=False)
 def conservation_periodic(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """The same without side walls: particles and gas leave on one side and come back on the other."""
     yield from conserve(place, comm, _BED | {"domain": _BED["domain"] | {"periodic": ["x", "y"]}}, _DRIFT)
@@ -65,7 +65,7 @@ _WATER: dict[str, Any] = {"density": 1000.0, "viscosity": 1e-3, "inlet_velocity"
 _FORCES: dict[str, Any] = {"viscous_force": True, "lift_force": True, "virtual_mass": True}
 
 
-@scene("conservation-forces", ranks=(1, 2), fast=False)
+@check("conservation-forces", ranks=(1, 2), fast=False)
 def conservation_forces(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """The same with every force there is, in water, where they matter."""
     yield from conserve(place, comm, _BED | {"gas": _WATER, "exchange": _BED["exchange"] | _FORCES}, steps=300)
@@ -82,33 +82,33 @@ def conserve(
 ) -> Iterator[Number]:
     """Run a bed whose particles start with the velocity `drift` [m/s] along x, and look for what is lost.
 
-    lively: speed [m/s] that some particle must have at the end, or the scene shows nothing; folder: where a mesh of
+    lively: speed [m/s] that some particle must have at the end, or the check shows nothing; folder: where a mesh of
     the bed lies.
     """
     bench = open_bench(place, comm, bed, folder=folder)
-    assert bench.grains is not None
-    bench.grains.velocities[:, 0] = drift
+    assert bench.liggghts is not None
+    bench.liggghts.velocities[:, 0] = drift
     start(bench)
     way = 0.0
     momentum = solids = gas = 0.0
     for _ in range(steps):
         take_step(bench)
-        assert bench.gas_state is not None
-        way += float(bench.grains.velocities[:, 0].sum()) * bench.dt
-        momentum = max(momentum, bench.balance.momentum_error)
+        assert bench.gas_report is not None
+        way += float(bench.liggghts.velocities[:, 0].sum()) * bench.dt
+        momentum = max(momentum, bench.conservation.momentum_error)
         solids = max(solids, abs(_solids_volume(bench) - 1.0))
-        gas = max(gas, bench.gas_state.lost / bench.gas_state.inflow)
+        gas = max(gas, bench.gas_report.lost / bench.gas_report.inflow)
     yield Number("momentum, of the drag", momentum, 0.0, 1e-10)
     yield Number("solids volume", solids, 0.0, 1e-12)
     yield Number("gas mass, of the inflow", gas, 0.0, 1e-8)
-    yield Number("particles lost", bench.balance.particles - bed["particles"]["count"], 0.0, 0.0)
+    yield Number("particles lost", bench.conservation.particles - bed["particles"]["count"], 0.0, 0.0)
     if drift:
-        width, particles = bench.grid.size[0], bench.balance.particles
+        width, particles = bench.grid.size[0], bench.conservation.particles
         yield Number("the mean particle has crossed the box", float(comm.allreduce(way) > particles * width), 1.0, 0.0)
     yield Number("particles move", float(_fastest(bench) > lively), 1.0, 0.0)
 
 
-def _solids_volume(bench: Scene) -> float:
+def _solids_volume(bench: Simulation) -> float:
     """Solids in the cells over the volume of the particles."""
     assert bench.coupling is not None and bench.case.particles is not None
     own = bench.cells.add_up(1.0 - bench.coupling.voidage)
@@ -116,7 +116,7 @@ def _solids_volume(bench: Scene) -> float:
     return bench.comm.allreduce(own) / particles
 
 
-def _fastest(bench: Scene) -> float:
-    assert bench.grains is not None
-    speeds = np.linalg.norm(bench.grains.velocities, axis=1)
+def _fastest(bench: Simulation) -> float:
+    assert bench.liggghts is not None
+    speeds = np.linalg.norm(bench.liggghts.velocities, axis=1)
     return bench.comm.allreduce(float(speeds.max(initial=0.0)), MPI.MAX)

@@ -14,7 +14,7 @@ from fbcouple.case.bed import derived
 from fbcouple.physics.contact import contact_time, normal_damping
 from fbcouple.verify.harness import FRICTIONLESS, GLASS, open_bench
 from fbcouple.verify.impact import find_step, look, spread_out, throw
-from fbcouple.verify.registry import Number, scene
+from fbcouple.verify.registry import Number, check
 
 _SPEED = 1.0
 _PHASES = 40
@@ -23,7 +23,7 @@ _RESTITUTION = 0.97
 _BANDS = {6: 0.02, 10: 0.005, 20: 0.004, 50: 0.001}
 
 
-@scene("normal-impact")
+@check("normal-impact")
 def normal_impact(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Two spheres head on, T_C/20: overlap and velocity at quarters of T_C against eqs 43-44, within 1 %."""
     diameter = GLASS["diameter"]
@@ -32,18 +32,18 @@ def normal_impact(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     steps = 20
     sections = {"gravity": 0.0, "contact": FRICTIONLESS | {"steps_per_contact": steps}}
     bench = open_bench(place, comm, sections, np.array([middle - offset, middle + offset]))
-    grains, case = bench.grains, bench.case
-    assert grains is not None and case.contact is not None and case.particles is not None
-    grains.advance(0, first=True)
-    grains.velocities[:, 2] = [_SPEED / 2, -_SPEED / 2]
+    liggghts, case = bench.liggghts, bench.case
+    assert liggghts is not None and case.contact is not None and case.particles is not None
+    liggghts.advance(0, first=True)
+    liggghts.velocities[:, 2] = [_SPEED / 2, -_SPEED / 2]
     mass = derived.particle_mass(case.particles) / 2
     gamma = normal_damping(case.contact.stiffness, mass, case.contact.restitution)
     natural = math.sqrt(case.contact.stiffness / mass)
     damped = math.sqrt(natural**2 - gamma**2)
     peak = _SPEED / natural * math.exp(-gamma / damped * math.asin(damped / natural))
     for quarter in (1, 2, 3, 4):
-        grains.advance(steps // 4)
-        z, v = np.sort(grains.positions[:, 2]), grains.velocities[np.argsort(grains.positions[:, 2]), 2]
+        liggghts.advance(steps // 4)
+        z, v = np.sort(liggghts.positions[:, 2]), liggghts.velocities[np.argsort(liggghts.positions[:, 2]), 2]
         overlap, speed = diameter - (z[1] - z[0]), v[0] - v[1]
         t = quarter / 4 * derived.pair_contact_time(case.contact, case.particles)
         scale = _SPEED / damped * math.exp(-gamma * t)
@@ -53,18 +53,18 @@ def normal_impact(place: Path, comm: MPI.Comm) -> Iterator[Number]:
         yield Number(f"closing speed at {quarter / 4} T_C", speed / _SPEED, closing / _SPEED, 0.01)
 
 
-@scene("impact-periodic")
+@check("impact-periodic")
 def impact_periodic(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Two spheres head on across a periodic side, T_C/200: both leave with e_n of their speed, and no wall is there."""
     diameter, edge = GLASS["diameter"], 0.01
     sites = np.array([[0.6 * diameter, 0.003, 0.005], [edge - 0.6 * diameter, 0.003, 0.005]])
     contact = FRICTIONLESS | {"steps_per_contact": 200}
     domain = {"size": [edge] * 3, "cells": [4, 4, 4], "periodic": ["x", "y"]}
-    grains = open_bench(place, comm, {"gravity": 0.0, "contact": contact, "domain": domain}, sites).grains
-    assert grains is not None
-    throw(grains, np.array([[-_SPEED / 2, 0.0, 0.0], [_SPEED / 2, 0.0, 0.0]]))
-    grains.advance(200 + round(0.3 * diameter / _SPEED / find_step(contact)))
-    left, right = look(grains).velocities[:, 0]
+    liggghts = open_bench(place, comm, {"gravity": 0.0, "contact": contact, "domain": domain}, sites).liggghts
+    assert liggghts is not None
+    throw(liggghts, np.array([[-_SPEED / 2, 0.0, 0.0], [_SPEED / 2, 0.0, 0.0]]))
+    liggghts.advance(200 + round(0.3 * diameter / _SPEED / find_step(contact)))
+    left, right = look(liggghts).velocities[:, 0]
     yield Number("speed away from the side over that towards it, first", left / _SPEED * 2, _RESTITUTION, 0.001)
     yield Number("speed away from the side over that towards it, second", -right / _SPEED * 2, _RESTITUTION, 0.001)
 
@@ -84,12 +84,12 @@ def _meet(place: Path, comm: MPI.Comm, steps: int) -> Iterator[Number]:
     sections: dict[str, Any] = {"gravity": 0.0, "contact": contact}
     sections["domain"] = {"size": [0.027, 0.018, 0.01], "cells": [9, 6, 4]}
     bench = open_bench(place, comm, sections, np.concatenate([sites - offset, sites + offset]))
-    assert bench.grains is not None
+    assert bench.liggghts is not None
     velocities = np.zeros((2 * _PHASES, 3))
     velocities[:, 2] = np.repeat([_SPEED / 2, -_SPEED / 2], _PHASES)
-    throw(bench.grains, velocities)
-    bench.grains.advance(2 * steps)
-    lower, upper = look(bench.grains).velocities[:, 2].reshape(2, _PHASES)
+    throw(bench.liggghts, velocities)
+    bench.liggghts.advance(2 * steps)
+    lower, upper = look(bench.liggghts).velocities[:, 2].reshape(2, _PHASES)
     found = (upper - lower) / _SPEED
     exact, forces = _recur(phases, steps)
     full = found[forces == forces.max()]
@@ -123,7 +123,7 @@ def _recur(phases: np.ndarray, steps: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _register_meetings(steps: int) -> None:
-    @scene(f"restitution-{steps}")
+    @check(f"restitution-{steps}")
     def restitution(place: Path, comm: MPI.Comm) -> Iterator[Number]:
         return _meet(place, comm, steps)
 
@@ -147,21 +147,21 @@ def _bounce(place: Path, comm: MPI.Comm, restitution: float, wall_restitution: f
         velocities[i, axis] = _SPEED if far else -_SPEED
     sections = {"gravity": 0.0, "contact": contact, "domain": {"size": [edge] * 3, "cells": [4, 4, 4]}}
     bench = open_bench(place, comm, sections, positions)
-    assert bench.grains is not None
-    throw(bench.grains, velocities)
-    bench.grains.advance(3 * steps)
-    found = -(look(bench.grains).velocities * velocities).sum(axis=1) / _SPEED**2
+    assert bench.liggghts is not None
+    throw(bench.liggghts, velocities)
+    bench.liggghts.advance(3 * steps)
+    found = -(look(bench.liggghts).velocities * velocities).sum(axis=1) / _SPEED**2
     for name, value in (("mean", found.mean()), ("lowest", found.min()), ("highest", found.max())):
         yield Number(f"{name} of 36 impacts", value, wall_restitution, 0.002)
 
 
-@scene("wall-restitution")
+@check("wall-restitution")
 def wall_restitution(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """e_w = 0.970 where e_n is 0.8, T_C/50, within 0.002."""
     return _bounce(place, comm, 0.8, _RESTITUTION, 50)
 
 
-@scene("wall-restitution-low")
+@check("wall-restitution-low")
 def wall_restitution_low(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """e_w = 0.8 where e_n is 0.97, T_C/200, within 0.002."""
     return _bounce(place, comm, _RESTITUTION, 0.8, 200)

@@ -21,7 +21,7 @@ from fbcouple.verify.gas import run_until_steady
 from fbcouple.verify.harness import FRICTIONLESS, GAS, GLASS, Edit, open_bench, take_same_step
 from fbcouple.verify.held_mesh import HeldMesh, compare_losses
 from fbcouple.verify.lattice import VOIDAGES
-from fbcouple.verify.registry import Number, scene
+from fbcouple.verify.registry import Number, check
 
 _ACROSS, _LAYERS = 8, 8
 """Cells across the held bed, and up in each of its slabs: in the middle of a slab nothing is known of the others."""
@@ -41,7 +41,7 @@ def held_cylinder(place: Path, comm: MPI.Comm, law: str) -> Iterator[Number]:
 
 
 for _law in ("huilin-gidaspow", "ergun"):
-    scene(f"cylinder-fixed-bed-{_law}", fast=False)(partial(held_cylinder, law=_law))
+    check(f"cylinder-fixed-bed-{_law}", fast=False)(partial(held_cylinder, law=_law))
 
 
 _CELL, _DEM_STEP = 0.1, 2e-3
@@ -66,20 +66,20 @@ def fall_in_cylinder(place: Path, comm: MPI.Comm, diameters: tuple[float, ...]) 
     turns = 2.0 * np.pi * np.arange(len(sizes)) / len(sizes)
     top = np.full(len(sizes), height - 0.5 * _CELL)
     positions = np.column_stack([(2.0 + np.cos(turns)) * _CELL, (2.0 + np.sin(turns)) * _CELL, top])
-    edits: dict[str, Edit] = {"grains/in.grains": coarsen_bins}
+    edits: dict[str, Edit] = {"DEM/in.liggghts": coarsen_bins}
     bench = open_bench(place, comm, sections, positions, edits, np.arange(len(sizes)))
     start(bench)
     for _ in range(round(time / _DEM_STEP)):
         take_same_step(bench)
-    assert bench.grains is not None
-    speeds = -bench.grains.velocities[np.argsort(bench.grains.numbers), 2]
+    assert bench.liggghts is not None
+    speeds = -bench.liggghts.velocities[np.argsort(bench.liggghts.numbers), 2]
     for diameter, found in zip(diameters, speeds.tolist(), strict=True):
         name, expected = f"fall speed of {diameter * 1e6:g} um", SCHILLER_NAUMANN[diameter]
         yield Number(name, found, expected, 0.01, "m s-1", relative=True)
 
 
-scene("cylinder-terminal-velocity")(partial(fall_in_cylinder, diameters=(50e-6, 100e-6, 200e-6)))
-scene("cylinder-terminal-velocity-large", fast=False)(partial(fall_in_cylinder, diameters=(500e-6, 1e-3)))
+check("cylinder-terminal-velocity")(partial(fall_in_cylinder, diameters=(50e-6, 100e-6, 200e-6)))
+check("cylinder-terminal-velocity-large", fast=False)(partial(fall_in_cylinder, diameters=(500e-6, 1e-3)))
 
 
 _BED: dict[str, Any] = {
@@ -92,14 +92,14 @@ _BED: dict[str, Any] = {
 }
 
 
-@scene("cylinder-conservation", ranks=(1, 2, 4), fast=False)
+@check("cylinder-conservation", ranks=(1, 2, 4), fast=False)
 def cylinder_conservation(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Largest errors over 1000 coupled steps in a cylinder of tetrahedra: momentum 1e-10 of the drag, solids volume
     1e-12, gas mass 1e-8."""
     yield from conserve(place, comm, _BED)
 
 
-@scene("cylinder-conservation-short")
+@check("cylinder-conservation-short")
 def cylinder_conservation_short(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """The same over 60 steps, with every force that there is."""
     forces = {"filter_passes": 1, "viscous_force": True, "lift_force": True, "virtual_mass": True}
@@ -110,7 +110,7 @@ _RESTITUTION = 0.8
 _AXIS, _HEIGHT = 0.01, 0.02
 
 
-@scene("cylinder-walls")
+@check("cylinder-walls")
 def bounce_in_cylinder(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Beads at 1 m/s without the gas against floor, top and two facets of the side, along their normals: restitution
     and overlap (eqs 43-45), and back the way they came.
@@ -131,15 +131,15 @@ def bounce_in_cylinder(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     }
     bench = open_bench(place, comm, sections, middle + 5e-3 * ways)
     start(bench)
-    grains = bench.grains
-    assert grains is not None and bench.case.contact is not None
-    grains.velocities[:] = ways[grains.numbers - 1]
+    liggghts = bench.liggghts
+    assert liggghts is not None and bench.case.contact is not None
+    liggghts.velocities[:] = ways[liggghts.numbers - 1]
     farthest = np.zeros(len(ways))
     for _ in range(round(6e-3 / bench.clock.dt)):
-        grains.advance(1)
-        went = (grains.positions - middle)[np.argsort(grains.numbers)]
+        liggghts.advance(1)
+        went = (liggghts.positions - middle)[np.argsort(liggghts.numbers)]
         farthest = np.maximum(farthest, np.einsum("pd,pd->p", went, ways))
-    velocities = grains.velocities[np.argsort(grains.numbers)]
+    velocities = liggghts.velocities[np.argsort(liggghts.numbers)]
     walls = np.array([0.5 * _HEIGHT] * 2 + [_AXIS * np.cos(facet)] * 2) - 0.5 * GLASS["diameter"]
     overlap = _find_overlap(bench.case.contact.stiffness)
     for n, name in enumerate(("floor", "top", "side", "another side")):
@@ -189,6 +189,6 @@ def flow_through_pipe(place: Path, comm: MPI.Comm, elements: str, within: float)
 
 
 for _elements, _within in {"prisms": 0.01, "tetrahedra": 0.05}.items():
-    scene(f"cylinder-poiseuille-{_elements}", fast=False)(
+    check(f"cylinder-poiseuille-{_elements}", fast=False)(
         partial(flow_through_pipe, elements=_elements, within=_within)
     )

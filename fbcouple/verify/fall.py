@@ -15,7 +15,7 @@ from mpi4py import MPI
 from fbcouple.coupling.box.mapping import VOIDAGE_METHODS
 from fbcouple.simulation.worker import start
 from fbcouple.verify.harness import FRICTIONLESS, GAS, GLASS, Edit, open_bench, take_same_step
-from fbcouple.verify.registry import Number, scene
+from fbcouple.verify.registry import Number, check
 
 # Fall speed [m/s] of glass spheres by diameter [m]: drag of a lone sphere (Schiller and Naumann 1933) balanced with
 # the weight less that of the gas.
@@ -66,14 +66,14 @@ def _release(
     }
     top = (_CELLS_UP - 0.5) * _CELL
     positions = np.array([[(n + 0.5) * _CELL, 0.5 * _CELL, top] for n in range(cells[0])])
-    edits: dict[str, Edit] = {"grains/in.grains": coarsen_bins}
+    edits: dict[str, Edit] = {"DEM/in.liggghts": coarsen_bins}
     bench = open_bench(place, comm, sections | more, positions, edits, np.arange(len(diameters)))
-    grains = bench.grains
-    assert grains is not None
+    liggghts = bench.liggghts
+    assert liggghts is not None
     start(bench)
     for _ in range(steps):
         take_same_step(bench)
-    return grains.velocities[np.argsort(grains.positions[:, 0]), 2]
+    return liggghts.velocities[np.argsort(liggghts.positions[:, 0]), 2]
 
 
 def name_sizes(diameters: np.ndarray) -> dict[str, Any]:
@@ -90,7 +90,7 @@ def coarsen_bins(deck: str, cell: float = _CELL) -> str:
     return re.sub(r"binsize \S+", f"binsize {cell / 2}", deck)
 
 
-@scene("terminal-velocity")
+@check("terminal-velocity")
 def terminal_velocity(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """5 um to 1 mm with the drag of lone spheres; of 0.7 and 11.5 response times is the step of the two smallest."""
     yield from fall(place, comm, {"drag": "schiller-naumann"}, SCHILLER_NAUMANN)
@@ -108,14 +108,14 @@ def _put_together(measured: dict[str, list[Number]]) -> Iterator[Number]:
         yield from (replace(number, name=f"{method}: {number.name}") for number in numbers)
 
 
-@scene("terminal-velocity-voidage", fast=False, variants=tuple(_SHARED), judge=_put_together)
+@check("terminal-velocity-voidage", fast=False, variants=tuple(_SHARED), judge=_put_together)
 def terminal_velocity_voidage(place: Path, comm: MPI.Comm, method: str) -> Iterator[Number]:
     """1 mm with each way to share a particle among cells and to read them: the fall of a lone one does not change."""
     exchange = {"drag": "schiller-naumann", "scheme": "explicit"} | _SHARED[method]
     yield from fall(place, comm, exchange, {1e-3: SCHILLER_NAUMANN[1e-3]})
 
 
-@scene("carried")
+@check("carried")
 def carried(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Ten steps from rest in a wind, a step a ninth of the smallest's response time: the drag of a step is felt in that
     step, or a tenth of the speed is missing."""
@@ -125,7 +125,7 @@ def carried(place: Path, comm: MPI.Comm) -> Iterator[Number]:
         yield Number(f"speed of {diameter * 1e6:g} um in a wind", found, speed, 0.01, "m s-1", relative=True)
 
 
-@scene("terminal-velocity-paper")
+@check("terminal-velocity-paper")
 def terminal_velocity_paper(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """1 mm with the paper's law and the default scheme."""
     yield from fall(place, comm, {}, _PAPER)

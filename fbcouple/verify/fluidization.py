@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.simulation.simulation import Scene
+from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.worker import start, take_step
 from fbcouple.verify.harness import FRICTIONLESS, GAS, GLASS, Edit, open_bench
 from fbcouple.verify.published import PUBLISHED, Bed
-from fbcouple.verify.registry import Number, scene
+from fbcouple.verify.registry import Number, check
 
 _GRAVITY = 9.81
 _SIDE, _CELL, _CELLS_UP = 0.008, 0.002, 34
@@ -29,7 +29,7 @@ _AT_REST, _CERTAIN = 0.85, 0.5
 is fitted."""
 
 
-def _open(place: Path, comm: MPI.Comm) -> Scene:
+def _open(place: Path, comm: MPI.Comm) -> Simulation:
     floor = _PLENUM * _CELL
     pitch = (_SIDE - 2e-5) / _SITES
     row = 1e-5 + pitch * (np.arange(_SITES) + 0.5)
@@ -43,12 +43,12 @@ def _open(place: Path, comm: MPI.Comm) -> Scene:
         "exchange": {},
     }
     edits: dict[str, Edit] = {
-        "grains/in.grains": lambda deck: re.sub(r"zplane 0\.0$", f"zplane {floor}", deck, flags=re.MULTILINE)
+        "DEM/in.liggghts": lambda deck: re.sub(r"zplane 0\.0$", f"zplane {floor}", deck, flags=re.MULTILINE)
     }
     return open_bench(place, comm, sections, np.column_stack([x.ravel(), y.ravel(), z.ravel()]) + shift, edits)
 
 
-def _run_ramp(bench: Scene) -> np.ndarray:
+def _run_ramp(bench: Simulation) -> np.ndarray:
     """Rows of superficial velocity [m/s], pressure drop [Pa] and the voidage of each cell, one a coupled step."""
     assert bench.gas is not None and bench.coupling is not None
     order = np.argsort(bench.gas.centres[:, 2])
@@ -62,7 +62,7 @@ def _run_ramp(bench: Scene) -> np.ndarray:
     return np.array(rows)
 
 
-@scene("minimum-fluidization", fast=False)
+@check("minimum-fluidization", fast=False)
 def minimum_fluidization(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Where the pressure of the bed at rest meets its weight, against Ergun at its own voidage in each cell, 5 %."""
     bench = _open(place, comm)

@@ -12,26 +12,26 @@ import numpy as np
 from mpi4py import MPI
 
 from fbcouple.coupling.particles import Particles
-from fbcouple.simulation.simulation import Scene
+from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.worker import start
 from fbcouple.verify.fall import coarsen_bins
 from fbcouple.verify.gas import run_until_steady, set_patches, split_sides
 from fbcouple.verify.harness import FRICTIONLESS, GAS, GLASS, Edit, open_bench, take_same_step
-from fbcouple.verify.registry import Number, scene
+from fbcouple.verify.registry import Number, check
 from fbcouple.verify.turbulence import name_sides, start_from
 
 _MOMENTUM = 1e-10
 
 
-def hold(bench: Scene, dt: float, steps: int = 1, inertia: float = 1.0) -> Iterator[np.ndarray]:
+def hold(bench: Simulation, dt: float, steps: int = 1, inertia: float = 1.0) -> Iterator[np.ndarray]:
     """Let the gas take steps of `dt` [s] past particles that stay where they are; forces of the gas (n, 3) [N] in the
     order of the start positions, and its own loss (3,) [N].
 
     The drag takes the masses times `inertia`: a sphere without inertia has the velocity of the gas at once, no drag.
     """
-    gas, grains, coupling = bench.gas, bench.grains, bench.coupling
-    assert gas is not None and grains is not None and coupling is not None
-    particles = Particles(grains.positions, grains.velocities, grains.radii, grains.masses * inertia)
+    gas, liggghts, coupling = bench.gas, bench.liggghts, bench.coupling
+    assert gas is not None and liggghts is not None and coupling is not None
+    particles = Particles(liggghts.positions, liggghts.velocities, liggghts.radii, liggghts.masses * inertia)
     for _ in range(steps):
         coupling.map(particles)
         coupling.drag(particles, dt)
@@ -40,7 +40,7 @@ def hold(bench: Scene, dt: float, steps: int = 1, inertia: float = 1.0) -> Itera
         coupling.react(particles, gas.state, held, current)
         if coupling.forces:
             coupling.forces.read(gas.derive(coupling.forces.fields))
-    yield held[np.argsort(grains.numbers)]
+    yield held[np.argsort(liggghts.numbers)]
     yield coupling.find_gas_loss(gas.given_up)
 
 
@@ -54,7 +54,7 @@ _HEIGHTS = np.array([-0.04, -0.015, -0.005, 0.005, 0.015, 0.04])
 """Distance [m] of the spheres from the plane where the gas rests: Reynolds numbers 12, 35 and 93, up and down."""
 
 
-@scene("lift-force")
+@check("lift-force")
 def lift(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Spheres held in linear shear u = (g z, 0, 0) between moving plates: Saffman's lift with Mei's factor, 1 %."""
     size = [_SHEAR_CELL * n for n in _SHEAR_CELLS]
@@ -68,10 +68,10 @@ def lift(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     plates |= {"outlet": f"type fixedValue; value uniform ({edge} 0 0);"}
     scalars = dict.fromkeys(("inlet", "outlet", "front", "back"), "type zeroGradient;") | cyclic
     edits: dict[str, Edit] = {
-        "fluid/system/blockMeshDict": partial(name_sides, "cyclic"),
-        "fluid/0/U": partial(start_from, flow, plates | sides),
-        "fluid/0/p": set_patches(scalars),
-        "fluid/0/voidage": set_patches(scalars),
+        "CFD/system/blockMeshDict": partial(name_sides, "cyclic"),
+        "CFD/0/U": partial(start_from, flow, plates | sides),
+        "CFD/0/p": set_patches(scalars),
+        "CFD/0/voidage": set_patches(scalars),
     }
     sections: dict[str, Any] = {
         "gravity": 0.0,
@@ -108,7 +108,7 @@ def _collect(measured: dict[str, list[Number]]) -> Iterator[Number]:
         yield from numbers
 
 
-@scene("viscous-force", variants=("alone", "with pressure gradient"), judge=_collect)
+@check("viscous-force", variants=("alone", "with pressure gradient"), judge=_collect)
 def viscous(place: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
     """Spheres without drag in plane Poiseuille flow: V div(tau) = V dP/dz, and no force with the pressure gradient."""
     width, length, cells, speed, viscosity = 0.01, 0.03, (32, 1, 48), 0.02, 2e-5
@@ -121,9 +121,9 @@ def viscous(place: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
     }
     places = np.array([0.22, 0.5, 0.78]) * width
     positions = np.column_stack([places, np.full(3, width / 64), np.full(3, 0.8 * length)])
-    edits = split_sides({}) | {"grains/in.grains": partial(coarsen_bins, cell=width / 32)}
+    edits = split_sides({}) | {"DEM/in.liggghts": partial(coarsen_bins, cell=width / 32)}
     bench = open_bench(place, comm, sections, positions, edits)
-    assert bench.gas is not None and bench.coupling is not None and bench.grains is not None
+    assert bench.gas is not None and bench.coupling is not None and bench.liggghts is not None
     run_until_steady(bench, dt=5e-3, most=2000, change=1e-4)
     start(bench)
     forces, loss = hold(bench, 5e-3, steps=3, inertia=1e-20)
@@ -142,7 +142,7 @@ _LIQUID_RATIOS = (1.1, 1.5, 2.5)
 _ACCELERATION = 20.0
 
 
-@scene("virtual-mass", variants=(*map(str, _LIQUID_RATIOS), "carried"), judge=_collect)
+@check("virtual-mass", variants=(*map(str, _LIQUID_RATIOS), "carried"), judge=_collect)
 def virtual_mass(place: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
     """A sphere released in water starts with (r - 1) g/(r + 1/2), r its density over the water's; water that
     accelerates with A takes a sphere of r = 2.5 along with 3 A/(2 r + 1)."""
@@ -159,15 +159,15 @@ def virtual_mass(place: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
         "exchange": {"drag": "schiller-naumann", "virtual_mass": True},
     }
     bench = open_bench(place, comm, sections, np.array([[0.025, 0.025, 0.051]]))
-    assert bench.grains is not None
+    assert bench.liggghts is not None
     start(bench)
     moments, speeds, momentum = [], [], 0.0
     # The gas knows of a move one step later.
     for _ in range(12):
         take_same_step(bench)
         moments.append(bench.clock.time)
-        speeds.append(float(bench.grains.velocities[0, 2]))
-        momentum = max(momentum, bench.balance.momentum_error)
+        speeds.append(float(bench.liggghts.velocities[0, 2]))
+        momentum = max(momentum, bench.conservation.momentum_error)
     found = (speeds[-1] - speeds[3]) / (moments[-1] - moments[3])
     name = f"acceleration in water that accelerates with {_ACCELERATION:g} m/s2" if carried else "start of the fall"
     yield Number(f"{name}, density ratio {ratio:g}", found, expected, 0.01, "m s-2", relative=True)

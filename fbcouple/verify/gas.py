@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.simulation.simulation import Scene
+from fbcouple.simulation.simulation import Simulation
 from fbcouple.verify.harness import open_bench
-from fbcouple.verify.registry import Number, scene
+from fbcouple.verify.registry import Number, check
 
 Edits = dict[str, Callable[[str], str]]
 _PATCHES = ("inlet", "outlet", "walls")
@@ -30,9 +30,9 @@ def close_box(velocity: str, lid: str | None = None) -> Edits:
     """Deck edits that close the box: walls all around, `velocity` at each, `lid` in its place at the top."""
     top = lid or velocity
     return {
-        "fluid/system/blockMeshDict": lambda text: text.replace("type    patch;", "type    wall;"),
-        "fluid/0/U": set_patches({"inlet": velocity, "outlet": top, "walls": velocity}),
-        "fluid/0/p": set_patches(dict.fromkeys(_PATCHES, "type zeroGradient;")),
+        "CFD/system/blockMeshDict": lambda text: text.replace("type    patch;", "type    wall;"),
+        "CFD/0/U": set_patches({"inlet": velocity, "outlet": top, "walls": velocity}),
+        "CFD/0/p": set_patches(dict.fromkeys(_PATCHES, "type zeroGradient;")),
     }
 
 
@@ -54,13 +54,13 @@ def split_sides(edits: Edits) -> Edits:
 
         return change
 
-    fields = {"fluid/0/U": "type slip;", "fluid/0/p": "type zeroGradient;", "fluid/0/voidage": "type zeroGradient;"}
-    mesh = edits.get("fluid/system/blockMeshDict", lambda text: text)
-    split_mesh: Edits = {"fluid/system/blockMeshDict": lambda text: split(mesh(text))}
+    fields = {"CFD/0/U": "type slip;", "CFD/0/p": "type zeroGradient;", "CFD/0/voidage": "type zeroGradient;"}
+    mesh = edits.get("CFD/system/blockMeshDict", lambda text: text)
+    split_mesh: Edits = {"CFD/system/blockMeshDict": lambda text: split(mesh(text))}
     return split_mesh | {name: with_sides(name, entry) for name, entry in fields.items()}
 
 
-def run_until_steady(bench: Scene, dt: float, most: int, change: float) -> None:
+def run_until_steady(bench: Simulation, dt: float, most: int, change: float) -> None:
     gas = bench.gas
     assert gas is not None
     before = np.array(gas.velocity)
@@ -72,15 +72,15 @@ def run_until_steady(bench: Scene, dt: float, most: int, change: float) -> None:
             before = np.array(gas.velocity)
 
 
-def _as_plane(bench: Scene, values: np.ndarray) -> np.ndarray:
-    """Cell values of a 2-D scene as (z, x)."""
+def _as_plane(bench: Simulation, values: np.ndarray) -> np.ndarray:
+    """Cell values of a 2-D check as (z, x)."""
     nx, _, nz = bench.grid.cells
     plane = np.empty((nz, nx))
     plane[bench.owned[:, 2], bench.owned[:, 0]] = values
     return plane
 
 
-@scene("poiseuille")
+@check("poiseuille")
 def poiseuille(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Plane channel at Re 10: far from the inlet the middle has 1.5 x the mean velocity, dp/dz = -12 mu U/h^2."""
     width, length, cells, speed, viscosity = 0.01, 0.03, (32, 1, 48), 0.02, 2e-5
@@ -101,7 +101,7 @@ def poiseuille(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     )
 
 
-@scene("slip-walls")
+@check("slip-walls")
 def slip_walls(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Walls that let the gas slip leave plug flow as it is, at no pressure (walls that hold it: poiseuille)."""
     speed = 0.05
@@ -134,7 +134,7 @@ _GHIA_V = (
 )  # fmt: skip
 
 
-@scene("cavity", fast=False)
+@check("cavity", fast=False)
 def cavity(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Lid-driven cavity at Re 100, 64 x 64 cells: both centrelines against Ghia 1982, within 1 % of the lid's speed."""
     cells = 64

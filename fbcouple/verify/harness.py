@@ -1,4 +1,4 @@
-"""What scenes are made of: a case from a few settings, set up in the scene's folder, with its solvers open."""
+"""What checks are made of: a case from a few settings, set up in the check's folder, with its solvers open."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from fbcouple.case.companions import copy_companions
 from fbcouple.case.schema.sections import Case
 from fbcouple.decks.render import set_up
 from fbcouple.launcher.openfoam_mesh import prepare_mesh
-from fbcouple.simulation.simulation import Scene, open_scene
+from fbcouple.simulation.simulation import Simulation, open_simulation
 from fbcouple.simulation.worker import choose_step, exert_drag, map_solids, move, react, step_gas
 
 GLASS: dict[str, Any] = {"diameter": 1e-3, "density": 2500.0}
@@ -36,13 +36,13 @@ def open_bench(
     edits: dict[str, Edit] | None = None,
     kinds: np.ndarray | None = None,
     folder: Path = Path(),
-) -> Scene:
+) -> Simulation:
     """Set up a case of `sections` (as a case file has them) in `place`, open its solvers, set the particles up.
 
     positions: start positions (n, 3) [m] in place of the lattice; the particles' count follows them.
     kinds: of a mixture the kind of each particle, counted from 0, in place of a random order.
     folder: where the files lie that the case brings, a mesh.
-    edits: deck file -> change of its text, for scenes that need what no case asks for (a moving lid).
+    edits: deck file -> change of its text, for checks that need what no case asks for (a moving lid).
     """
     case = _make_case(sections, positions)
     run = place / "run"
@@ -62,7 +62,7 @@ def open_bench(
     comm.Barrier()
     os.chdir(run)
     os.environ["PWD"] = str(run)
-    return open_scene(case, Path("."), comm, case.end_time)
+    return open_simulation(case, Path("."), comm, case.end_time)
 
 
 def _make_case(sections: dict[str, Any], positions: np.ndarray | None) -> Case:
@@ -74,7 +74,7 @@ def _make_case(sections: dict[str, Any], positions: np.ndarray | None) -> Case:
     return Case.model_validate(data)
 
 
-def take_same_step(bench: Scene) -> None:
+def take_same_step(bench: Simulation) -> None:
     """One coupling step; the next is as long (collective)."""
     step_gas(bench)
     react(bench)
@@ -84,7 +84,7 @@ def take_same_step(bench: Scene) -> None:
     exert_drag(bench)
 
 
-def take_steps(bench: Scene, substeps: Iterable[int]) -> Iterator[None]:
+def take_steps(bench: Simulation, substeps: Iterable[int]) -> Iterator[None]:
     """Coupling steps of so many DEM steps each, whatever the gas would have; yields after each (collective)."""
     dem_step = bench.clock.dt / bench.clock.substeps
     wanted = iter(substeps)
@@ -99,12 +99,12 @@ def take_steps(bench: Scene, substeps: Iterable[int]) -> Iterator[None]:
         yield
 
 
-def _set_step(bench: Scene, substeps: int, dem_step: float) -> None:
+def _set_step(bench: Simulation, substeps: int, dem_step: float) -> None:
     bench.clock.substeps, bench.clock.dt = substeps, substeps * dem_step
     exert_drag(bench)
 
 
-def blow(bench: Scene) -> None:
+def blow(bench: Simulation) -> None:
     """One coupling step in which no particle moves, whatever its velocity is by now (collective)."""
     exert_drag(bench)
     step_gas(bench)

@@ -61,17 +61,17 @@ class HeldMesh:
             "exchange": {"drag": law},
         }
         edits: dict[str, Edit] = {
-            "grains/in.grains": lambda text: text.replace("fix             motion", "# fix             motion")
+            "DEM/in.liggghts": lambda text: text.replace("fix             motion", "# fix             motion")
         }
-        self.scene = open_bench(place, comm, sections, positions, edits, folder=folder)
-        grains = self.scene.grains
-        assert grains is not None
-        self._slab = self._find_slab(grains.positions[:, 2])
-        own, shared = quarter[grains.numbers - 1], np.bincount(quarter)
+        self.check = open_bench(place, comm, sections, positions, edits, folder=folder)
+        liggghts = self.check.liggghts
+        assert liggghts is not None
+        self._slab = self._find_slab(liggghts.positions[:, 2])
+        own, shared = quarter[liggghts.numbers - 1], np.bincount(quarter)
         volumes = (1.0 - self.voidages)[self._slab] * (parts.volumes / shared)[own]
-        grains.radii[:] = (volumes / (4.0 / 3.0 * np.pi)) ** (1.0 / 3.0)
-        grains.masses[:] = GLASS["density"] * volumes
-        start(self.scene)
+        liggghts.radii[:] = (volumes / (4.0 / 3.0 * np.pi)) ** (1.0 / 3.0)
+        liggghts.masses[:] = GLASS["density"] * volumes
+        start(self.check)
         self._volumes, self._law = volumes, law
 
     def _place_spheres(self, parts: Tetrahedra, crowd: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
@@ -89,25 +89,25 @@ class HeldMesh:
 
     def flow(self, superficial: float) -> None:
         """Let the gas pass each slab with this superficial slip [m/s] for some coupled steps."""
-        assert self.scene.grains is not None
+        assert self.check.liggghts is not None
         slip = (INLET - superficial) / self.voidages
-        self.scene.grains.velocities[:, 2] = slip[self._slab]
+        self.check.liggghts.velocities[:, 2] = slip[self._slab]
         for _ in range(_STEPS):
-            blow(self.scene)
+            blow(self.check)
 
     def _find_slab(self, height: np.ndarray) -> np.ndarray:
         return np.clip(np.floor((height - self._low) / self._height).astype(int), 0, len(self.voidages) - 1)
 
     def _find_middle(self, slab: int) -> np.ndarray:
         """This rank's cells in the middle of a slab."""
-        assert self.scene.gas is not None
+        assert self.check.gas is not None
         middle = self._low + (slab + 0.5) * self._height
-        return np.flatnonzero(np.abs(self.scene.gas.centres[:, 2] - middle) < self._reach)
+        return np.flatnonzero(np.abs(self.check.gas.centres[:, 2] - middle) < self._reach)
 
     @property
     def pressure_losses(self) -> np.ndarray:
         """Pressure per length [Pa/m] in the middle of each slab."""
-        gas = self.scene.gas
+        gas = self.check.gas
         assert gas is not None
         rows = [self._find_middle(slab) for slab in range(len(self.voidages))]
         return np.array([-np.polyfit(gas.centres[row, 2], gas.pressure[row], 1)[0] for row in rows])
@@ -115,12 +115,12 @@ class HeldMesh:
     def find_published(self, superficial: float) -> np.ndarray:
         """What the paper of the drag law prints for each slab [Pa/m]: each sphere costs what it does in a bed of its
         like, so that it is the mean over the spheres in the middle of the slab, by their volumes (collective)."""
-        grains, comm = self.scene.grains, self.scene.comm
-        assert grains is not None
+        liggghts, comm = self.check.liggghts, self.check.comm
+        assert liggghts is not None
         losses = []
         for slab, eps in enumerate(self.voidages.tolist()):
             middle = self._low + (slab + 0.5) * self._height
-            near = np.abs(grains.positions[:, 2] - middle) < self._reach
+            near = np.abs(liggghts.positions[:, 2] - middle) < self._reach
             volumes = self._volumes[near]
             beds = (
                 Bed(eps, superficial, diameter, GAS["density"], GAS["viscosity"])
@@ -133,8 +133,8 @@ class HeldMesh:
     @property
     def voidage_error(self) -> float:
         """Of the cell in the middle of a slab that is farthest off."""
-        assert self.scene.coupling is not None
-        voidage = self.scene.coupling.voidage
+        assert self.check.coupling is not None
+        voidage = self.check.coupling.voidage
         return max(
             float(np.abs(voidage[self._find_middle(slab)] - eps).max()) for slab, eps in enumerate(self.voidages)
         )

@@ -22,7 +22,7 @@ from fbcouple.verify.impact import (
     throw,
     tilt_gravity,
 )
-from fbcouple.verify.registry import Number, scene
+from fbcouple.verify.registry import Number, check
 
 _SPEEDS = (0.1, 1.0, 3.0)
 _HERTZ: dict[str, Any] = FRICTIONLESS | {
@@ -43,18 +43,18 @@ def _collide(place: Path, comm: MPI.Comm, contact: dict[str, Any]) -> tuple[np.n
     positions = np.concatenate([np.column_stack([x, np.full(count, y), np.full(count, z)]) for y, z in places])
     sections = {"gravity": 0.0, "contact": contact, "domain": {"size": [0.012, 0.01, 0.01], "cells": [4, 4, 4]}}
     bench = open_bench(place, comm, sections, positions)
-    grains = bench.grains
-    assert grains is not None
+    liggghts = bench.liggghts
+    assert liggghts is not None
     velocities, speeds = np.zeros((3 * count, 3)), np.array(_SPEEDS)
     velocities[:, 2] = np.concatenate([-speeds, speeds / 2, -speeds / 2])
-    throw(grains, velocities)
+    throw(liggghts, velocities)
     overlaps = [np.full((2, count), -_GAP)]
     while len(overlaps) < 4 * contact["steps_per_contact"] + 2 * _GAP / (min(_SPEEDS) * step):
-        grains.advance(1)
-        floor, lower, upper = grains.positions[np.argsort(grains.numbers), 2].reshape(3, count)
+        liggghts.advance(1)
+        floor, lower, upper = liggghts.positions[np.argsort(liggghts.numbers), 2].reshape(3, count)
         overlaps.append(np.array([diameter / 2 - floor, diameter - (upper - lower)]))
     overlap = np.array(overlaps)
-    floor, lower, upper = grains.velocities[np.argsort(grains.numbers), 2].reshape(3, count)
+    floor, lower, upper = liggghts.velocities[np.argsort(liggghts.numbers), 2].reshape(3, count)
     return overlap.max(axis=0), _time_contact(overlap, step), np.array([floor, upper - lower]) / speeds
 
 
@@ -68,7 +68,7 @@ def _time_contact(overlap: np.ndarray, step: float) -> np.ndarray:
     return step * (last - first + after / (after - before) + inside / (inside - outside))
 
 
-@scene("hertz-elastic")
+@check("hertz-elastic")
 def hertz_elastic(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """e = 1 at 0.1, 1 and 3 m/s, floor and pair: largest overlap and duration within 1 %, restitution within 0.002."""
     contact = _HERTZ | {"restitution": 1.0, "wall_restitution": 1.0}
@@ -85,7 +85,7 @@ def hertz_elastic(place: Path, comm: MPI.Comm) -> Iterator[Number]:
             yield Number(f"restitution, {where}", restitutions[i, j], 1.0, 0.002)
 
 
-@scene("hertz-restitution")
+@check("hertz-restitution")
 def hertz_restitution(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """e_n = 0.97 and e_w = 0.9 whatever the speed, within 0.002."""
     contact = _HERTZ | {"restitution": 0.97, "wall_restitution": 0.9}
@@ -95,7 +95,7 @@ def hertz_restitution(place: Path, comm: MPI.Comm) -> Iterator[Number]:
             yield Number(f"restitution, {partner}, {speed} m/s", value, expected, 0.002)
 
 
-@scene("hertz-tangential-spring")
+@check("hertz-tangential-spring")
 def hertz_tangential_spring(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """At rest on an incline of 10 deg: overlap and tangential displacement of Hertz and Mindlin, within 1 %.
 
@@ -106,12 +106,12 @@ def hertz_tangential_spring(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     section, particles = parts(contact)
     radius, weight = particles.diameter / 2, derived.particle_mass(particles) * GRAVITY
     sink = (3 * weight * math.cos(angle) / (4 * derived.hertz_modulus(section) * math.sqrt(radius))) ** (2 / 3)
-    grains = lay_sphere(place, comm, contact, {}, sink)
-    tilt_gravity(grains, angle)
+    liggghts = lay_sphere(place, comm, contact, {}, sink)
+    tilt_gravity(liggghts, angle)
     start = rest_on_floor(0.0)
-    throw(grains, np.zeros((1, 3)), positions=start)
-    grains.advance(20000)
-    moved = look(grains).positions[0] - start[0]
+    throw(liggghts, np.zeros((1, 3)), positions=start)
+    liggghts.advance(20000)
+    moved = look(liggghts).positions[0] - start[0]
     nu = contact["poisson_ratio"]
     shear = contact["youngs_modulus"] / (4 * (2 - nu) * (1 + nu))
     slip = weight * math.sin(angle) / (8 * shear * math.sqrt(radius * sink))

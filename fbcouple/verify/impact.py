@@ -1,4 +1,4 @@
-"""Spheres set going all at once and looked at in the order of their numbers: the means of the contact scenes."""
+"""Spheres set going all at once and looked at in the order of their numbers: the means of the contact checks."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from mpi4py import MPI
 
 from fbcouple.case.bed import derived
 from fbcouple.case.schema.sections import Contact, Particles
-from fbcouple.solvers.liggghts import Grains
+from fbcouple.solvers.liggghts import Liggghts
 from fbcouple.verify.harness import GLASS, open_bench
 
 GRAVITY = 9.81
@@ -27,23 +27,23 @@ class Motion:
     spins: np.ndarray
 
 
-def look(grains: Grains) -> Motion:
+def look(liggghts: Liggghts) -> Motion:
     """Copy the motion of the spheres as it is now (one rank)."""
-    order = np.argsort(grains.numbers)
-    return Motion(grains.positions[order], grains.velocities[order], grains.angular_velocities[order])
+    order = np.argsort(liggghts.numbers)
+    return Motion(liggghts.positions[order], liggghts.velocities[order], liggghts.angular_velocities[order])
 
 
 def throw(
-    grains: Grains, velocities: np.ndarray, spins: np.ndarray | float = 0.0, positions: np.ndarray | None = None
+    liggghts: Liggghts, velocities: np.ndarray, spins: np.ndarray | float = 0.0, positions: np.ndarray | None = None
 ) -> None:
     """Set the spheres going with `velocities` (n, 3) [m/s] and `spins` [rad/s], from `positions` if they are given."""
     for steps in (0,) if positions is None else (0, 0):
-        rows = grains.numbers - 1
-        grains.velocities[:] = velocities[rows]
-        grains.angular_velocities[:] = np.broadcast_to(spins, velocities.shape)[rows]
+        rows = liggghts.numbers - 1
+        liggghts.velocities[:] = velocities[rows]
+        liggghts.angular_velocities[:] = np.broadcast_to(spins, velocities.shape)[rows]
         if positions is not None:
-            grains.positions[:] = positions[rows]
-        grains.advance(steps, first=True)
+            liggghts.positions[:] = positions[rows]
+        liggghts.advance(steps, first=True)
 
 
 def spread_out(columns: int, rows: int, spacing: float) -> np.ndarray:
@@ -67,16 +67,18 @@ def rest_on_floor(sink: float) -> np.ndarray:
     return np.array([[0.005, 0.005, GLASS["diameter"] / 2 - sink]])
 
 
-def lay_sphere(place: Path, comm: MPI.Comm, contact: dict[str, Any], particles: dict[str, Any], sink: float) -> Grains:
+def lay_sphere(
+    place: Path, comm: MPI.Comm, contact: dict[str, Any], particles: dict[str, Any], sink: float
+) -> Liggghts:
     """Open a long box with one glass sphere that lies on its floor, as deep as its contact carries it."""
     domain = {"size": [0.05, 0.01, 0.01], "cells": [10, 2, 2]}
     sections = {"gravity": GRAVITY, "contact": contact, "particles": particles, "domain": domain}
-    grains = open_bench(place, comm, sections, rest_on_floor(sink)).grains
-    assert grains is not None
-    return grains
+    liggghts = open_bench(place, comm, sections, rest_on_floor(sink)).liggghts
+    assert liggghts is not None
+    return liggghts
 
 
-def tilt_gravity(grains: Grains, angle: float) -> None:
+def tilt_gravity(liggghts: Liggghts, angle: float) -> None:
     """Turn gravity by `angle` [rad] off the vertical towards x; the next `throw` lets it act."""
-    grains.command("unfix gravity")
-    grains.command(f"fix gravity all gravity {GRAVITY} vector {math.sin(angle)!r} 0.0 {-math.cos(angle)!r}")
+    liggghts.command("unfix gravity")
+    liggghts.command(f"fix gravity all gravity {GRAVITY} vector {math.sin(angle)!r} 0.0 {-math.cos(angle)!r}")

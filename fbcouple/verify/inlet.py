@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.simulation.simulation import Scene
+from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.worker import start, take_step
 from fbcouple.verify.harness import FRICTIONLESS, GAS, GLASS, open_bench
 from fbcouple.verify.published import PUBLISHED, Bed
-from fbcouple.verify.registry import Number, scene
+from fbcouple.verify.registry import Number, check
 
 _RAMP = [[0.0, 0.0], [0.05, 0.0], [0.07, 0.2], [0.08, 0.4], [0.08, 0.3], [0.13, 0.3], [0.13, 0.0], [0.15, 0.0]]
 _RAMP += [[0.15, -0.3], [0.19, -0.3]]
@@ -41,13 +41,13 @@ def _find_velocity(time: float) -> float:
     return float(velocities[after - 1] + part * (velocities[after] - velocities[after - 1]))
 
 
-def _average_layers(bench: Scene, values: np.ndarray) -> np.ndarray:
+def _average_layers(bench: Simulation, values: np.ndarray) -> np.ndarray:
     """Mean of cell values over each layer, from the floor up (collective)."""
     sums = np.bincount(bench.owned[:, 2], values, minlength=_CELLS[2])
     return bench.comm.allreduce(sums) / (_CELLS[0] * _CELLS[1])
 
 
-@scene("inlet-ramp", ranks=(2,))
+@check("inlet-ramp", ranks=(2,))
 def inlet_ramp(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """The gas above the bed follows the ramp in every step, and the bed at rest costs Ergun's pressure either way."""
     bench = open_bench(place, comm, _BED)

@@ -17,7 +17,7 @@ from fbcouple.geometry.foam_files import write_polymesh
 from fbcouple.geometry.polymesh import PolyMesh
 from fbcouple.simulation.worker import start, take_step
 from fbcouple.verify.harness import FRICTIONLESS, GAS, GLASS, open_bench
-from fbcouple.verify.registry import Number, scene
+from fbcouple.verify.registry import Number, check
 
 _SPEED, _STEPS = 0.8, 12
 _SIDE, _LENGTH, _TILT = 0.012, 0.024, math.radians(30.0)
@@ -64,7 +64,7 @@ def _make_ring() -> tuple[PolyMesh, np.ndarray, float]:
 _INLETS = {"tilted": _make_tilted, "ring": _make_ring}
 
 
-@scene("inlet-faces", ranks=(2,), variants=tuple(_INLETS), judge=lambda found: (n for v in found.values() for n in v))
+@check("inlet-faces", ranks=(2,), variants=tuple(_INLETS), judge=lambda found: (n for v in found.values() for n in v))
 def inlet_faces(place: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
     """Through a plane inlet that leans by 30 degrees, and one that is a ring of the side wall, with beads before it:
     the gas that comes in, in each step, is the velocity times the area."""
@@ -85,9 +85,9 @@ def inlet_faces(place: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
     off = lost = 0.0
     for _ in range(_STEPS):
         take_step(bench)
-        assert bench.gas_state is not None
-        off = max(off, abs(bench.gas_state.inflow / (_SPEED * area) - 1.0))
-        lost = max(lost, bench.gas_state.lost / (_SPEED * area))
+        assert bench.gas_report is not None
+        off = max(off, abs(bench.gas_report.inflow / (_SPEED * area) - 1.0))
+        lost = max(lost, bench.gas_report.lost / (_SPEED * area))
     least = comm.allreduce(float(bench.coupling.voidage.min()), MPI.MIN)
     yield Number(f"inflow over velocity times area, {variant}", off, 0.0, 1e-12)
     yield Number(f"gas that is lost, of the inflow, {variant}", lost, 0.0, 1e-6)
@@ -97,7 +97,7 @@ def inlet_faces(place: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
 _ROWS, _PERIOD, _PER_ROW = 1000, 0.5, 2
 
 
-@scene("inlet-table")
+@check("inlet-table")
 def inlet_table(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """A sine of 1000 rows about a mean, and a jump after it: the gas of a whole period is the table's integral, for
     steps that divide its rows; each step has the table's value at its end."""

@@ -21,7 +21,7 @@ from fbcouple.coupling.coupling import Coupling, Particles
 from fbcouple.coupling.discretisation import BoxSpace
 from fbcouple.geometry.grid import Grid
 from fbcouple.verify.harness import GAS, GLASS
-from fbcouple.verify.registry import Number, scene
+from fbcouple.verify.registry import Number, check
 
 _GRID = Grid((41, 37, 45), (0.0615, 0.074, 0.09))
 """Cells of 1.5, 2 and 2 mm, an odd number of them: one is in the middle."""
@@ -65,14 +65,14 @@ def _check(smooth: Smooth, expected: np.ndarray, tolerance: float) -> Iterator[N
         )
 
 
-@scene("filter")
+@check("filter")
 def conservative_filter(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Eqs 33 and 34: half a cell squared of variance a pass along each axis, all to 1e-12."""
     scratch = _patch_field(0.0)
     yield from _check(lambda field: filtered(field, _PASSES, scratch), 0.5 * _PASSES * _GRID.spacing**2, 1e-12)
 
 
-@scene("diffusion")
+@check("diffusion")
 def diffusion(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """A bandwidth of b: variance b^2/2 along each axis; 1e-9 of it lies beyond the walls of the box."""
     bandwidth = _WIDTH * _DIAMETER
@@ -133,7 +133,7 @@ def _map(exchange: dict[str, Any], place: np.ndarray) -> np.ndarray:
     return ((1.0 - coupling.voidage) * _GRID.cell_volume / volume).reshape(_GRID.cells)
 
 
-@scene("voidage-width")
+@check("voidage-width")
 def voidage_width(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """A lone particle by each voidage method: whole in a corner, where its mean is, and its variance."""
     offset = np.array([0.5, 0.8, 0.9]) * 1e-3

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.simulation.simulation import Scene
+from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.worker import start
 from fbcouple.verify.harness import GAS, GLASS, blow, open_bench
 
@@ -76,7 +76,7 @@ class HeldBed:
             "gas": GAS | {"inlet_velocity": inlet, "pressure_tolerance": 1e-12},
             "exchange": {"drag": law},
         }
-        edits = {"grains/in.grains": lambda text: text.replace("fix             motion", "# fix             motion")}
+        edits = {"DEM/in.liggghts": lambda text: text.replace("fix             motion", "# fix             motion")}
         kinds = _choose_kinds() if second else None
         if kinds is not None:
             share = float(np.mean(kinds))
@@ -84,11 +84,11 @@ class HeldBed:
         volumes = np.pi / 6 * np.array([GLASS["diameter"], second or GLASS["diameter"]]) ** 3
         self.parts = _count_sites() * volumes / np.prod(SIZE)
         self.voidages = 1.0 - self.parts.sum(axis=1)
-        self.scene: Scene = open_bench(place, comm, sections, lattice_sites(), edits, kinds)
+        self.check: Simulation = open_bench(place, comm, sections, lattice_sites(), edits, kinds)
         self.inlet = inlet
-        start(self.scene)
-        assert self.scene.grains is not None
-        height = self.scene.grains.positions[:, 2] / SIZE[2]
+        start(self.check)
+        assert self.check.liggghts is not None
+        height = self.check.liggghts.positions[:, 2] / SIZE[2]
         self._layer = (height // LAYER).astype(int)
         self._inner = np.abs(height - self._layer * LAYER - _MIDDLE) < 1
 
@@ -98,32 +98,32 @@ class HeldBed:
         The gas comes up with the inlet's velocity; what is wanted beyond that the layer's particles make up by a
         velocity of their own, without moving: the slip counts, not the frame.
         """
-        assert self.scene.grains is not None
-        self.scene.grains.velocities[:, 2] = ((self.inlet - superficial) / self.voidages)[self._layer]
+        assert self.check.liggghts is not None
+        self.check.liggghts.velocities[:, 2] = ((self.inlet - superficial) / self.voidages)[self._layer]
         for _ in range(steps):
-            blow(self.scene)
+            blow(self.check)
 
     @property
     def pressure_losses(self) -> np.ndarray:
         """Pressure per length [Pa/m] in the middle of each layer, shape (layers,)."""
-        assert self.scene.gas is not None
-        p = _average_heights(self.scene.gas.centres, self.scene.gas.pressure)
+        assert self.check.gas is not None
+        p = _average_heights(self.check.gas.centres, self.check.gas.pressure)
         return (p[:, _MIDDLE - 1] - p[:, _MIDDLE]) / SIZE[2]
 
     @property
     def gas_forces(self) -> np.ndarray:
         """Upward force of the gas on a particle [N] in the middle of each layer, the lift of its volume included,
         shape (layers,)."""
-        scene = self.scene
-        assert scene.grains is not None
-        force = scene.grains.gas_force[:, 2]
+        check = self.check
+        assert check.liggghts is not None
+        force = check.liggghts.gas_force[:, 2]
         return np.array([force[self._inner & (self._layer == n)].mean() for n in range(len(VOIDAGES))])
 
     @property
     def found_voidages(self) -> np.ndarray:
         """Voidage of the cells in the middle of each layer, shape (layers, columns)."""
-        assert self.scene.gas is not None and self.scene.coupling is not None
-        return _sort_heights(self.scene.gas.centres, self.scene.coupling.voidage)[:, _MIDDLE]
+        assert self.check.gas is not None and self.check.coupling is not None
+        return _sort_heights(self.check.gas.centres, self.check.coupling.voidage)[:, _MIDDLE]
 
 
 def _sort_heights(centres: np.ndarray, values: np.ndarray) -> np.ndarray:

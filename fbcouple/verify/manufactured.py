@@ -18,10 +18,10 @@ from pathlib import Path
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.simulation.simulation import Scene
+from fbcouple.simulation.simulation import Simulation
 from fbcouple.verify.gas import close_box
 from fbcouple.verify.harness import open_bench
-from fbcouple.verify.registry import Number, scene
+from fbcouple.verify.registry import Number, check
 
 _DENSITY, _VISCOSITY = 1.2, 0.01
 _K = math.pi
@@ -93,11 +93,11 @@ def _source(x: np.ndarray, z: np.ndarray, t: float) -> np.ndarray:
     return source
 
 
-def _open(place: Path, comm: MPI.Comm, cells: int) -> Scene:
+def _open(place: Path, comm: MPI.Comm, cells: int) -> Simulation:
     domain = {"size": [1.0, 1.0 / cells, 1.0], "cells": [cells, 1, cells]}
     gas = {"density": _DENSITY, "viscosity": _VISCOSITY, "inlet_velocity": 0.0, "walls": "slip"}
     gas |= {"pressure_tolerance": 1e-11, "correctors": 3}
-    edits = close_box("type slip;") | {"fluid/0/U": _start_from_exact(cells, close_box("type slip;")["fluid/0/U"])}
+    edits = close_box("type slip;") | {"CFD/0/U": _start_from_exact(cells, close_box("type slip;")["CFD/0/U"])}
     return open_bench(place, comm, {"domain": domain, "gas": gas}, edits=edits)
 
 
@@ -115,7 +115,7 @@ def _start_from_exact(cells: int, edit: Callable[[str], str]) -> Callable[[str],
     return change
 
 
-def _solve(bench: Scene, steps: int) -> np.ndarray:
+def _solve(bench: Simulation, steps: int) -> np.ndarray:
     """Velocity (cells, 3) at the end, after `steps` steps."""
     gas = bench.gas
     assert gas is not None
@@ -138,7 +138,7 @@ def _judge_space(measured: dict[str, list[Number]]) -> Iterator[Number]:
 _MESHES = ("16", "32", "64")
 
 
-@scene("manufactured-space", fast=False, variants=_MESHES, judge=_judge_space)
+@check("manufactured-space", fast=False, variants=_MESHES, judge=_judge_space)
 def space(place: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
     """Error of the velocity on meshes of 16, 32 and 64 cells, the step falling as dx^2: order 2 in space."""
     cells = int(variant)
@@ -158,7 +158,7 @@ def _judge_time(measured: dict[str, list[Number]]) -> Iterator[Number]:
 _STEPS = ("20", "40", "80")
 
 
-@scene("manufactured-time", fast=False, variants=_STEPS, judge=_judge_time)
+@check("manufactured-time", fast=False, variants=_STEPS, judge=_judge_time)
 def time(place: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
     """The same mesh with halved steps: the change of the solution falls with order 1 (Euler)."""
     for number, value in enumerate(_solve(_open(place, comm, 16), int(variant)).ravel().tolist()):

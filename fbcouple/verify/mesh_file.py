@@ -16,7 +16,7 @@ from fbcouple.case.schema.sections import Case
 from fbcouple.verify.conservation import conserve
 from fbcouple.verify.harness import FRICTIONLESS, GAS, GLASS
 from fbcouple.verify.held_mesh import HeldMesh, compare_losses
-from fbcouple.verify.registry import Number, scene
+from fbcouple.verify.registry import Number, check
 
 _FOLDER = Path(__file__).with_name("meshes")
 _DOMAIN: dict[str, Any] = {
@@ -41,7 +41,7 @@ _BED: dict[str, Any] = {
 }
 
 
-@scene("gmsh-fixed-bed", fast=False)
+@check("gmsh-fixed-bed", fast=False)
 def held_in_mesh(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Pressure per length of a held bed in a column that gmsh meshed, voidage 0.5 in its prisms and 0.8 in its
     tetrahedra, against Ergun, within 1 %."""
@@ -51,7 +51,7 @@ def held_in_mesh(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     yield from compare_losses(bed, _SPEEDS, 0.01)
 
 
-@scene("gmsh-conservation", ranks=(1, 2))
+@check("gmsh-conservation", ranks=(1, 2))
 def conserve_in_mesh(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Largest errors over 60 coupled steps in that column: momentum 1e-10 of the drag, solids volume 1e-12, gas mass
     1e-8."""

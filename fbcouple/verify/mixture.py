@@ -17,7 +17,7 @@ from fbcouple.verify.harness import FRICTIONLESS, GAS, GLASS, open_bench
 from fbcouple.verify.impact import look, throw
 from fbcouple.verify.lattice import VOIDAGES, HeldBed
 from fbcouple.verify.published import PUBLISHED, Bed
-from fbcouple.verify.registry import Number, scene
+from fbcouple.verify.registry import Number, check
 
 _SPECIES: dict[str, Any] = GLASS | {
     "mixture": [[0.6e-3, 7800.0, 0.3], [1.5e-3, 900.0, 0.3]],
@@ -31,7 +31,7 @@ _CONTACT: dict[str, Any] = FRICTIONLESS | {
 _SPEED, _EDGE = 1.0, 0.02
 
 
-@scene("impact-mixture")
+@check("impact-mixture")
 def impact_mixture(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Every pair of three species head on, and each against the floor: e of the pair, and momentum kept."""
     contact, particles = Contact.model_validate(_CONTACT), Particles.model_validate(_SPECIES | {"count": 15})
@@ -50,12 +50,12 @@ def impact_mixture(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     domain = {"size": [_EDGE] * 3, "cells": [4, 4, 4]}
     species = _SPECIES | {"mixture": _fit_shares(particles, np.bincount(chosen))}
     sections = {"gravity": 0.0, "domain": domain, "contact": _CONTACT, "particles": species}
-    grains = open_bench(place, comm, sections, positions, kinds=np.array(chosen)).grains
-    assert grains is not None
-    throw(grains, velocities)
+    liggghts = open_bench(place, comm, sections, positions, kinds=np.array(chosen)).liggghts
+    assert liggghts is not None
+    throw(liggghts, velocities)
     # The slowest contact, of the heaviest with the floor, takes 3.5 times as long as the shortest.
-    grains.advance(round(4.5 * _CONTACT["steps_per_contact"]))
-    found = look(grains).velocities[:, 2]
+    liggghts.advance(round(4.5 * _CONTACT["steps_per_contact"]))
+    found = look(liggghts).velocities[:, 2]
     for n, (a, b) in enumerate(pairs):
         low, high = found[2 * n : 2 * n + 2]
         expected = find_pair(contact, kinds[a], kinds[b]).restitution
@@ -75,7 +75,7 @@ def _fit_shares(particles: Particles, counts: np.ndarray) -> list[list[float]]:
     return [[diameter, density, count / int(counts.sum())] for (diameter, density, _), count in rows]
 
 
-@scene("fixed-bed-mixture")
+@check("fixed-bed-mixture")
 def fixed_bed_mixture(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """A held lattice of spheres of 1 and 0.6 mm: each adds the drag of its own size at the common voidage, 1 %."""
     law, sizes = "huilin-gidaspow", (GLASS["diameter"], 0.6e-3)

@@ -12,7 +12,7 @@ from mpi4py import MPI
 
 from fbcouple.verify.harness import FRICTIONLESS, GLASS, open_bench
 from fbcouple.verify.impact import Motion, find_step, look, spread_out, throw
-from fbcouple.verify.registry import Number, scene
+from fbcouple.verify.registry import Number, check
 
 _LEAVES = {5: 0.0, 10: 0.0, 20: 9.767, 30: 21.411, 45: 39.619, 60: 57.711}
 """Angle [deg] from the normal of impact -> of rebound, mu = 0.1, e = 0.97: the tangential velocity loses
@@ -70,12 +70,12 @@ def _strike_floor(
     size = [2 * diameter * (columns + 1), 2 * diameter * (rows + 1), 4 * diameter]
     sections = {"gravity": 0.0, "contact": contact, "particles": particles}
     bench = open_bench(place, comm, sections | {"domain": {"size": size, "cells": [4, 4, 4]}}, positions)
-    assert bench.grains is not None
+    assert bench.liggghts is not None
     along, down = speed * np.sin(angles), speed * np.cos(angles)
-    throw(bench.grains, np.column_stack([along * math.cos(_AZIMUTH), along * math.sin(_AZIMUTH), -down]))
+    throw(bench.liggghts, np.column_stack([along * math.cos(_AZIMUTH), along * math.sin(_AZIMUTH), -down]))
     approach = 1e-4 * diameter / down.min() / find_step(contact, particles)
-    bench.grains.advance(3 * contact["steps_per_contact"] + round(approach))
-    return look(bench.grains)
+    bench.liggghts.advance(3 * contact["steps_per_contact"] + round(approach))
+    return look(bench.liggghts)
 
 
 def _along(motion: Motion) -> np.ndarray:
@@ -83,7 +83,7 @@ def _along(motion: Motion) -> np.ndarray:
     return motion.velocities[:, 0] * math.cos(_AZIMUTH) + motion.velocities[:, 1] * math.sin(_AZIMUTH)
 
 
-@scene("oblique-wall")
+@check("oblique-wall")
 def oblique_wall(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Floor, mu_w = 0.1, e_w = 0.97, no rotation: rebound angles within 0.2 deg; pairs have another mu and e."""
     contact = FRICTIONLESS | {"wall_friction": 0.1, "friction": 0.3, "restitution": 0.9, "steps_per_contact": 50}
@@ -107,35 +107,35 @@ def _strike_pair(
     offset = np.array([0.0, 0.0, 0.5 * GLASS["diameter"]])
     sections = {"gravity": 0.0, "contact": FRICTIONLESS | contact | {"stiffness": 1e6}, "particles": particles}
     bench = open_bench(place, comm, sections, np.concatenate([sites - offset, sites + offset]))
-    assert bench.grains is not None
+    assert bench.liggghts is not None
     half = speed / 2 * np.column_stack([np.sin(np.radians(angles)), np.zeros(count), np.cos(np.radians(angles))])
-    throw(bench.grains, np.concatenate([half, -half]))
-    bench.grains.advance(150)
-    lower, upper = look(bench.grains).velocities.reshape(2, count, 3)
+    throw(bench.liggghts, np.concatenate([half, -half]))
+    bench.liggghts.advance(150)
+    lower, upper = look(bench.liggghts).velocities.reshape(2, count, 3)
     leaves = np.degrees(np.arctan2((lower - upper)[:, 0], (upper - lower)[:, 2]))
     for angle, found in zip(angles, leaves, strict=True):
         yield Number(f"rebound at {angle} deg", found, _LEAVES[angle], 0.2, "deg")
 
 
-@scene("oblique-pair")
+@check("oblique-pair")
 def oblique_pair(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Two spheres, no rotation: the same angles as at the floor, within 0.2 deg; the floor has another mu and e."""
     return _strike_pair(place, comm, {}, {}, list(_LEAVES))
 
 
-@scene("oblique-pair-history")
+@check("oblique-pair-history")
 def oblique_pair_history(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Two spheres that rotate, with tangential history: where they slide all through, the same angles."""
     options = {"tangential": "history", "tangential_stiffness": 0.75}
     return _strike_pair(place, comm, {"rotation": True}, options, [45, 60])
 
 
-@scene("oblique-rotation")
+@check("oblique-rotation")
 def oblique_rotation(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Kharaz: rebound angle within 1 deg and tangential restitution within 0.03, linear spring with history.
 
     What the centre loses in momentum m u the spin has in angular momentum 2/5 m R^2 omega; the measured spins are up
-    to 8 % above what the measured velocities give so, which is why they are no numbers of this scene.
+    to 8 % above what the measured velocities give so, which is why they are no numbers of this check.
     """
     angles = np.radians([*_REBOUND_ANGLE, *_TANGENTIAL_RESTITUTION])
     motion = _strike_floor(place, comm, _SPHERE, _OXIDE, angles, _IMPACT_SPEED)

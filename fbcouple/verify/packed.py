@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.simulation.simulation import Scene
+from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.worker import start, take_step
 from fbcouple.verify.harness import GAS, GLASS, open_bench
 from fbcouple.verify.published import PUBLISHED, Bed
-from fbcouple.verify.registry import Number, scene
+from fbcouple.verify.registry import Number, check
 from fbcouple.verify.rest import lay_column
 
 _WIDTH, _LAYERS, _PITCH = 6, 14, 1.04
@@ -27,7 +27,7 @@ _EXCESS = 0.25
 """Pressure drop of the bed that was left to flow over that of the one that stood, less 1."""
 
 
-def _open(place: Path, comm: MPI.Comm, law: str) -> Scene:
+def _open(place: Path, comm: MPI.Comm, law: str) -> Simulation:
     edge = _WIDTH * _PITCH * GLASS["diameter"]
     ramp = [[0.0, 0.0], [_SETTLE, 0.0], [_SETTLE + _RAMP, _FAST]]
     contact = {"restitution": 0.9, "wall_restitution": 0.9, "friction": 0.5, "wall_friction": 0.5, "stiffness": 200.0}
@@ -42,7 +42,7 @@ def _open(place: Path, comm: MPI.Comm, law: str) -> Scene:
     return open_bench(place, comm, sections, lay_column(_LAYERS, _WIDTH, _PITCH))
 
 
-def _measure(bench: Scene) -> Iterator[tuple[float, float, np.ndarray]]:
+def _measure(bench: Simulation) -> Iterator[tuple[float, float, np.ndarray]]:
     """Superficial velocity [m/s], pressure drop [Pa] and voidage of each cell in each step of the ramp."""
     assert bench.gas is not None and bench.coupling is not None
     order = np.argsort(bench.gas.centres[:, 2])
@@ -80,4 +80,4 @@ def compare(measured: dict[str, list[Number]]) -> Iterator[Number]:
         yield Number(name, flowed.value / stood.value, 1.0 + _EXCESS, 0.15)
 
 
-scene("packed-branch", fast=False, variants=_LAWS, judge=compare)(packed_branch)
+check("packed-branch", fast=False, variants=_LAWS, judge=compare)(packed_branch)

@@ -1,4 +1,4 @@
-"""One scene in processes of its own: `mpirun -n RANKS python -m fbcouple.verify.process SCENE FOLDER [VARIANT]`."""
+"""One check in processes of its own: `mpirun -n RANKS python -m fbcouple.verify.process SCENE FOLDER [VARIANT]`."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from pathlib import Path
 
 from mpi4py import MPI
 
-from fbcouple.verify.registry import load_scenes
+from fbcouple.verify.registry import load_checks
 
 NUMBERS = "numbers.json"
 
 
 def main() -> None:
-    """Run the scene and write its numbers; a failure ends all ranks with its traceback."""
+    """Run the check and write its numbers; a failure ends all ranks with its traceback."""
     name, place = sys.argv[1], Path(sys.argv[2]).resolve()
     try:
-        numbers = list(load_scenes()[name].function(place, MPI.COMM_WORLD, *sys.argv[3:]))
+        numbers = list(load_checks()[name].function(place, MPI.COMM_WORLD, *sys.argv[3:]))
     except BaseException:
         traceback.print_exc()
         sys.stderr.flush()

@@ -1,6 +1,6 @@
-"""Scenes by name. To add one: a generator of `Number` under `@scene("name")` in a module listed in `MODULES`.
+"""Scenes by name. To add one: a generator of `Number` under `@check("name")` in a module listed in `MODULES`.
 
-A scene runs in a process of its own (a solver is opened once a process), on `ranks` MPI ranks. `fast` scenes make up
+A check runs in a process of its own (a solver is opened once a process), on `ranks` MPI ranks. `fast` checks make up
 the subset that every test run does.
 """
 
@@ -56,9 +56,9 @@ class Number:
         allowed = self.tolerance * abs(self.expected) if self.relative else self.tolerance
         return abs(self.value - self.expected) <= allowed
 
-    def as_row(self, scene: str, seconds: float) -> dict[str, Any]:
+    def as_row(self, check: str, seconds: float) -> dict[str, Any]:
         """A row of the `verify --json` table."""
-        row = asdict(self) | {"name": f"{scene}: {self.name}", "passed": self.passed, "seconds": seconds}
+        row = asdict(self) | {"name": f"{check}: {self.name}", "passed": self.passed, "seconds": seconds}
         return row | {"tolerance": self.tolerance * abs(self.expected) if self.relative else self.tolerance}
 
 
@@ -67,10 +67,10 @@ Judge = Callable[[dict[str, list[Number]]], Iterator[Number]]
 
 
 @dataclass(frozen=True)
-class Scene:
-    """A scene of the suite: what it does, on how many ranks, and whether it is in the fast subset.
+class Check:
+    """A check of the suite: what it does, on how many ranks, and whether it is in the fast subset.
 
-    With `variants` the function runs once for each, in a process of its own, and `judge` makes the scene's numbers
+    With `variants` the function runs once for each, in a process of its own, and `judge` makes the check's numbers
     from theirs: an order of convergence from the errors of several meshes.
     """
 
@@ -82,29 +82,29 @@ class Scene:
     judge: Judge | None = None
 
 
-SCENES: dict[str, Scene] = {}
+CHECKS: dict[str, Check] = {}
 
 
-def scene(
+def check(
     name: str,
     ranks: tuple[int, ...] = (1,),
     fast: bool = True,
     variants: tuple[str, ...] = (),
     judge: Judge | None = None,
 ) -> Callable[[Function], Function]:
-    """Register a scene; its function gets an empty folder, the communicator and its variant if there are variants,
+    """Register a check; its function gets an empty folder, the communicator and its variant if there are variants,
     and yields its numbers, the same on all ranks."""
 
     def register(function: Function) -> Function:
-        assert name not in SCENES, f"two scenes have the name {name}"
-        SCENES[name] = Scene(name, function, ranks, fast, variants, judge)
+        assert name not in CHECKS, f"two checks have the name {name}"
+        CHECKS[name] = Check(name, function, ranks, fast, variants, judge)
         return function
 
     return register
 
 
-def load_scenes() -> dict[str, Scene]:
-    """Every registered scene by name."""
+def load_checks() -> dict[str, Check]:
+    """Every registered check by name."""
     for module in MODULES:
         import_module(f"fbcouple.verify.{module}")
-    return SCENES
+    return CHECKS

@@ -12,9 +12,9 @@ import numpy as np
 from mpi4py import MPI
 
 from fbcouple.case.bed.derived import dem_step
-from fbcouple.solvers.liggghts import Grains
+from fbcouple.solvers.liggghts import Liggghts
 from fbcouple.verify.harness import GLASS, open_bench
-from fbcouple.verify.registry import Number, scene
+from fbcouple.verify.registry import Number, check
 
 _DIAMETER = GLASS["diameter"]
 _SOFT = {"stiffness": 100.0}
@@ -46,24 +46,24 @@ def lay_column(layers: int, width: int, pitch: float) -> np.ndarray:
     return ((sites + 0.5) * pitch + shift) * _DIAMETER
 
 
-def _advance(grains: Grains, step: float) -> Callable[[float], None]:
+def _advance(liggghts: Liggghts, step: float) -> Callable[[float], None]:
     """A function that takes DEM steps up to a time [s]."""
     taken = 0
 
     def advance(time: float) -> None:
         nonlocal taken
         steps = round(time / step) - taken
-        grains.advance(steps, first=not taken)
+        liggghts.advance(steps, first=not taken)
         taken += steps
 
     return advance
 
 
-def _find_speed(grains: Grains) -> float:
+def _find_speed(liggghts: Liggghts) -> float:
     """Speed [m/s], with that of the rotation, R omega sqrt(2/5), that nine of ten particles are below: a few rattle in
     their cages for long."""
-    spin = 0.4 * (grains.radii**2)[:, None] * grains.angular_velocities**2
-    return float(np.quantile(np.sqrt((grains.velocities**2 + spin).sum(axis=1)), 0.9))
+    spin = 0.4 * (liggghts.radii**2)[:, None] * liggghts.angular_velocities**2
+    return float(np.quantile(np.sqrt((liggghts.velocities**2 + spin).sum(axis=1)), 0.9))
 
 
 def settled_bed(place: Path, comm: MPI.Comm, model: str) -> Iterator[Number]:
@@ -74,19 +74,19 @@ def settled_bed(place: Path, comm: MPI.Comm, model: str) -> Iterator[Number]:
     domain = {"size": [edge, edge, 1.3 * layers * _DIAMETER], "cells": [2, 2, 4], "periodic": ("x", "y")}
     sections = {"domain": domain, "particles": GLASS | {"rotation": True}, "contact": _SETTLED[model]}
     bench = open_bench(place, comm, sections, lay_column(layers, width, pitch))
-    assert bench.grains is not None and bench.case.contact is not None and bench.case.particles is not None
-    advance = _advance(bench.grains, dem_step(bench.case.contact, bench.case.particles))
+    assert bench.liggghts is not None and bench.case.contact is not None and bench.case.particles is not None
+    advance = _advance(bench.liggghts, dem_step(bench.case.contact, bench.case.particles))
     advance(_WATCHED)
-    before = 2.0 * float(bench.grains.positions[:, 2].mean())
+    before = 2.0 * float(bench.liggghts.positions[:, 2].mean())
     advance(_END)
-    after = 2.0 * float(bench.grains.positions[:, 2].mean())
-    yield Number(f"speed of nine of ten particles at {_END} s", _find_speed(bench.grains), 0.0, 1e-4, "m s-1")
+    after = 2.0 * float(bench.liggghts.positions[:, 2].mean())
+    yield Number(f"speed of nine of ten particles at {_END} s", _find_speed(bench.liggghts), 0.0, 1e-4, "m s-1")
     yield Number(f"settling from {_WATCHED} to {_END} s", before - after, 0.0, 2e-6, "m")
     yield Number("settled height", after, _HEIGHT, 0.015, "m", relative=True)
 
 
 for _model in _SETTLED:
-    scene(f"settled-bed-{_model}")(partial(settled_bed, model=_model))
+    check(f"settled-bed-{_model}")(partial(settled_bed, model=_model))
 
 
 def _find_slope(positions: np.ndarray) -> float:
@@ -108,15 +108,15 @@ def heap(place: Path, comm: MPI.Comm, law: str) -> Iterator[Number]:
         "contact": _GLASSY | _SOFT | {"tangential": law, "steps_per_contact": 6},
     }
     bench = open_bench(place, comm, sections, positions)
-    assert bench.grains is not None and bench.case.contact is not None and bench.case.particles is not None
-    advance = _advance(bench.grains, dem_step(bench.case.contact, bench.case.particles))
+    assert bench.liggghts is not None and bench.case.contact is not None and bench.case.particles is not None
+    advance = _advance(bench.liggghts, dem_step(bench.case.contact, bench.case.particles))
     advance(0.3)
-    before = _find_slope(bench.grains.positions)
+    before = _find_slope(bench.liggghts.positions)
     advance(0.6)
     expected, tolerance = _LAWS[law]
     yield Number(
         "change of the slope from 0.3 to 0.6 s",
-        _find_slope(bench.grains.positions) - before,
+        _find_slope(bench.liggghts.positions) - before,
         expected,
         tolerance,
         "deg",
@@ -124,4 +124,4 @@ def heap(place: Path, comm: MPI.Comm, law: str) -> Iterator[Number]:
 
 
 for _law in _LAWS:
-    scene(f"heap-{_law}")(partial(heap, law=_law))
+    check(f"heap-{_law}")(partial(heap, law=_law))

@@ -1,6 +1,6 @@
 """Figures 3 and 4 of the paper: a sphere against a wall, by LIGGGHTS and by the schemes of the paper in plain NumPy.
 
-The case `single-impact` is the same scene, whose curves `fbcouple post` draws.
+The case `single-impact` is the same check, whose curves `fbcouple post` draws.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from fbcouple.case.bed import derived
 from fbcouple.physics.contact import Impact, contact_time
 from fbcouple.verify.harness import FRICTIONLESS, GLASS, open_bench
 from fbcouple.verify.impact import look, parts, throw
-from fbcouple.verify.registry import Number, scene
+from fbcouple.verify.registry import Number, check
 
 _RESTITUTION, _SPEED, _PHASES = 0.97, 1.0, 40
 _IMPACT = Impact(_RESTITUTION)
@@ -35,21 +35,21 @@ def collide(place: Path, comm: MPI.Comm, per_contact: int) -> tuple[np.ndarray, 
     duration = contact_time(section.stiffness, derived.particle_mass(particles), _RESTITUTION)
     radius = GLASS["diameter"] / 2
     sections: dict[str, Any] = {"gravity": 0.0, "contact": contact}
-    grains = open_bench(place, comm, sections, np.array([[0.01, 0.01, radius]])).grains
-    assert grains is not None
-    grains.command(f"timestep {duration / per_contact!r}")
-    throw(grains, np.array([[0.0, 0.0, -_SPEED]]))
+    liggghts = open_bench(place, comm, sections, np.array([[0.01, 0.01, radius]])).liggghts
+    assert liggghts is not None
+    liggghts.command(f"timestep {duration / per_contact!r}")
+    throw(liggghts, np.array([[0.0, 0.0, -_SPEED]]))
     overlaps, velocities = [0.0], [1.0]
     for _ in range(per_contact):
-        grains.advance(1)
-        motion = look(grains)
+        liggghts.advance(1)
+        motion = look(liggghts)
         overlaps.append(radius - float(motion.positions[0, 2]))
         velocities.append(-float(motion.velocities[0, 2]) / _SPEED)
     natural = math.sqrt(section.stiffness / derived.particle_mass(particles))
     return np.array(overlaps) * natural / (_SPEED * _IMPACT.largest), np.array(velocities)
 
 
-@scene("figure-4")
+@check("figure-4")
 def figure_4(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """LIGGGHTS at T_C/60 on eqs 43-44 within 1 %; what the paper's schemes make of e = 0.97, by their entry phases."""
     steps = 60

@@ -20,10 +20,10 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.simulation.simulation import Scene
+from fbcouple.simulation.simulation import Simulation
 from fbcouple.verify.gas import Edits, set_patches
 from fbcouple.verify.harness import open_bench
-from fbcouple.verify.registry import Number, scene
+from fbcouple.verify.registry import Number, check
 
 _CELL, _VISCOSITY, _RATE = 0.01, 1e-5, 10.0
 """Edge of a cell [m], dynamic viscosity [Pa s] of gas of density 1, and rate of shear or strain [1/s]."""
@@ -58,17 +58,17 @@ def start_from(velocity: np.ndarray, entries: dict[str, str], text: str) -> str:
     return set_patches(entries)(re.sub(r"internalField.*?;", lambda _: field, text, flags=re.DOTALL))
 
 
-def _open(place: Path, comm: MPI.Comm, model: str, cells: tuple[int, int, int], flow: Flow) -> Scene:
+def _open(place: Path, comm: MPI.Comm, model: str, cells: tuple[int, int, int], flow: Flow) -> Simulation:
     """A box of gas with the sub-grid model `model` that starts in `flow`."""
     velocity, entries, sides = flow
     cyclic = dict.fromkeys(("left", "right"), "type cyclic;") if sides == "cyclic" else {}
     edits: Edits = {
-        "fluid/system/blockMeshDict": partial(name_sides, sides),
-        "fluid/system/controlDict": lambda text: text.replace("binary", "ascii"),
-        "fluid/0/U": partial(start_from, velocity, entries | cyclic),
+        "CFD/system/blockMeshDict": partial(name_sides, sides),
+        "CFD/system/controlDict": lambda text: text.replace("binary", "ascii"),
+        "CFD/0/U": partial(start_from, velocity, entries | cyclic),
     }
     scalars = {"p", "voidage", "nut"} | {"keqn": {"k"}, "dynamic-lagrangian": {"flm", "fmm"}}.get(model, set())
-    edits |= {f"fluid/0/{name}": set_patches(_ZERO_GRADIENT | cyclic) for name in scalars}
+    edits |= {f"CFD/0/{name}": set_patches(_ZERO_GRADIENT | cyclic) for name in scalars}
     gas = {"density": 1.0, "viscosity": _VISCOSITY, "inlet_velocity": 0.0, "turbulence": model}
     gas |= {"pressure_tolerance": 1e-10}
     domain = {"size": [_CELL * n for n in cells], "cells": list(cells)}
@@ -111,7 +111,7 @@ def _vortices() -> Flow:
 
 def _read(name: str, cells: tuple[int, int, int], margin: int = 0) -> np.ndarray:
     """The written scalar field `name` as (z, y, x), without `margin` cells at each wall."""
-    newest = max((path for path in Path("fluid").iterdir() if re.fullmatch(r"[\d.e+-]+", path.name)), key=_as_time)
+    newest = max((path for path in Path("CFD").iterdir() if re.fullmatch(r"[\d.e+-]+", path.name)), key=_as_time)
     text = (newest / name).read_text(encoding="utf-8")
     inside = text[text.index("internalField") : text.index("boundaryField")]
     if "nonuniform" in inside:
@@ -131,7 +131,7 @@ def _farthest(values: np.ndarray, expected: np.ndarray | float) -> float:
     return float(values.ravel()[np.abs(values - expected).argmax()])
 
 
-def _hold(bench: Scene, velocity: np.ndarray, steps: int, dt: float) -> None:
+def _hold(bench: Simulation, velocity: np.ndarray, steps: int, dt: float) -> None:
     assert bench.gas is not None
     drag = _DENSE * bench.gas.volumes[:, None] * np.column_stack([np.ones(len(velocity)), velocity])
     for _ in range(steps):
@@ -231,5 +231,5 @@ def _run(place: Path, comm: MPI.Comm, variant: str, model: str) -> Iterator[Numb
 
 
 for _model, _flows in _FLOWS.items():
-    _register: Any = scene(f"turbulence-{_model}", variants=tuple(_flows), judge=_collect)
+    _register: Any = check(f"turbulence-{_model}", variants=tuple(_flows), judge=_collect)
     _register(partial(_run, model=_model))

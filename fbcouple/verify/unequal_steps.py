@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.simulation.simulation import Scene
+from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.worker import start
 from fbcouple.verify.harness import FRICTIONLESS, open_bench, take_steps
-from fbcouple.verify.registry import Number, scene
+from fbcouple.verify.registry import Number, check
 
 _UNEQUAL = (6, 2, 1, 9)
 _ROUNDS = 15
@@ -88,7 +88,7 @@ def settle(place: Path, comm: MPI.Comm, steps: str, cloud: Cloud) -> Iterator[Nu
     kept, momentum, solids, displaced = [], 0.0, 0.0, 0.0
     volume, voidage = None, _keep_voidage(bench)
     for _ in take_steps(bench, _take_rounds(_STEPS[steps])):
-        momentum = max(momentum, bench.balance.momentum_error)
+        momentum = max(momentum, bench.conservation.momentum_error)
         volume = volume or _find_solids(bench)
         solids = max(solids, abs(_find_solids(bench) / volume - 1.0))
         displaced = max(displaced, _check_displaced(bench, voidage) / volume)
@@ -113,28 +113,28 @@ def _take_rounds(steps: Sequence[int]) -> Iterator[int]:
         left -= step
 
 
-def _find_solids(bench: Scene) -> float:
+def _find_solids(bench: Simulation) -> float:
     assert bench.coupling is not None
     return bench.comm.allreduce(bench.cells.add_up(1.0 - bench.coupling.voidage))
 
 
-def _keep_voidage(bench: Scene) -> np.ndarray:
+def _keep_voidage(bench: Simulation) -> np.ndarray:
     assert bench.gas is not None
     return bench.gas.voidage.copy()
 
 
-def _check_displaced(bench: Scene, before: np.ndarray) -> float:
+def _check_displaced(bench: Simulation, before: np.ndarray) -> float:
     """How far off [m3] is what the adapter says that the step displaced too much or too little?"""
-    assert bench.gas is not None and bench.gas_state is not None
+    assert bench.gas is not None and bench.gas_report is not None
     change = float(np.abs((bench.gas.voidage - before) * bench.gas.volumes).sum())
     wrong = abs(bench.dt / bench.moved - 1.0) * bench.comm.allreduce(change)
-    return abs(bench.gas_state.displaced_wrongly - wrong)
+    return abs(bench.gas_report.displaced_wrongly - wrong)
 
 
-def _look_inside(bench: Scene, cloud: Cloud) -> tuple[float, float]:
+def _look_inside(bench: Simulation, cloud: Cloud) -> tuple[float, float]:
     """Mean downward velocity [m/s] and pressure gradient [Pa/m] in the middle third of the cloud."""
-    assert bench.grains is not None and bench.gas is not None
-    z, speed = bench.grains.positions[:, 2], -bench.grains.velocities[:, 2]
+    assert bench.liggghts is not None and bench.gas is not None
+    z, speed = bench.liggghts.positions[:, 2], -bench.liggghts.velocities[:, 2]
     heights, reach = bench.gas.centres[:, 2], _LAYERS * cloud.cell / 12
     near, cells = np.abs(z - z.mean()) < reach, np.abs(heights - z.mean()) < reach
     return float(speed[near].mean()), -float(np.polyfit(heights[cells], bench.gas.pressure[cells], 1)[0])
@@ -147,13 +147,13 @@ def _compare(measured: dict[str, list[Number]], near: float, slope: float) -> It
     yield from measured["unequal"][2:]
 
 
-@scene("unequal-steps", variants=tuple(_STEPS), judge=partial(_compare, near=1e-4, slope=1e-4))
+@check("unequal-steps", variants=tuple(_STEPS), judge=partial(_compare, near=1e-4, slope=1e-4))
 def unequal_steps(place: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
     """A cloud in oil, steps of a dozen response times of a particle: as fast and as much pressure as in equal ones."""
     yield from settle(place, comm, variant, _OIL)
 
 
-@scene("unequal-steps-water", fast=False, variants=tuple(_STEPS), judge=partial(_compare, near=1e-3, slope=1e-2))
+@check("unequal-steps-water", fast=False, variants=tuple(_STEPS), judge=partial(_compare, near=1e-3, slope=1e-2))
 def unequal_steps_water(place: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
     """The same in water with virtual mass; pressure goes up and down by a hundredth as layers pass the cells' faces."""
     yield from settle(place, comm, variant, _WATER)

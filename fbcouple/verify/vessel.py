@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.simulation.simulation import Scene
+from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.worker import start, take_step
 from fbcouple.verify.harness import FRICTIONLESS, GAS, GLASS, open_bench
-from fbcouple.verify.registry import Number, scene
+from fbcouple.verify.registry import Number, check
 
 _VESSEL: dict[str, Any] = {
     "domain": {"size": [0.012, 0.006, 0.024], "cells": [6, 3, 12]},
@@ -25,7 +25,7 @@ _VESSEL: dict[str, Any] = {
 _STEPS = 120
 
 
-@scene("closed-vessel", ranks=(1, 2))
+@check("closed-vessel", ranks=(1, 2))
 def closed_vessel(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Upward volume flow of the gas against the downward one of the solids, summed over all cells, in each of 120
     steps of a bed that falls: d(eps)/dt + div(eps u) = 0 between walls makes both the same. The solids' flow is that of
@@ -36,26 +36,26 @@ def closed_vessel(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     before = _lift(bench)
     for _ in range(_STEPS):
         take_step(bench)
-        assert bench.gas_state is not None
+        assert bench.gas_report is not None
         now = _lift(bench)
         solids, gas = (now - before) / bench.moved, _flow(bench)
         driven, fallen, before = driven + gas * bench.dt, fallen + now - before, now
         fastest = max(fastest, abs(gas))
         worst = max(worst, abs(gas - solids))
-        leaving = max(leaving, bench.gas_state.lost)
+        leaving = max(leaving, bench.gas_report.lost)
     yield Number("gas up less solids down, of the largest flow", worst / fastest, 0.0, 1e-9)
     yield Number("volume of gas up over that of solids down", driven / fallen, 1.0, 0.01)
     yield Number("gas that is lost", leaving * bench.grid.size[2] / fastest, 0.0, 1e-9)
 
 
-def _lift(bench: Scene) -> float:
+def _lift(bench: Simulation) -> float:
     """Sum of height times gas volume over all cells [m4]."""
     assert bench.gas is not None
     height = bench.grid.centres(2)[bench.owned[:, 2]]
     return bench.comm.allreduce(float(height @ bench.gas.voidage)) * bench.grid.cell_volume
 
 
-def _flow(bench: Scene) -> float:
+def _flow(bench: Simulation) -> float:
     """Sum of eps u_z over the volume [m4 s-1]."""
     assert bench.gas is not None
     upward = np.ascontiguousarray(bench.gas.state[:, 2])

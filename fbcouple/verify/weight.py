@@ -17,7 +17,7 @@ from fbcouple.case.bed.particle_types import solids_volume
 from fbcouple.simulation.worker import start, take_step
 from fbcouple.verify.harness import FRICTIONLESS, GAS, open_bench
 from fbcouple.verify.published import PUBLISHED, Bed
-from fbcouple.verify.registry import Number, scene
+from fbcouple.verify.registry import Number, check
 
 _DIAMETER, _DENSITY, _GRAVITY = 1e-4, 1000.0, 9.81
 _VELOCITY = 0.00488
@@ -62,20 +62,20 @@ def _judge(measured: dict[str, list[Number]]) -> Iterator[Number]:
         yield from numbers
 
 
-@scene("bed-weight", fast=False, variants=_COUNTS, judge=_judge)
+@check("bed-weight", fast=False, variants=_COUNTS, judge=_judge)
 def bed_weight(place: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
     """Three masses, quietly fluidized: mean pressure drop against weight less buoyancy over the floor, 1 %."""
     bench = open_bench(place, comm, _lay_out(int(variant)))
-    assert bench.grains is not None and bench.case.particles is not None
+    assert bench.liggghts is not None and bench.case.particles is not None
     start(bench)
     elapsed = pressure = support = height = 0.0
     while bench.clock.time < _END:
         take_step(bench)
-        if bench.clock.time > _SETTLE and bench.gas_state:
+        if bench.clock.time > _SETTLE and bench.gas_report:
             elapsed += bench.dt
-            pressure += bench.dt * bench.gas_state.inlet_pressure
-            support += bench.dt * bench.balance.support
-            height += bench.dt * 2.0 * float(bench.grains.positions[:, 2].mean())
+            pressure += bench.dt * bench.gas_report.inlet_pressure
+            support += bench.dt * bench.conservation.support
+            height += bench.dt * 2.0 * float(bench.liggghts.positions[:, 2].mean())
     volume = solids_volume(bench.case.particles)
     expected = volume * (_DENSITY - GAS["density"]) * _GRAVITY / _SIDE**2
     about = f"{variant} particles"

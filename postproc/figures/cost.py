@@ -9,7 +9,7 @@ from fbcouple.postproc.figures.registry import figure
 from fbcouple.postproc.style import BLUE, COLUMN, ORANGE, inset_axes, new_figure
 from fbcouple.results.reader import NotDrawableError, Results
 
-SOLVERS = ("grains", "gas")  # time inside the solvers' own steps; every other stage is the coupling
+SOLVERS = ("dem", "cfd")  # time inside the solvers' own steps; every other stage is the coupling
 
 
 def stage_seconds(results: Results) -> dict[str, float]:

@@ -40,7 +40,7 @@ def moment_slices(results: Results) -> Figure:
     """Solids fraction of one moment on slices at y/D = 0.2, 0.5 and 0.8: that of t U_f/d_p = 12 000, or the last."""
     frame = read_frame(_choose_moment(results, list_frames(results)))
     if frame.voidage is None:
-        raise NotDrawableError([f"the frames of {results.path.parent} have no voidage: the scene has no gas."])
+        raise NotDrawableError([f"the frames of {results.path.parent} have no voidage: the case has no gas."])
     axes = {axis: results.data[axis].values for axis in "zyx"}
     field = xr.DataArray(1.0 - frame.voidage.astype(float), dims=tuple("zyx"), coords=axes)
     panels = [Panel(results, cut, name, None) for name, cut in _cut(field)]

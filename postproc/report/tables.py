@@ -177,7 +177,7 @@ def tabulate_monitors(results: Results) -> Rows:
             try:
                 rows.append(asdict(function(results)))
             except NotDrawableError:
-                continue  # time means that do not exist yet, or a scene without gas: the figures say so
+                continue  # time means that do not exist yet, or a case without gas: the figures say so
     return rows
 
 

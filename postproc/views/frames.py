@@ -28,7 +28,7 @@ _SHAPES: dict[str, tuple[str, ...]] = {
 @dataclass(frozen=True)
 class Frame:
     """One moment: `time` [s]; of particles positions [m] and velocities [m/s] (n, 3) and diameters [m] (n,); of the gas
-    `voidage` (z, y, x) and velocity (component, z, y, x) [m/s] in the cells, None in a scene without gas."""
+    `voidage` (z, y, x) and velocity (component, z, y, x) [m/s] in the cells, None in a case without gas."""
 
     time: float
     positions: np.ndarray

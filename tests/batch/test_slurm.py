@@ -102,14 +102,14 @@ def test_array_job_does_every_run(slurm, tmp_path):
 def test_failed_run_ends_its_chain(slurm, tmp_path):
     (tmp_path / "case.toml").write_text(CASE)
     call("setup", tmp_path / "case.toml", "-o", tmp_path / "run")
-    deck = tmp_path / "run/grains/in.grains"
+    deck = tmp_path / "run/DEM/in.liggghts"
     deck.write_text(deck.read_text() + "nonsense\n")
     call("batch", tmp_path / "run", "--scheduler", "slurm", "--time", "00:10:00", "--memory", 900, "--chain", 3)
     hand_in(tmp_path / "run", slurm)
     await_end(slurm, 120.0)
     assert (tmp_path / "run/batch/state").read_text() == "1\n"
     outputs = sorted((tmp_path / "run/batch").glob("slurm-*.out"))
-    assert len(outputs) == 3 and "in.grains" in outputs[0].read_text()
+    assert len(outputs) == 3 and "in.liggghts" in outputs[0].read_text()
     assert [path.read_text() for path in outputs[1:]] == ["", ""]
 
 

@@ -98,11 +98,11 @@ def test_overhead_on_two_ranks(tmp_path):
     assert [row["rank"] for row in found["ranks"]] == [0, 1]
     assert sum(row["particles"] for row in found["ranks"]) == 50 and sum(row["cells"] for row in found["ranks"]) == 150
     (total,) = found["total"]
-    assert all(row["grains alone"] > 0 and row["gas alone"] > 0 for row in found["ranks"])
+    assert all(row["dem alone"] > 0 and row["cfd alone"] > 0 for row in found["ranks"])
     assert total["wall_over_floors"] == pytest.approx(total["wall_seconds"] / total["floor_seconds"])
     for row in found["ranks"]:
         assert sum(row[stage] for stage in STAGES) <= total["wall_seconds"] * 1.001
-        assert row["grains"] > 0 and row["gas"] > 0
+        assert row["dem"] > 0 and row["cfd"] > 0
 
 
 FORCES = ["exchange.lift_force=true", "exchange.viscous_force=true", "exchange.virtual_mass=true"]
@@ -149,8 +149,8 @@ def test_what_is_left_out_is_held_nowhere_and_takes_no_time():
     exchange = {"map", "drag", "record"}  # record: the snapshots, which need both phases
     assert lost("gas", "libraries") == {"libOpenFOAM"} and lost("particles", "libraries") == {"libliggghts"}
     assert lost("gas", "parts") == {"gas", "coupling", "forces"} and lost("gas", "stages") == {"gas", *exchange}
-    assert lost("particles", "parts") == {"grains", "coupling", "forces"}
-    assert lost("particles", "stages") == {"grains", *exchange, "react"}
+    assert lost("particles", "parts") == {"liggghts", "coupling", "forces"}
+    assert lost("particles", "stages") == {"dem", *exchange, "react"}
     assert lost("averages", "parts") == {"averaging"} and lost("averages", "stages") == {"average"}
     assert lost("extra forces", "parts") == {"forces"} and not lost("extra forces", "stages")
     assert lost("all of these", "parts") == {"averaging", "forces"}
@@ -188,7 +188,7 @@ def test_peer_has_all_particles_and_the_same_step(tmp_path):
 def test_lammps_has_the_tables_steps_and_lists_of_the_deck(tmp_path):
     (tmp_path / "case.toml").write_text(BED)
     case = load_case(str(tmp_path))
-    deck = render_decks(case)["grains/in.grains"]
+    deck = render_decks(case)["DEM/in.liggghts"]
     write_lammps(case, tmp_path / "lammps", np.arange(12.0).reshape(2, 6), 40)
     written = (tmp_path / "lammps/in.bed").read_text()
 

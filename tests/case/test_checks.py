@@ -25,7 +25,7 @@ def change(case: Case, **sections: object) -> Case:
 
 @pytest.fixture(scope="module")
 def good() -> Case:
-    """The shipped case without its snapshots and frames, which another scene could not have."""
+    """The shipped case without its snapshots and frames, which another case could not have."""
     return load_case("patil/c2").model_copy(update={"output": Output()})
 
 

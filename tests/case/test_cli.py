@@ -206,7 +206,7 @@ def test_setup_keeps_the_positions_beside_the_case(spoil, call, tmp_path):
     (tmp_path / "seed.csv").write_text("x,y,z\n0.02,0.005,0.01\n0.03,0.005,0.01\n")
     assert call("setup", path, "-o", tmp_path / "run").exit_code == 0
     assert load_case(str(tmp_path / "run")) == load_case(str(path))
-    atoms = [line.split() for line in (tmp_path / "run/grains/particles.data").read_text().splitlines()]
+    atoms = [line.split() for line in (tmp_path / "run/DEM/particles.data").read_text().splitlines()]
     np.testing.assert_array_equal(np.array(atoms[-1][-3:], dtype=float), [0.03, 0.005, 0.01])
 
 
@@ -222,13 +222,13 @@ def test_run_hands_its_options_to_the_launcher(call, tmp_path, monkeypatch):
     def launch(run, ranks, watch, until, fresh, **others):
         asked.append((run, ranks, until, fresh))
         for step in range(3):
-            watch({"time": 0.01 * step, "steps": step, "wall": {"grains": 2.0, "gas": 1.0, "map": 1.0}})
+            watch({"time": 0.01 * step, "steps": step, "wall": {"dem": 2.0, "cfd": 1.0, "map": 1.0}})
 
     monkeypatch.setattr("fbcouple.launcher.launch.launch", launch)
     assert call("setup", "patil/demo", "-o", "run").exit_code == 0
     result = call("run", "run", "-n", 2, "--until", 0.02, "--fresh")
     assert result.exit_code == 0 and asked == [(Path("run"), 2, 0.02, True)]
-    assert ["grains", "6.0", "50.0", "%"] in [line.split() for line in result.stdout.splitlines()]
+    assert ["dem", "6.0", "50.0", "%"] in [line.split() for line in result.stdout.splitlines()]
     assert "not in a solver" in result.stdout and "25.0 %" in result.stdout
 
 

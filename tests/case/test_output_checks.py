@@ -1,4 +1,4 @@
-"""[output]: snapshots that the scene cannot give, references that cannot be read, and their way into the run folder."""
+"""[output]: snapshots that the case cannot give, references that cannot be read, and their way into the run folder."""
 
 import pytest
 
@@ -17,7 +17,7 @@ def test_snapshots_need_both_phases(spoil):
     text = path.read_text()
     path.write_text(text[: text.index("[gas]")] + text[text.index("[particles]") : text.index("[exchange]")])
     (problem,) = problems_of(path, "output.snapshots_every=0.01")
-    assert "output.snapshots_every: 0.01 s is given and the scene has no [gas]" in problem
+    assert "output.snapshots_every: 0.01 s is given and the case has no [gas]" in problem
 
 
 def test_too_many_snapshots_are_refused():
@@ -72,7 +72,7 @@ def test_they_need_particles(spoil, setting):
     text = path.read_text()
     path.write_text(text[: text.index("[particles]")] + text[text.index("[averages]") : text.index("[output]")])
     (problem,) = problems_of(path, setting)
-    assert "the scene has no [particles]" in problem
+    assert "the case has no [particles]" in problem
 
 
 @pytest.mark.parametrize(

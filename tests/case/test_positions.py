@@ -63,7 +63,7 @@ def test_each_particle_has_the_size_that_its_row_gives(bed, tmp_path, column):
     given = sizes if column == "diameter" else sizes / 2
     case = bed([f"x,y,z,{column}", *give(ROWS, *given.tolist())])
     lay_out(str(tmp_path), tmp_path / "run", (), False, forced=True)
-    text = (tmp_path / "run/grains/particles.data").read_text()
+    text = (tmp_path / "run/DEM/particles.data").read_text()
     rows = [line.split() for line in text.partition("Atoms\n\n")[2].splitlines()]
     assert [float(row[2]) for row in rows] == sizes.tolist() and {row[3] for row in rows} == {"1000.0"}
     assert rows[0][1] != rows[1][1] == rows[2][1] and "3 atom types" in text

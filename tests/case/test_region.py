@@ -93,7 +93,7 @@ def test_setup_takes_the_mesh_along(with_mesh, tmp_path):
     run = tmp_path / "run"
     lay_out(with_mesh, run, (), False, forced=True)
     assert (run / "mesh.msh").read_bytes() == (tmp_path / "mesh.msh").read_bytes()
-    assert (run / "grains/walls.stl").exists()
+    assert (run / "DEM/walls.stl").exists()
     assert load_case(str(run)).domain.mesh == "mesh.msh"
 
 
@@ -192,7 +192,7 @@ def test_a_mesh_in_millimetres_is_scaled(tmp_path):
     lay_out(str(tmp_path / "case.toml"), tmp_path / "run", (), False, forced=True)
     assert load_case(str(tmp_path / "run")).domain.scale == 1e-3
     corners = [
-        line.split()[1:] for line in (tmp_path / "run/grains/walls.stl").read_text().splitlines() if "vertex" in line
+        line.split()[1:] for line in (tmp_path / "run/DEM/walls.stl").read_text().splitlines() if "vertex" in line
     ]
     assert np.abs(np.array(corners, float)).max() == pytest.approx(0.06)
 

@@ -38,7 +38,7 @@ OPTIONS = {
 
 
 def deck_of(**changes):
-    return render_decks(build(**changes))["grains/in.grains"]
+    return render_decks(build(**changes))["DEM/in.liggghts"]
 
 
 def test_every_contact_option_is_looked_at():

@@ -11,19 +11,19 @@ from fbcouple.case.schema.sections import Gas
 from fbcouple.coupling.forces import FORCES
 from fbcouple.decks.needs import find_needs
 from fbcouple.decks.render import render_decks
-from fbcouple.verify.registry import load_scenes
+from fbcouple.verify.registry import load_checks
 
 # Part -> the changes that put it in, words that then must be there (and are not without it), files of it.
 OPTIONS = {
     "subgrid_energy": (
         {"gas__turbulence": "keqn"},
         ["LESModel        kEqn;", "div(voidagePhi,k)", '"k|flm|fmm"'],
-        ["fluid/0/k"],
+        ["CFD/0/k"],
     ),
     "lagrangian_averages": (
         {"gas__turbulence": "dynamic-lagrangian"},
         ["LESModel        dynamicLagrangian;", "filter          simple;", "div(voidagePhi,flm)", "div(voidagePhi,fmm)"],
-        ["fluid/0/flm", "fluid/0/fmm"],
+        ["CFD/0/flm", "CFD/0/fmm"],
     ),
     "viscous_force": ({"exchange__viscous_force": True}, ["viscousForceOnParticles yes;"], []),
     "lift_force": ({"exchange__lift_force": True}, [], []),
@@ -50,19 +50,19 @@ def test_an_option_is_there_only_where_it_is_asked_for(part):
 def test_the_lagrangian_averages_start_with_smagorinskys_coefficient():
     """C = flm/fmm = sqrt(2) 0.16^2."""
     decks = render_decks(build(gas__turbulence="dynamic-lagrangian"))
-    (above,), (below,) = (numbers_after(decks[f"fluid/0/{name}"], "internalField +uniform ") for name in ("flm", "fmm"))
+    (above,), (below,) = (numbers_after(decks[f"CFD/0/{name}"], "internalField +uniform ") for name in ("flm", "fmm"))
     assert above / below == pytest.approx(0.036204, rel=1e-4)
 
 
 @pytest.mark.parametrize("walls", ["slip", "no-slip"])
 def test_sub_grid_energy_is_zero_at_walls_that_hold_the_gas(walls):
-    text = render_decks(build(gas__turbulence="keqn", gas__walls=walls))["fluid/0/k"]
+    text = render_decks(build(gas__turbulence="keqn", gas__walls=walls))["CFD/0/k"]
     assert text.count("fixedValue") == (1 if walls == "slip" else 3)
 
 
 @pytest.mark.parametrize("name", FORCES)
 def test_every_force_has_an_anchor(name):
-    assert name.replace("_", "-") in load_scenes()
+    assert name.replace("_", "-") in load_checks()
 
 
 def test_a_force_that_lives_in_the_loop_leaves_the_decks_as_they_are():
@@ -71,12 +71,12 @@ def test_a_force_that_lives_in_the_loop_leaves_the_decks_as_they_are():
 
 @pytest.mark.parametrize("model", [model for model in MODELS if model != "none"])
 def test_every_model_has_an_anchor(model):
-    assert f"turbulence-{model}" in load_scenes()
+    assert f"turbulence-{model}" in load_checks()
 
 
 @pytest.mark.parametrize("model", ["keqn", "dynamic-lagrangian"])
 def test_fields_of_a_model_know_periodic_sides(model):
     decks = render_decks(build(gas__turbulence=model, domain__periodic=["x", "y"]))
-    names = ["fluid/0/k"] if model == "keqn" else ["fluid/0/flm", "fluid/0/fmm"]
-    for name in [*names, "fluid/0/nut"]:
+    names = ["CFD/0/k"] if model == "keqn" else ["CFD/0/flm", "CFD/0/fmm"]
+    for name in [*names, "CFD/0/nut"]:
         assert "cyclic;" in decks[name] and "walls" not in decks[name]

@@ -23,7 +23,7 @@ def read_table(text):
 
 def test_the_deck_has_every_row_of_the_ramp_and_the_open_faces_carry_the_closed_ones():
     case = build(gas__inlet_velocity=None, gas__inlet_ramp=RAMP)
-    text = render_decks(case)["fluid/0/U"]
+    text = render_decks(case)["CFD/0/U"]
     share = 15 / 14
     times, velocities = zip(*read_table(text), strict=True)
     assert times == tuple(time for time, _ in RAMP)
@@ -36,14 +36,14 @@ def test_the_deck_has_every_row_of_the_ramp_and_the_open_faces_carry_the_closed_
 def test_a_measured_inlet_of_many_rows_is_in_the_deck_to_the_last_digit():
     rows = [[0.0125 * n, 0.05 * math.sin(0.7 * n)] for n in range(1000)]
     case = build(gas__inlet_velocity=None, gas__inlet_ramp=rows, gas__closed_nozzle=None)
-    assert read_table(render_decks(case)["fluid/0/U"]) == [tuple(row) for row in rows]
+    assert read_table(render_decks(case)["CFD/0/U"]) == [tuple(row) for row in rows]
 
 
 def test_no_trace_of_a_ramp_that_is_not_given():
     ramp = build(gas__inlet_velocity=None, gas__inlet_ramp=RAMP)
     assert find_needs(ramp)["inlet_ramp"] and find_needs(ramp)["superficial_inlet"]
     assert not find_needs(build())["inlet_ramp"] and not find_needs(build())["superficial_inlet"]
-    assert "table" not in render_decks(build())["fluid/0/U"]
+    assert "table" not in render_decks(build())["CFD/0/U"]
 
 
 CLOSED = {"gas__top": "closed", "gas__inlet_velocity": 0.0}
@@ -52,15 +52,15 @@ CLOSED = {"gas__top": "closed", "gas__inlet_velocity": 0.0}
 @pytest.mark.parametrize(("walls", "word"), [("no-slip", "noSlip"), ("slip", "slip")])
 def test_a_lid_is_a_wall_and_pressure_has_a_point(walls, word):
     decks = render_decks(build(**CLOSED, gas__walls=walls))
-    velocity, pressure = (re.findall(r"outlet\s+\{\s+type +(\w+);", decks[f"fluid/0/{name}"])[0] for name in "Up")
+    velocity, pressure = (re.findall(r"outlet\s+\{\s+type +(\w+);", decks[f"CFD/0/{name}"])[0] for name in "Up")
     assert (velocity, pressure) == (word, "zeroGradient")
-    (point,) = re.findall(r"pRefPoint +\((.*)\);", decks["fluid/system/fvSolution"])
+    (point,) = re.findall(r"pRefPoint +\((.*)\);", decks["CFD/system/fvSolution"])
     assert [float(number) for number in point.split()] == pytest.approx([0.005, 0.003, 0.019])
-    assert re.search(r"outlet\s+\{\s+type    wall;", decks["fluid/system/blockMeshDict"])
+    assert re.search(r"outlet\s+\{\s+type    wall;", decks["CFD/system/blockMeshDict"])
 
 
 def test_no_trace_of_a_lid_on_an_open_box():
     assert find_needs(build(**CLOSED))["lid"] and not find_needs(build())["lid"]
     decks = render_decks(build())
-    assert "pRefPoint" not in decks["fluid/system/fvSolution"] and "zeroGradient" in decks["fluid/0/p"]
-    assert re.findall(r"outlet\s+\{\s+type +(\w+);", decks["fluid/0/p"]) == ["fixedValue"]
+    assert "pRefPoint" not in decks["CFD/system/fvSolution"] and "zeroGradient" in decks["CFD/0/p"]
+    assert re.findall(r"outlet\s+\{\s+type +(\w+);", decks["CFD/0/p"]) == ["fixedValue"]

@@ -24,10 +24,10 @@ def case():
 
 def test_walls_are_the_surface_of_the_mesh(case):
     decks = render_decks(case)
-    grains = decks["grains/in.grains"]
-    assert "plane" not in grains and grains.count("wall/gran") == 1
-    assert "mesh/surface file grains/walls.stl type 2" in grains and "mesh n_meshes 1 meshes surface" in grains
-    assert "orthogonal" not in decks["fluid/system/fvSchemes"] and "leastSquares" in decks["fluid/system/fvSchemes"]
+    liggghts = decks["DEM/in.liggghts"]
+    assert "plane" not in liggghts and liggghts.count("wall/gran") == 1
+    assert "mesh/surface file DEM/walls.stl type 2" in liggghts and "mesh n_meshes 1 meshes surface" in liggghts
+    assert "orthogonal" not in decks["CFD/system/fvSchemes"] and "leastSquares" in decks["CFD/system/fvSchemes"]
 
 
 def test_no_trace_of_it_in_a_box():
@@ -39,25 +39,25 @@ def test_no_trace_of_it_in_a_box():
 def test_a_box_of_tetrahedra_has_plane_walls(tmp_path):
     case = build(domain__elements="tetrahedra", gas__closed_nozzle=None, domain__cells=[4, 3, 5])
     decks = render_decks(case)
-    grains = decks["grains/in.grains"]
-    assert "walls.stl" not in grains and grains.count("wall/gran") == 6
-    assert "fluid/system/blockMeshDict" not in decks and "leastSquares" in decks["fluid/system/fvSchemes"]
+    liggghts = decks["DEM/in.liggghts"]
+    assert "walls.stl" not in liggghts and liggghts.count("wall/gran") == 6
+    assert "CFD/system/blockMeshDict" not in decks and "leastSquares" in decks["CFD/system/fvSchemes"]
     set_up(case, tmp_path / "run")
-    assert not (tmp_path / "run/grains/walls.stl").exists()
+    assert not (tmp_path / "run/DEM/walls.stl").exists()
 
 
 def test_what_setup_writes(case, tmp_path):
     set_up(case, tmp_path / "run")
     corners = [
         [float(word) for word in line.split()[1:]]
-        for line in (tmp_path / "run/grains/walls.stl").read_text().splitlines()
+        for line in (tmp_path / "run/DEM/walls.stl").read_text().splitlines()
         if "vertex" in line
     ]
     a, b, c = np.array(corners).reshape(-1, 3, 3).transpose(1, 0, 2)
     volume = find_section(0.03, 6) * 0.06
     # Normals point into the region: its volume by the divergence theorem is negative.
     assert np.einsum("ij,ij->", a, np.cross(b, c)) / 6 == pytest.approx(-volume, rel=1e-12)
-    data = (tmp_path / "run/grains/particles.data").read_text()
+    data = (tmp_path / "run/DEM/particles.data").read_text()
     assert "-0.001 0.031 xlo xhi" in data and "-0.001 0.061 zlo zhi" in data
     rows = [line.split() for line in data[data.index("Atoms") :].splitlines()[2:]]
     places = np.array(rows, dtype=float)[:, 4:]
@@ -72,7 +72,7 @@ def test_what_setup_writes(case, tmp_path):
 def test_the_mesh_of_a_run_has_three_patches(case, tmp_path):
     set_up(case, tmp_path / "run")
     prepare_mesh(case, tmp_path / "run", 1)
-    mesh = read_polymesh(tmp_path / "run/fluid/constant/polyMesh")
+    mesh = read_polymesh(tmp_path / "run/CFD/constant/polyMesh")
     assert mesh.count == count_cells(6, 8, "tetrahedra") == 6 * 9 * 8 * 3
     assert list(mesh.patches) == ["inlet", "outlet", "walls"]
     assert mesh.find_area("inlet") == pytest.approx(find_section(0.03, 6), rel=1e-12)

@@ -32,7 +32,7 @@ def restitution_of(rate, mass, stiffness=1000.0):
 
 @pytest.fixture(scope="module")
 def deck():
-    return render_decks(build(**MIXTURE))["grains/in.grains"]
+    return render_decks(build(**MIXTURE))["DEM/in.liggghts"]
 
 
 def table_of(deck, name):
@@ -52,7 +52,7 @@ def test_every_pair_meets_its_restitution_and_friction(deck, pair, wanted):
 def test_tables_of_many_kinds_are_symmetric_to_the_last_bit():
     """LIGGGHTS compares them so."""
     spread = {"spread": "normal", "deviation": 1e-4, "smallest": 0.7e-3, "largest": 1.3e-3, "classes": 20}
-    deck = render_decks(build(**{f"particles__{key}": value for key, value in spread.items()}))["grains/in.grains"]
+    deck = render_decks(build(**{f"particles__{key}": value for key, value in spread.items()}))["DEM/in.liggghts"]
     for name in ("gamman", "gammat", "kn", "friction"):
         table = np.array(numbers_after(deck, f"fix +{name} .* peratomtypepair 21 ")).reshape(21, 21)
         assert (table == table.T).all(), name
@@ -73,7 +73,7 @@ def test_walls_are_the_last_type_and_lists_reach_the_largest(deck):
 def test_hertz_has_a_row_for_each_type():
     hertz = {"model": "hertz", "youngs_modulus": 5e6, "poisson_ratio": 0.25, "impact_speed": 1.0}
     changes = {f"contact__{key}": value for key, value in hertz.items()} | {"contact__tangential": "history"}
-    deck = render_decks(build(**MIXTURE, **changes))["grains/in.grains"]
+    deck = render_decks(build(**MIXTURE, **changes))["DEM/in.liggghts"]
     assert numbers_after(deck, "fix +young .* peratomtype ") == [5e6] * 4
     assert table_of(deck, "rest")[2].tolist() == [0.97, 0.7, 0.97, 0.6]
 
@@ -81,7 +81,7 @@ def test_hertz_has_a_row_for_each_type():
 def test_particles_have_the_type_size_and_density_of_their_kind(tmp_path):
     case = build(**MIXTURE, particles__count=20)
     set_up(case, tmp_path / "run")
-    head, table = read_particles(tmp_path / "run/grains/particles.data")
+    head, table = read_particles(tmp_path / "run/DEM/particles.data")
     assert "4 atom types" in head
     kinds = list_kinds(case.particles)
     assert np.bincount(table[:, 1].astype(int))[1:].tolist() == count_kinds(case.particles) == [10, 6, 4]
@@ -96,5 +96,5 @@ def test_a_spread_is_told_and_absent_without():
     case = build(**{f"particles__{key}": value for key, value in spread.items()}, particles__count=1000)
     (why,) = [part.why for part in explain(case) if part.name == "mixture"]
     assert why.count("; ") == 4 and find_needs(case)["mixture"]
-    assert "Types 1 to 5 are the particles" in render_decks(case)["grains/in.grains"]
-    assert not find_needs(build())["mixture"] and "Types" not in render_decks(build())["grains/in.grains"]
+    assert "Types 1 to 5 are the particles" in render_decks(case)["DEM/in.liggghts"]
+    assert not find_needs(build())["mixture"] and "Types" not in render_decks(build())["DEM/in.liggghts"]

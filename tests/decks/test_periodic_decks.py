@@ -16,14 +16,14 @@ from fbcouple.decks.render import render_decks
 def test_walls_stand_where_nothing_repeats(axes, boundary, planes):
     case = build(domain__periodic=list(axes))
     decks = render_decks(case)
-    grains, mesh = decks["grains/in.grains"], decks["fluid/system/blockMeshDict"]
-    assert f"boundary        {boundary}\n" in grains
+    liggghts, mesh = decks["DEM/in.liggghts"], decks["CFD/system/blockMeshDict"]
+    assert f"boundary        {boundary}\n" in liggghts
     for axis in "xyz":
-        assert grains.count(f" {axis}plane ") == (2 if axis in planes else 0)
+        assert liggghts.count(f" {axis}plane ") == (2 if axis in planes else 0)
     for axis in axes:
         assert f"    {axis}lo\n    {{\n        type    cyclic;\n        neighbourPatch {axis}hi;" in mesh
         assert f"    {axis}hi\n    {{\n        type    cyclic;\n        neighbourPatch {axis}lo;" in mesh
-    fields = [text for name, text in decks.items() if name.startswith("fluid/0/")]
+    fields = [text for name, text in decks.items() if name.startswith("CFD/0/")]
     assert len(fields) == 4
     for text in (mesh, *fields):
         assert ("    walls\n" in text) == (len(axes) < 2)

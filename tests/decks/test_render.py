@@ -1,4 +1,4 @@
-"""The decks: golden texts of patil/c2, nothing in them that a scene does not need, a run folder whole or not at all.
+"""The decks: golden texts of patil/c2, nothing in them that a case does not need, a run folder whole or not at all.
 
 The golden texts lie in golden/patil-c2/, laid out like a run folder. After a wanted change of the templates renew them
 with `python tests/decks/test_render.py` and read the difference.
@@ -27,7 +27,7 @@ from fbcouple.errors import CaseError
 GOLDEN = Path(__file__).parent / "golden/patil-c2"
 
 FULL = {
-    "title": "a scene with everything",
+    "title": "a case with everything",
     "end_time": 1.0,
     "domain": {"size": [0.01, 0.006, 0.02], "cells": [5, 3, 10]},
     "gas": {
@@ -52,7 +52,7 @@ FULL = {
 
 
 def build(**changes):
-    """The full scene with values changed: `build(gas__walls="slip", particles=None)`; None takes a value out."""
+    """The full case with values changed: `build(gas__walls="slip", particles=None)`; None takes a value out."""
     content = json.loads(json.dumps(FULL))
     for key, value in changes.items():
         *path, last = key.split("__")
@@ -76,7 +76,7 @@ CYLINDER = {
     "gas__closed_nozzle": None,
 }
 
-# Options of the gas that are out of the full scene: test_gas_decks.py puts each of them in.
+# Options of the gas that are out of the full case: test_gas_decks.py puts each of them in.
 GAS_OPTIONS = (
     "subgrid_energy",
     "lagrangian_averages",
@@ -91,21 +91,21 @@ TRACES = {
     "gas": (
         NO_GAS,
         [],
-        [deck for deck, (_, part) in DECKS.items() if deck.startswith("fluid/") and part not in GAS_OPTIONS],
+        [deck for deck, (_, part) in DECKS.items() if deck.startswith("CFD/") and part not in GAS_OPTIONS],
     ),
-    "particles": (NO_PARTICLES, [], ["grains/in.grains"]),
+    "particles": (NO_PARTICLES, [], ["DEM/in.liggghts"]),
     "coupling": (NO_GAS, ["couple/cfd", "map array"], []),
     "closed_nozzle": (
         {"gas__closed_nozzle": None},
         ["nozzle"],
-        ["fluid/system/topoSetDict", "fluid/system/createPatchDict"],
+        ["CFD/system/topoSetDict", "CFD/system/createPatchDict"],
     ),
-    "turbulence": ({"gas__turbulence": "none"}, ["LES", "Smagorinsky", "cubeRootVol"], ["fluid/0/nut"]),
+    "turbulence": ({"gas__turbulence": "none"}, ["LES", "Smagorinsky", "cubeRootVol"], ["CFD/0/nut"]),
     "pair_friction": ({"contact__friction": 0.0}, ["pair_style      gran model hooke/stiffness tangential"], []),
     "wall_friction": ({"contact__wall_friction": 0.0}, ["wall/gran model hooke/stiffness tangential"], []),
     "rotation": ({"particles__rotation": None}, ["nve/sphere"], []),
     "gravity": ({"gravity": 0.0}, ["gravity"], []),
-    "block_mesh": (CYLINDER, ["simpleGrading", "xplane"], ["fluid/system/blockMeshDict"]),
+    "block_mesh": (CYLINDER, ["simpleGrading", "xplane"], ["CFD/system/blockMeshDict"]),
 }
 # Parts that live in the time loop: the decks are the same with and without them.
 NOT_IN_DECKS = {
@@ -113,7 +113,7 @@ NOT_IN_DECKS = {
     "pressure_gradient_force": {"exchange__pressure_gradient": False},
     "averages": {"averages": None},
 }
-# Parts that are out of the full scene: test_contact_decks.py puts each of them in.
+# Parts that are out of the full case: test_contact_decks.py puts each of them in.
 CONTACT_OPTIONS = ("tangential_history", "rolling_friction", "hertz")
 # Likewise, each with the test that puts it in.
 OTHER_OPTIONS = {
@@ -164,14 +164,14 @@ def test_golden_texts(c2):
 
 def test_damping_of_pairs_and_walls(c2):
     """gamman = 2 gamma_n: 757.9 1/s for pairs and, of twice the effective mass, 535.9 1/s for walls."""
-    table = numbers_after(c2["grains/in.grains"], "fix +gamman .* peratomtypepair 2 ")
+    table = numbers_after(c2["DEM/in.liggghts"], "fix +gamman .* peratomtypepair 2 ")
     assert table == pytest.approx([757.9, 535.9, 535.9, 535.9], abs=0.05)
     assert table[0] / table[1] == pytest.approx(math.sqrt(2.0), rel=1e-12)
 
 
 def test_contact_and_step_numbers(c2):
     """k_n = 1000 N/m: T_C = 8.04e-5 s, of which a sixth is the step; gammat dt is a half."""
-    deck = c2["grains/in.grains"]
+    deck = c2["DEM/in.liggghts"]
     (step,) = numbers_after(deck, "timestep +")
     assert step == pytest.approx(8.04e-5 / 6, rel=1e-3)
     assert numbers_after(deck, "fix +kn .* peratomtypepair 2 ") == [1000.0] * 4
@@ -184,23 +184,23 @@ def test_contact_and_step_numbers(c2):
 def test_a_sphere_that_may_roll_gets_a_softer_viscous_limit():
     """Contact velocity of a rolling sphere reacts 7/2 times as much: 1 + m r^2/I."""
     pattern = "fix +gammat .* peratomtypepair 2 "
-    sliding = numbers_after(render_decks(build(particles__rotation=None))["grains/in.grains"], pattern)
-    rolling = numbers_after(render_decks(build())["grains/in.grains"], pattern)
+    sliding = numbers_after(render_decks(build(particles__rotation=None))["DEM/in.liggghts"], pattern)
+    rolling = numbers_after(render_decks(build())["DEM/in.liggghts"], pattern)
     assert sliding[0] / rolling[0] == pytest.approx(3.5, rel=1e-12)
 
 
 def test_gas_numbers(c2):
     """The open floor gets U_f A/(A - A_closed) = 1.1053 U_f; nu = mu/rho."""
-    assert numbers_after(c2["fluid/0/U"], r" +inletVelocity +uniform ") == pytest.approx([0, 0, 1.2 * 1.1053], rel=1e-4)
-    assert numbers_after(c2["fluid/constant/transportProperties"], "nu ") == pytest.approx([2e-5 / 1.165])
-    assert "hex (0 1 2 3 4 5 6 7) (35 6 110) simpleGrading (1 1 1)" in c2["fluid/system/blockMeshDict"]
+    assert numbers_after(c2["CFD/0/U"], r" +inletVelocity +uniform ") == pytest.approx([0, 0, 1.2 * 1.1053], rel=1e-4)
+    assert numbers_after(c2["CFD/constant/transportProperties"], "nu ") == pytest.approx([2e-5 / 1.165])
+    assert "hex (0 1 2 3 4 5 6 7) (35 6 110) simpleGrading (1 1 1)" in c2["CFD/system/blockMeshDict"]
 
 
 @pytest.mark.parametrize(("name", "faces"), [("patil/c1", (3, 3)), ("patil/c2", (5, 4)), ("patil/c3", (10, 8))])
 def test_the_nozzles_box_holds_its_faces_in_the_middle_of_the_floor(name, faces):
     """Table 2 of the paper: as many face centres in the box, as many open faces on both sides (give or take one)."""
     case = load_case(name)
-    x0, y0, z0, x1, y1, z1 = numbers_after(render_decks(case)["fluid/system/topoSetDict"], " +box +")
+    x0, y0, z0, x1, y1, z1 = numbers_after(render_decks(case)["CFD/system/topoSetDict"], " +box +")
     assert z0 < 0.0 < z1
     for (low, high), length, cells, wanted in zip(
         ((x0, x1), (y0, y1)), case.domain.size, case.domain.cells, faces, strict=False
@@ -215,7 +215,7 @@ def test_the_nozzles_box_holds_its_faces_in_the_middle_of_the_floor(name, faces)
 def test_restitution_1_is_no_damping():
     case = build(contact__restitution=1.0, contact__wall_restitution=1.0)
     assert not find_needs(case)["damping"] and find_needs(build())["damping"]
-    deck = render_decks(case)["grains/in.grains"]
+    deck = render_decks(case)["DEM/in.liggghts"]
     assert numbers_after(deck, "fix +gamman .* peratomtypepair 2 ") == [0.0] * 4
 
 
@@ -233,9 +233,9 @@ def test_no_trace_of_a_part_that_is_out(part):
 
 
 def test_without_any_friction_there_is_no_coefficient_of_it():
-    deck = render_decks(build(contact__friction=0.0, contact__wall_friction=0.0))["grains/in.grains"]
+    deck = render_decks(build(contact__friction=0.0, contact__wall_friction=0.0))["DEM/in.liggghts"]
     for word in ("tangential", "coefficientFriction", "friction"):
-        assert word in render_decks(build())["grains/in.grains"] and word not in deck
+        assert word in render_decks(build())["DEM/in.liggghts"] and word not in deck
 
 
 @pytest.mark.parametrize("part", NOT_IN_DECKS)
@@ -271,13 +271,13 @@ def test_decks_are_whole(changes):
     """No template syntax, no Python word and no empty value is left over, and brackets close."""
     for name, text in render_decks(build(**changes)).items():
         assert not re.search(r"\{\{|\}\}|\{%|None|Undefined|nan|inf\b|True|False", text), name
-        if name.startswith("fluid/"):
+        if name.startswith("CFD/"):
             assert text.count("{") == text.count("}") and text.count("(") == text.count(")"), name
 
 
 @pytest.mark.parametrize("walls", ["slip", "no-slip"])
 def test_walls_of_the_gas(walls):
-    text = render_decks(build(gas__walls=walls))["fluid/0/U"]
+    text = render_decks(build(gas__walls=walls))["CFD/0/U"]
     word, other = ("slip;", "noSlip;") if walls == "slip" else ("noSlip;", "type    slip;")
     assert text.count(word) == 2 and other not in text
 
@@ -332,7 +332,7 @@ def test_a_run_folder_holds_decks_case_manifest_and_logs(tmp_path):
     set_up(case, run)
     files = {path.relative_to(run).as_posix() for path in run.rglob("*") if path.is_file()}
     decks = render_decks(case)
-    assert files == {*decks, "grains/particles.data", "case.toml", "manifest.json"} and (run / "logs").is_dir()
+    assert files == {*decks, "DEM/particles.data", "case.toml", "manifest.json"} and (run / "logs").is_dir()
     assert {name: (run / name).read_text() for name in decks} == decks
     assert load_case(str(run)) == case
     manifest = json.loads((run / "manifest.json").read_text())
@@ -345,7 +345,7 @@ def test_a_run_folder_holds_decks_case_manifest_and_logs(tmp_path):
 def test_particles_are_written_to_the_last_bit(tmp_path):
     positions = np.random.default_rng(1).random((20, 3)) * [0.01, 0.006, 0.02]
     set_up(build(), tmp_path / "run", lambda case: positions)
-    head, table = read_particles(tmp_path / "run/grains/particles.data")
+    head, table = read_particles(tmp_path / "run/DEM/particles.data")
     assert (table[:, 4:] == positions).all()
     assert table[:, 0].tolist() == list(range(1, 21)) and (table[:, 1:4] == [1, 1e-3, 2500.0]).all()
     assert {"20 atoms", "2 atom types", "0.0 0.01 xlo xhi", "0.0 0.006 ylo yhi", "0.0 0.02 zlo zhi"} <= set(head)
@@ -354,14 +354,14 @@ def test_particles_are_written_to_the_last_bit(tmp_path):
 def test_start_velocities_are_written_beside_the_positions_and_only_where_there_are_some(tmp_path):
     velocities = np.random.default_rng(2).standard_normal((20, 3))
     set_up(build(), tmp_path / "run", read_velocities=lambda case: velocities)
-    atoms, _, rows = (tmp_path / "run/grains/particles.data").read_text().partition("\nVelocities\n\n")
+    atoms, _, rows = (tmp_path / "run/DEM/particles.data").read_text().partition("\nVelocities\n\n")
     table = np.array([[float(word) for word in line.split()] for line in rows.splitlines()])
     assert (table[:, 1:4] == velocities).all() and not table[:, 4:].any() and table[:, 0].tolist() == list(range(1, 21))
     set_up(build(), tmp_path / "still")
-    assert (tmp_path / "still/grains/particles.data").read_text() == atoms
+    assert (tmp_path / "still/DEM/particles.data").read_text() == atoms
 
 
-@pytest.mark.parametrize(("changes", "gone", "there"), [(NO_GAS, "fluid", "grains"), (NO_PARTICLES, "grains", "fluid")])
+@pytest.mark.parametrize(("changes", "gone", "there"), [(NO_GAS, "CFD", "DEM"), (NO_PARTICLES, "DEM", "CFD")])
 def test_a_phase_that_is_not_there_has_no_folder(tmp_path, changes, gone, there):
     set_up(build(**changes), tmp_path / "run")
     assert (tmp_path / "run" / there).is_dir() and not (tmp_path / "run" / gone).exists()
@@ -371,7 +371,7 @@ def test_an_earlier_set_up_is_replaced_and_leaves_nothing_behind(tmp_path):
     run = tmp_path / "run"
     set_up(build(), run)
     set_up(build(**NO_GAS), run)
-    assert not (run / "fluid").exists() and load_case(str(run)).gas is None
+    assert not (run / "CFD").exists() and load_case(str(run)).gas is None
     assert [path.name for path in tmp_path.iterdir()] == ["run"]
 
 
@@ -401,7 +401,7 @@ def broken_template(tmp_path, monkeypatch):
     """The templates with an undefined name in one of the last to be rendered."""
     templates = tmp_path / "templates"
     shutil.copytree(render.TEMPLATES, templates)
-    with (templates / "liggghts/in.grains").open("a") as file:
+    with (templates / "liggghts/in.liggghts").open("a") as file:
         file.write("{{ not_there }}\n")
     monkeypatch.setattr(render, "TEMPLATES", templates)
 

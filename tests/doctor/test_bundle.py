@@ -28,11 +28,11 @@ def no_earlier_error(monkeypatch, tmp_path):
 @pytest.fixture
 def run(tmp_path):
     folder = tmp_path / "bed"
-    for name in ("logs", "fluid/system", "fluid/constant/polyMesh", "grains", "checkpoints/step-1/fluid"):
+    for name in ("logs", "CFD/system", "CFD/constant/polyMesh", "DEM", "checkpoints/step-1/CFD"):
         (folder / name).mkdir(parents=True)
-    for name in ("case.toml", "manifest.json", "logs/fluid.log", "grains/in.grains", "fluid/system/controlDict"):
+    for name in ("case.toml", "manifest.json", "logs/openfoam.log", "DEM/in.liggghts", "CFD/system/controlDict"):
         (folder / name).write_text(f"this is {name}\n")
-    for name in ("results.nc", "fluid/constant/polyMesh/points", "checkpoints/step-1/cells-0000.npz"):
+    for name in ("results.nc", "CFD/constant/polyMesh/points", "checkpoints/step-1/cells-0000.npz"):
         (folder / name).write_bytes(bytes(1000))
     (folder / "checkpoints/step-1/index.json").write_text("{}")
     return folder
@@ -53,12 +53,12 @@ def test_what_is_in_it(run, tmp_path):
         "files.txt",
         "run/case.toml",
         "run/manifest.json",
-        "run/logs/fluid.log",
-        "run/grains/in.grains",
-        "run/fluid/system/controlDict",
+        "run/logs/openfoam.log",
+        "run/DEM/in.liggghts",
+        "run/CFD/system/controlDict",
         "run/checkpoints/step-1/index.json",
     }
-    assert found["run/logs/fluid.log"] == b"this is logs/fluid.log\n"
+    assert found["run/logs/openfoam.log"] == b"this is logs/openfoam.log\n"
     assert b"1000" in found["files.txt"] and b"results.nc" in found["files.txt"]
 
 
@@ -99,10 +99,10 @@ Passwort: datei zq21
         "case.toml",
         "manifest.json",
         "logs/launcher.log",
-        "logs/fluid.log",
+        "logs/openfoam.log",
         "logs/failure.json",
-        "grains/in.grains",
-        "fluid/system/controlDict",
+        "DEM/in.liggghts",
+        "CFD/system/controlDict",
         "checkpoints/step-1/index.json",
         "batch/state",
     ],
@@ -121,7 +121,7 @@ def test_no_secret_of_any_form_in_a_known_file(run, tmp_path, name):
 
 @pytest.mark.parametrize(
     "name",
-    ["logs/solver.log", "law.py", "start.csv", "batch/slurm.sh", "checkpoints/step-x/index.json", "fluid/0/extra"],
+    ["logs/solver.log", "law.py", "start.csv", "batch/slurm.sh", "checkpoints/step-x/index.json", "CFD/0/extra"],
 )
 def test_files_of_other_names_stay_at_home(run, tmp_path, name):
     (run / name).parent.mkdir(exist_ok=True)
@@ -135,14 +135,14 @@ def test_names_of_files_are_told_where_they_are_known(run, tmp_path):
     (run / "checkpoints/password zq").mkdir()
     listed = unpack(write_bundle(ROWS, run, tmp_path))["files.txt"]
     assert b"zq" not in listed and b"***.csv" in listed and b"checkpoints/***/" in listed
-    assert b" results.nc\n" in listed and b" logs/fluid.log\n" in listed
+    assert b" results.nc\n" in listed and b" logs/openfoam.log\n" in listed
 
 
 def test_values_of_secret_variables_are_replaced_wherever_they_stand(run, tmp_path, monkeypatch):
     monkeypatch.setenv("MY_API_TOKEN", "pressure")
-    (run / "logs/fluid.log").write_text("started with pressure in a cell\n")
+    (run / "logs/openfoam.log").write_text("started with pressure in a cell\n")
     found = unpack(write_bundle(ROWS, run, tmp_path))
-    assert found["run/logs/fluid.log"] == b"started with *** in a cell\n"
+    assert found["run/logs/openfoam.log"] == b"started with *** in a cell\n"
 
 
 def test_what_a_reader_needs_of_a_log_stays(run, tmp_path):
@@ -150,19 +150,19 @@ def test_what_a_reader_needs_of_a_log_stays(run, tmp_path):
     lines = (
         "ERROR: Unexpected end of data file (./src/read_data.cpp:687)",
         "--> FOAM FATAL IO ERROR:",
-        "file: fluid/system/fvSchemes.ddtSchemes at line 11.",
+        "file: CFD/system/fvSchemes.ddtSchemes at line 11.",
         '  File "/opt/fbcouple/worker.py", line 12, in simulate',
         "smoothSolver:  Solving for Ux, Initial residual = 1.5e-05, Final residual = 3e-10, No Iterations 4",
         "t = 0.0125 s, dt = 1e-5, 250 particles",
     )
-    (run / "logs/fluid.log").write_text("\n".join(lines))
+    (run / "logs/openfoam.log").write_text("\n".join(lines))
     library = tmp_path / "libsolver.so"
     texts = (
         b"Unexpected end of data file\0--> FOAM FATAL IO ERROR: \0%s:  Solving for , Initial residual = No Iterations"
     )
     library.write_bytes(b"\x7fELF\0" + texts + b"\0No Iterations smoothSolver fvSchemes ddtSchemes opt Ux Final\0")
     rows = [doctor.Row("libsolver.so", str(library), "loads", True, "mend it so")]
-    found = unpack(write_bundle(rows, run, tmp_path))["run/logs/fluid.log"].decode().splitlines()
+    found = unpack(write_bundle(rows, run, tmp_path))["run/logs/openfoam.log"].decode().splitlines()
     assert found == list(lines)
 
 
@@ -189,12 +189,12 @@ def test_environment_is_an_allow_list_of_whole_names():
 
 def test_long_files_are_cut_and_the_whole_is_bounded(run, tmp_path, monkeypatch):
     monkeypatch.setattr(bundle, "LARGEST", 3_500_000)
-    (run / "logs/fluid.log").write_bytes(b"a a\n" * 250_000 + b"b b\n" * 250_000 + b"the end")
-    for name in ("launcher", "grains", "mesh"):
+    (run / "logs/openfoam.log").write_bytes(b"a a\n" * 250_000 + b"b b\n" * 250_000 + b"the end")
+    for name in ("launcher", "liggghts", "mesh"):
         (run / f"logs/{name}.log").write_bytes(b"12 34\n" * 250_000)
     place = write_bundle(ROWS, run, tmp_path)
     found = unpack(place)
-    log = found["run/logs/fluid.log"]
+    log = found["run/logs/openfoam.log"]
     assert len(log) <= bundle.LARGEST_FILE + 10 and log.startswith(b"a a\n") and log.endswith(b"the end\n")
     assert b"bytes are left out" in log
     assert sum(len(text) for text in found.values()) < 4_000_000 and place.stat().st_size < 4_000_000

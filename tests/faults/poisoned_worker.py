@@ -23,7 +23,7 @@ CELL, PARTICLE = 7, 17
 
 def find_row(scene: Scene) -> np.ndarray:
     """Row of the particle on the rank that has it."""
-    return np.flatnonzero(scene.grains.numbers == PARTICLE)
+    return np.flatnonzero(scene.liggghts.numbers == PARTICLE)
 
 
 def spoil_voidage(scene: Scene, value: float) -> None:
@@ -52,27 +52,27 @@ def nan_drag(scene: Scene) -> None:
 
 
 def nan_particle(scene: Scene) -> None:
-    scene.grains.velocities[find_row(scene), 0] = np.nan
+    scene.liggghts.velocities[find_row(scene), 0] = np.nan
 
 
 def outside(scene: Scene) -> None:
-    scene.grains.positions[find_row(scene), 0] = -1e-4
+    scene.liggghts.positions[find_row(scene), 0] = -1e-4
 
 
 def far_outside(scene: Scene) -> None:
-    scene.grains.positions[find_row(scene), 2] = 1e3
+    scene.liggghts.positions[find_row(scene), 2] = 1e3
 
 
 def shot(scene: Scene) -> None:
     """So fast that it is behind the wall before a contact can stop it."""
-    scene.grains.velocities[find_row(scene), 1] = -500.0
+    scene.liggghts.velocities[find_row(scene), 1] = -500.0
 
 
 def overlap(scene: Scene) -> None:
     """Half a diameter over another particle, at rest against it."""
     row = find_row(scene)
-    scene.grains.positions[row] = scene.grains.positions[row - 1] + np.array([0.0, 0.0, 0.5e-3])
-    scene.grains.velocities[row] = scene.grains.velocities[row - 1]
+    scene.liggghts.positions[row] = scene.liggghts.positions[row - 1] + np.array([0.0, 0.0, 0.5e-3])
+    scene.liggghts.velocities[row] = scene.liggghts.velocities[row - 1]
 
 
 def packed_voidage(scene: Scene) -> None:
@@ -101,7 +101,7 @@ def lost_momentum(scene: Scene) -> None:
 
 def solids_volume(scene: Scene) -> None:
     """A particle grows behind the gas's back, after the map of the step."""
-    scene.grains.radii[find_row(scene)] *= 1.01
+    scene.liggghts.radii[find_row(scene)] *= 1.01
 
 
 def gas_flux(scene: Scene) -> None:

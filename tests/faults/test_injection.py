@@ -180,16 +180,16 @@ def test_title_that_tries_everything_does_nothing(call, tmp_path):
 
 
 TAMPERED = {
-    "codeStream": ("fluid/system/controlDict", f"endTime {FOAM};\n"),
-    "calc": ("fluid/system/fvSolution", 'x #calc "1+1";\n'),
-    "systemCall": ("fluid/system/controlDict", 'functions { x { type systemCall; executeCalls ("touch stolen"); } }\n'),
-    "libs": ("fluid/system/controlDict", 'libs ("./stolen.so");\n'),
-    "include": ("fluid/constant/transportProperties", '#include "/etc/passwd"\n'),
-    "coded boundary": ("fluid/0/U", "x { type codedFixedValue; }\n"),
-    "LIGGGHTS shell": ("grains/in.grains", "shell touch stolen\n"),
-    "LIGGGHTS include": ("grains/in.grains", "include /tmp/in.stolen\n"),
-    "deck that is not needed": ("fluid/constant/fvOptions", "x { type codedSource; }\n"),
-    "second LIGGGHTS deck": ("grains/in.more", "shell touch stolen\n"),
+    "codeStream": ("CFD/system/controlDict", f"endTime {FOAM};\n"),
+    "calc": ("CFD/system/fvSolution", 'x #calc "1+1";\n'),
+    "systemCall": ("CFD/system/controlDict", 'functions { x { type systemCall; executeCalls ("touch stolen"); } }\n'),
+    "libs": ("CFD/system/controlDict", 'libs ("./stolen.so");\n'),
+    "include": ("CFD/constant/transportProperties", '#include "/etc/passwd"\n'),
+    "coded boundary": ("CFD/0/U", "x { type codedFixedValue; }\n"),
+    "LIGGGHTS shell": ("DEM/in.liggghts", "shell touch stolen\n"),
+    "LIGGGHTS include": ("DEM/in.liggghts", "include /tmp/in.stolen\n"),
+    "deck that is not needed": ("CFD/constant/fvOptions", "x { type codedSource; }\n"),
+    "second LIGGGHTS deck": ("DEM/in.more", "shell touch stolen\n"),
 }
 
 
@@ -212,7 +212,7 @@ def test_changed_run_folder_is_not_run(call, run, tmp_path, attempt):
 
 @pytest.mark.usefixtures("no_launch")
 def test_decks_that_are_missing_are_not_run(call, run):
-    decks = run / "grains/in.grains", run / "fluid/system/controlDict"
+    decks = run / "DEM/in.liggghts", run / "CFD/system/controlDict"
     for deck in decks:
         deck.unlink()
     result = call("run", run)
@@ -221,7 +221,7 @@ def test_decks_that_are_missing_are_not_run(call, run):
 
 
 def test_trusted_decks_still_compile_no_code(call, run, tmp_path):
-    deck = run / "fluid/system/blockMeshDict"
+    deck = run / "CFD/system/blockMeshDict"
     deck.write_text(deck.read_text().replace("scale   1;", f"scale   {FOAM};"))
     result = call("run", run, "--trust")
     assert result.exit_code == 3 and "blockMesh failed" in result.stderr
@@ -233,13 +233,13 @@ def test_openfoam_compiles_no_code_of_a_case_for_a_plain_user(run):
     """The administrator it refuses anyway: seen as nobody, who must be able to read the folder."""
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
-        shutil.copytree(run / "fluid", folder / "fluid")
+        shutil.copytree(run / "CFD", folder / "CFD")
         for path in (folder, *folder.rglob("*")):
             path.chmod(0o755)
-        deck = folder / "fluid/system/controlDict"
+        deck = folder / "CFD/system/controlDict"
         deck.write_text(deck.read_text().replace("writePrecision  17;", 'writePrecision #calc "17";'))
         nobody = {"user": 65534, "group": 65534, "extra_groups": []} if os.geteuid() == 0 else {}
-        tool = ["blockMesh", "-case", str(folder / "fluid")]
+        tool = ["blockMesh", "-case", str(folder / "CFD")]
         done = subprocess.run(tool, env=mpi_environment(), capture_output=True, text=True, check=False, **nobody)
     assert done.returncode != 0 and "allowSystemOperations" in done.stderr
 

@@ -50,7 +50,7 @@ def test_gas_comes_in_along_the_normal_of_an_inlet_that_is_no_floor(tmp_path):
 
 def test_a_run_whose_inlet_is_not_the_cases_ends(tmp_path):
     run = prepare(tmp_path, SHORT)
-    deck = run / "fluid/0/U"
+    deck = run / "CFD/0/U"
     deck.write_text(deck.read_text().replace("inletVelocity   uniform (0 0 1.2)", "inletVelocity uniform (0 0 1.1999)"))
     words = r"by the inlet at 1\.1999 m/s over its area and the case asks for 1\.2 m/s: 8\.33e-05 .*monitors\.inflow"
     with pytest.raises(DivergedError, match=words):

@@ -74,7 +74,7 @@ def test_future_heartbeat_is_told(tmp_path):
 
 def test_ranks_of_another_host_keep_a_run_alive_whose_parent_is_stopped(tmp_path):
     (tmp_path / "logs").mkdir()
-    (tmp_path / "logs/pulse").touch()
+    (tmp_path / "logs/heartbeat").touch()
     (tmp_path / "lock").write_text(json.dumps({"host": "another", "pid": 1}))
     os.utime(tmp_path / "lock", (time.time() - 2 * STALE_AFTER,) * 2)
     with pytest.raises(CaseError, match="process 1 on another"), hold(tmp_path):

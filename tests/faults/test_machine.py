@@ -78,7 +78,7 @@ def test_launcher_of_another_mpi(tmp_path, monkeypatch):
     assert not (run / "results.nc").exists()
 
 
-@pytest.mark.parametrize("folder", ["", "logs", "fluid/constant"])
+@pytest.mark.parametrize("folder", ["", "logs", "CFD/constant"])
 def test_run_folder_without_permission_to_write(tmp_path, folder):
     run = prepare(tmp_path)
     (run / folder).chmod(0o555)

@@ -82,8 +82,8 @@ def test_one_phase(tmp_path, phase):
     run_with_stops(other, 1, 1)
     assert find_differences(one, other) == []
     newest = max((other / "checkpoints").iterdir())
-    assert (newest / "fluid").exists() == (phase == "gas")
-    assert (newest / "grains.restart").exists() == (phase == "particles")
+    assert (newest / "CFD").exists() == (phase == "gas")
+    assert (newest / "liggghts.restart").exists() == (phase == "particles")
 
 
 def keep_sections(names: tuple[str, ...]):

@@ -80,7 +80,7 @@ KINDS: dict[str, tuple[Callable[[Path, Path], None], str]] = {
     "second name": (make_second_name, "has another name elsewhere"),
     "pipe": (make_pipe, "is a pipe, socket or device"),
 }
-PLACES = ["lock", "logs/launcher.log", "logs/failure.room", "results.tmp", "fluid/system/decomposeParDict"]
+PLACES = ["lock", "logs/launcher.log", "logs/failure.room", "results.tmp", "CFD/system/decomposeParDict"]
 PLAIN = [*((kind, "manifest.tmp") for kind in KINDS), *(("link", place) for place in PLACES)]
 COMMANDS: dict[str, Callable[[Path], list[object]]] = {
     "run": lambda run: ["run", run],
@@ -139,7 +139,7 @@ def test_the_run_folder_itself_may_be_a_link(tmp_path):
 
 # What is done to a run folder -> a line of the refusal.
 CHANGES: dict[str, tuple[str, str, str, str]] = {
-    "density": ("grains/particles.data", " 2500.0 ", " 250.0 ", "grains/particles.data: has been changed since set-up"),
+    "density": ("DEM/particles.data", " 2500.0 ", " 250.0 ", "DEM/particles.data: has been changed since set-up"),
     "seed": ("case.toml", "seed = 1", "seed = 77", "case.toml: start.seed was 1 and is 77 now, since set-up"),
     "count": ("case.toml", "count = 250", "count = 260", "case.toml: particles.count was 250 and is 260 now"),
     "filter": ("case.toml", "filter_passes = 1", "filter_passes = 2", "exchange.filter_passes was 1 and is 2 now"),
@@ -160,10 +160,10 @@ def test_what_was_changed_since_set_up_is_refused(run, change):
 @pytest.mark.usefixtures("no_solver")
 def test_start_positions_that_are_not_the_cases_are_refused_whatever_the_manifest_says(run):
     """Who makes up a run folder makes up its hashes, too."""
-    data = run / "grains/particles.data"
+    data = run / "DEM/particles.data"
     data.write_text(data.read_text().replace(" 2500.0 ", " 250.0 "))
     manifest = json.loads((run / "manifest.json").read_text())
-    manifest["files"]["grains/particles.data"] = hash_file(data)
+    manifest["files"]["DEM/particles.data"] = hash_file(data)
     (run / "manifest.json").write_text(json.dumps(manifest))
     result = call("run", run)
     assert result.exit_code == 1 and f"{data}: is not what the case gives" in result.stderr
@@ -171,13 +171,13 @@ def test_start_positions_that_are_not_the_cases_are_refused_whatever_the_manifes
 
 @pytest.mark.usefixtures("no_solver")
 def test_the_last_digits_of_another_machine_are_no_change(run, monkeypatch):
-    data = run / "grains/particles.data"
+    data = run / "DEM/particles.data"
     lines = data.read_text().splitlines(keepends=True)
     *row, x, y, z = lines[-1].split()
     lines[-1] = f"{' '.join(row)} {float(x) * (1 + 1e-15)!r} {y} {z}\n"
     manifest = json.loads((run / "manifest.json").read_text())
     data.write_text("".join(lines))
-    manifest["files"]["grains/particles.data"] = hash_file(data)
+    manifest["files"]["DEM/particles.data"] = hash_file(data)
     (run / "manifest.json").write_text(json.dumps(manifest))
     assert fbcouple.launcher.launch.require_unchanged(load_case(str(run)), run, trusted=False) == []
 
@@ -186,9 +186,9 @@ def test_the_last_digits_of_another_machine_are_no_change(run, monkeypatch):
 @pytest.mark.parametrize("name", ["0x10", "00", "0.0", "inf", "1_0", "postProcessing", "processor-notes"])
 def test_what_openfoam_could_take_for_a_time_is_refused(run, name):
     """It reads hexadecimal numbers and starts from the latest time that it finds."""
-    (run / "fluid" / name).mkdir()
+    (run / "CFD" / name).mkdir()
     result = call("run", run)
-    assert result.exit_code == 1 and f"{run / 'fluid' / name}: is none of this case's decks" in result.stderr
+    assert result.exit_code == 1 and f"{run / 'CFD' / name}: is none of this case's decks" in result.stderr
 
 
 def change_index(folder: Path, **changes: Any) -> None:
@@ -201,28 +201,28 @@ def change_index(folder: Path, **changes: Any) -> None:
 
 
 def add_deck(folder: Path) -> None:
-    (folder / "fluid/system").mkdir()
-    (folder / "fluid/system/controlDict").write_text('libs ("./checkpoints/notes.so");')
+    (folder / "CFD/system").mkdir()
+    (folder / "CFD/system/controlDict").write_text('libs ("./checkpoints/notes.so");')
 
 
 def add_field_of_the_start(folder: Path) -> None:
-    (folder / "fluid/0").mkdir()
-    shutil.copy(next(folder.glob("fluid/*/U")), folder / "fluid/0/U")
+    (folder / "CFD/0").mkdir()
+    shutil.copy(next(folder.glob("CFD/*/U")), folder / "CFD/0/U")
 
 
 def add_code_to_a_field(folder: Path) -> None:
-    field = next(folder.glob("fluid/*/p"))
+    field = next(folder.glob("CFD/*/p"))
     field.write_bytes(field.read_bytes().replace(b"zeroGradient;", b'zeroGradient; libs ("./notes.so");', 1))
 
 
 def add_mesh(folder: Path) -> None:
-    mesh = next(folder.glob("fluid/*/uniform")).with_name("polyMesh")
+    mesh = next(folder.glob("CFD/*/uniform")).with_name("polyMesh")
     mesh.mkdir()
     (mesh / "points").write_text("")
 
 
 FORGERIES: dict[str, tuple[Callable[[Path], None], dict[str, Any], str]] = {
-    "deck": (add_deck, {}, '"fluid/system/controlDict" is in it, which no checkpoint has'),
+    "deck": (add_deck, {}, '"CFD/system/controlDict" is in it, which no checkpoint has'),
     "start": (add_field_of_the_start, {}, "its fields are of the times 0, "),
     "code": (add_code_to_a_field, {}, "holds 'libs', which is in no field that fbcouple saves"),
     "mesh": (add_mesh, {}, 'polyMesh/points" is in it, which no checkpoint has'),
@@ -242,7 +242,7 @@ LISTED = [*((name, True) for name in FORGERIES), *((name, False) for name in ("d
 def test_a_checkpoint_holds_nothing_but_what_a_run_writes(stopped, forgery, is_listed):
     """Whether its index lists it or not."""
     spoil, changes, words = FORGERIES[forgery]
-    before = hash_file(stopped / "fluid/system/controlDict")
+    before = hash_file(stopped / "CFD/system/controlDict")
     for folder in list_checkpoints(stopped):
         spoil(folder)
         if is_listed:
@@ -250,7 +250,7 @@ def test_a_checkpoint_holds_nothing_but_what_a_run_writes(stopped, forgery, is_l
     result = call("run", stopped, "--resume")
     assert result.exit_code == 1 and "Traceback" not in result.output and "no checkpoint is left" in result.stderr
     assert re.search(re.escape(words) if is_listed else "it was not written with|bytes, .* were written", result.stderr)
-    assert hash_file(stopped / "fluid/system/controlDict") == before
+    assert hash_file(stopped / "CFD/system/controlDict") == before
 
 
 @pytest.mark.usefixtures("no_solver")
@@ -317,7 +317,7 @@ DAMAGES: dict[str, Callable[[Path], object]] = {
 def test_results_that_cannot_be_read_are_not_complete(stopped, damage):
     said: list[str] = []
     (stopped / "results.nc").unlink()
-    shutil.copyfile(stopped / "grains/particles.data", stopped / "results.nc")
+    shutil.copyfile(stopped / "DEM/particles.data", stopped / "results.nc")
     DAMAGES[damage](stopped / "results.nc")
     assert not is_complete(stopped, load_case(str(stopped)), said.append)
     assert len(said) == 1 and said[0].startswith(f"{stopped / 'results.nc'}: cannot be read (") and "\n" not in said[0]

@@ -161,7 +161,7 @@ def test_second_signal_ends_at_once(tmp_path):
     """No moment for a checkpoint comes before it; what was written stands."""
     run = prepare(tmp_path, ["checkpoint.moment_steps=100000", "end_time=10.0"])
     parent = start(run)
-    await_true((run / "logs/pulse").exists, parent)
+    await_true((run / "logs/heartbeat").exists, parent)
     for _ in range(2):
         parent.send_signal(signal.SIGTERM)
         time.sleep(0.6)
@@ -199,7 +199,7 @@ def flip(file: Path) -> None:
 DAMAGES = {"truncated": cut, "bit-flipped": flip, "missing": Path.unlink}
 
 
-@pytest.mark.parametrize("name", ["grains.restart", "cells-0000.npz", "state.json", "index.json", "history.jsonl"])
+@pytest.mark.parametrize("name", ["liggghts.restart", "cells-0000.npz", "state.json", "index.json", "history.jsonl"])
 @pytest.mark.parametrize("damage", DAMAGES)
 def test_damaged_checkpoint_is_refused_by_name_and_the_one_before_is_used(tmp_path, whole, damage, name):
     from fbcouple.case.load import load_case  # noqa: PLC0415

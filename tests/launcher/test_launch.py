@@ -123,7 +123,7 @@ def test_a_scene_without_gas_starts_no_openfoam(solids, monkeypatch, tmp_path):
     monkeypatch.setenv("PATH", str(tmp_path / "bin"))
     rows = start(solids)
     assert rows[-1]["particles"] == 50 and "pressure_drop" not in rows[-1]
-    assert not (solids / "fluid").exists() and not (solids / "logs/fluid.log").exists()
+    assert not (solids / "CFD").exists() and not (solids / "logs/openfoam.log").exists()
 
 
 def test_results_are_not_overwritten_unless_asked(done):
@@ -137,28 +137,28 @@ def test_results_are_not_overwritten_unless_asked(done):
 
 def test_fresh_removes_the_results_before_it_starts(done):
     (done / "figures").mkdir()
-    spoil(done / "fluid/system/blockMeshDict", "simpleGrading (1 1 1)", "simplerGrading (1 1 1)")
-    spoil(done / "fluid/system/blockMeshDict", "vertices", "corners")
+    spoil(done / "CFD/system/blockMeshDict", "simpleGrading (1 1 1)", "simplerGrading (1 1 1)")
+    spoil(done / "CFD/system/blockMeshDict", "vertices", "corners")
     with pytest.raises(SolverError, match="blockMesh failed"):
         start(done, fresh=True)
     assert not (done / "results.nc").exists() and not (done / "figures").exists()
 
 
 def test_liggghts_own_words(solids):
-    spoil(solids / "grains/in.grains", "pair_coeff      * *", "pair_coeff      nonsense")
+    spoil(solids / "DEM/in.liggghts", "pair_coeff      * *", "pair_coeff      nonsense")
     with pytest.raises(SolverError) as caught:
         start(solids)
     assert str(caught.value).startswith("LIGGGHTS: ERROR: Numeric index is out of bounds")
-    assert "logs/grains.log" in str(caught.value)
+    assert "logs/liggghts.log" in str(caught.value)
     assert not (solids / "results.nc").exists()
 
 
 @pytest.mark.parametrize("ranks", [1, 2])
 def test_words_of_liggghts_on_one_rank(solids, ranks):
     """It tells them on its screen alone, and the process is ended in the next moment."""
-    data = solids / "grains/particles.data"
+    data = solids / "DEM/particles.data"
     data.write_text("".join(data.read_text().splitlines(keepends=True)[:30]))
-    with pytest.raises(SolverError, match=r"^LIGGGHTS: ERROR: Unexpected end of data file .*in logs/grains\.log"):
+    with pytest.raises(SolverError, match=r"^LIGGGHTS: ERROR: Unexpected end of data file .*in logs/liggghts\.log"):
         start(solids, ranks)
 
 
@@ -168,14 +168,14 @@ def test_no_text_of_the_case_is_in_a_line_that_liggghts_cuts(tmp_path, monkeypat
         monkeypatch.setenv(name, value)
     text = SOLIDS.replace("fifty particles", "\u5e8a" * 105)
     run = prepare(tmp_path, text)
-    assert max(map(len, (run / "grains/particles.data").read_bytes().splitlines())) < 255
+    assert max(map(len, (run / "DEM/particles.data").read_bytes().splitlines())) < 255
     start(run)
     with xr.open_dataset(run / "results.nc") as results:
         assert "\u5e8a" * 105 in results.attrs["case"]
 
 
 def test_liggghts_own_words_on_the_command_line(coupled):
-    spoil(coupled / "grains/in.grains", "gran model hooke/stiffness tangential history\npair_coeff", "nix\npair_coeff")
+    spoil(coupled / "DEM/in.liggghts", "gran model hooke/stiffness tangential history\npair_coeff", "nix\npair_coeff")
     result = call("run", coupled, "-n", 2, "--trust")
     assert result.exit_code == 3
     assert result.stderr.startswith("LIGGGHTS: ERROR") and "pair style" in result.stderr
@@ -183,7 +183,7 @@ def test_liggghts_own_words_on_the_command_line(coupled):
 
 
 def test_openfoams_own_words(coupled):
-    spoil(coupled / "fluid/system/fvSchemes", "default         Euler;", "default         Oiler;")
+    spoil(coupled / "CFD/system/fvSchemes", "default         Euler;", "default         Oiler;")
     result = call("run", coupled, "--trust")
     assert result.exit_code == 3 and isinstance(result.exception, SystemExit)
     assert result.stderr.startswith("OpenFOAM: ") and "Oiler" in result.stderr and "Euler" in result.stderr
@@ -199,13 +199,13 @@ def test_openfoams_own_words(coupled):
 )
 @pytest.mark.parametrize("ranks", [1, 2])
 def test_openfoams_own_words_about_what_it_reads_at_the_start(coupled, ranks, deck, old, new, word):
-    spoil(coupled / "fluid" / deck, old, new)
+    spoil(coupled / "CFD" / deck, old, new)
     with pytest.raises(SolverError, match=rf"(?s)(OpenFOAM|decomposePar).*\b{word}\b"):
         start(coupled, ranks)
 
 
 def test_words_of_a_mesh_tool(coupled):
-    spoil(coupled / "fluid/system/blockMeshDict", "vertices", "corners")
+    spoil(coupled / "CFD/system/blockMeshDict", "vertices", "corners")
     with pytest.raises(
         SolverError, match=r"(?s)blockMesh failed with code 1 \(logs/mesh\.log\): --> FOAM FATAL.*vertices"
     ):
@@ -214,11 +214,11 @@ def test_words_of_a_mesh_tool(coupled):
 
 
 def test_the_words_of_an_earlier_failure_are_forgotten(solids):
-    deck = (solids / "grains/in.grains").read_text()
-    spoil(solids / "grains/in.grains", "pair_coeff      * *", "pair_coeff      nonsense")
+    deck = (solids / "DEM/in.liggghts").read_text()
+    spoil(solids / "DEM/in.liggghts", "pair_coeff      * *", "pair_coeff      nonsense")
     with pytest.raises(SolverError, match="Numeric index"):
         start(solids)
-    (solids / "grains/in.grains").write_text(deck)
+    (solids / "DEM/in.liggghts").write_text(deck)
     assert start(solids)[-1]["particles"] == 50
 
 

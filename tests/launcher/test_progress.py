@@ -7,7 +7,7 @@ from rich.console import Console
 
 from fbcouple.launcher.progress import RunProgress
 
-WALL = {"grains": 1.0, "gas": 1.0}
+WALL = {"dem": 1.0, "cfd": 1.0}
 
 
 def test_rate_of_a_resumed_run_counts_from_where_it_goes_on(monkeypatch):

@@ -12,7 +12,7 @@ from mpi4py import MPI
 from fbcouple.case.load import load_case
 from fbcouple.decks.render import set_up
 from fbcouple.launcher.openfoam_mesh import prepare_mesh
-from fbcouple.simulation.simulation import open_scene
+from fbcouple.simulation.simulation import open_simulation
 
 CASE = """
 title = "columns"
@@ -50,10 +50,10 @@ def main() -> None:
         prepare_mesh(case, place / "run", comm.size)
     comm.Barrier()
     os.chdir(place / "run")
-    scene = open_scene(load_case("case.toml"), Path("."), comm, 1.0)
-    assert scene.gas and scene.grains
-    centres = scene.gas.centres[:, :2]
-    own = scene.grains.bounds[:, :2].tolist(), [centres.min(axis=0).tolist(), centres.max(axis=0).tolist()]
+    sim = open_simulation(load_case("case.toml"), Path("."), comm, 1.0)
+    assert sim.gas and sim.liggghts
+    centres = sim.gas.centres[:, :2]
+    own = sim.liggghts.bounds[:, :2].tolist(), [centres.min(axis=0).tolist(), centres.max(axis=0).tolist()]
     if columns := comm.gather(own):
         Path("../columns.json").write_text(json.dumps(columns))
 

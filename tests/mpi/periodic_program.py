@@ -15,7 +15,7 @@ from plan_program import CELLS, DT, REACH, SIZE, differ, give_up, make_case, run
 
 from fbcouple.coupling.coupling import Particles
 from fbcouple.geometry.grid import Grid
-from fbcouple.simulation.conservation import Balance
+from fbcouple.simulation.conservation import Conservation
 
 COUNT = 300
 SIDES = np.array([1.0, 1.0, 0.0])
@@ -44,10 +44,10 @@ def compare(comm: MPI.Comm, passes: int) -> dict:
     _, cells, forces, drag = run_coupling(case, MPI.COMM_SELF, centres, whole, everyone, gas)
     own = Particles(strayed[mine], velocities[mine], radii[mine], masses[mine])
     coupling, my_fields, my_forces, my_drag = run_coupling(case, comm, centres[my_cells], bounds, own, gas[my_cells])
-    balance = Balance(comm)
+    conservation = Conservation(comm)
     given_up = give_up(coupling, gas[my_cells][:, 6:], grid.cell_volume)
-    balance.give(coupling.find_gas_loss(given_up), my_drag, DT)
-    balance.receive(my_forces, DT)
+    conservation.give(coupling.find_gas_loss(given_up), my_drag, DT)
+    conservation.receive(my_forces, DT)
     solids = comm.allreduce(float(np.sum(1.0 - coupling.voidage))) * grid.cell_volume
     return {
         "ranks": comm.size,
@@ -56,7 +56,7 @@ def compare(comm: MPI.Comm, passes: int) -> dict:
         "forces": differ(comm, my_forces, forces[mine]),
         "drag": abs(comm.allreduce(my_drag) / drag - 1.0),
         "volume": abs(solids / float(np.sum(4 / 3 * np.pi * radii**3)) - 1.0),
-        "momentum": balance.momentum_error,
+        "momentum": conservation.momentum_error,
     }
 
 

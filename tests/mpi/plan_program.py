@@ -19,7 +19,7 @@ from fbcouple.coupling.coupling import Coupling, Particles
 from fbcouple.coupling.discretisation import BoxSpace
 from fbcouple.errors import FbcoupleError
 from fbcouple.geometry.grid import Grid
-from fbcouple.simulation.conservation import Balance
+from fbcouple.simulation.conservation import Conservation
 
 CELLS, SIZE, REACH = (16, 3, 9), (0.04, 0.009, 0.02), 1e-3
 DT = 3e-4
@@ -144,10 +144,10 @@ def compare(comm: MPI.Comm, scatter: str, exchange: dict) -> dict:
         case, comm, centres[my_cells], bounds, pick(my_particles), gas[my_cells]
     )
     total = comm.allreduce(my_drag)
-    balance = Balance(comm)
+    conservation = Conservation(comm)
     given_up = give_up(coupling, gas[my_cells][:, 6:], grid.cell_volume)
-    balance.give(coupling.find_gas_loss(given_up), my_drag, DT)
-    balance.receive(my_forces, DT)
+    conservation.give(coupling.find_gas_loss(given_up), my_drag, DT)
+    conservation.receive(my_forces, DT)
     solids = comm.allreduce(float(np.sum(1.0 - coupling.voidage))) * grid.cell_volume
     patch = coupling.plan.patch
     owned = all_cells[my_cells]
@@ -160,7 +160,7 @@ def compare(comm: MPI.Comm, scatter: str, exchange: dict) -> dict:
         "forces": differ(comm, my_forces, forces[my_particles]),
         "drag": abs(total / drag - 1.0),
         "volume": abs(solids / float(np.sum(4 / 3 * np.pi * radii**3)) - 1.0),
-        "momentum": balance.momentum_error,
+        "momentum": conservation.momentum_error,
         **compare_plan(comm, grid, owned, patch),
         **count_messages(comm, owned, patch),
         "first cell": comm.allgather(patch.low == (0, 0, 0)),

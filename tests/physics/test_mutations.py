@@ -1,4 +1,4 @@
-"""Mistakes that the field has made, put into a copy of the package: the scene that should see each of them does."""
+"""Mistakes that the field has made, put into a copy of the package: the check that should see each of them does."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ PASSED, FAILED = 0, 4
 
 @dataclass(frozen=True)
 class Mutation:
-    """Texts of files and what stands there instead, wherever they are, and the scenes that must then fail."""
+    """Texts of files and what stands there instead, wherever they are, and the checks that must then fail."""
 
     changes: tuple[tuple[str, str, str], ...]
-    scenes: tuple[str, ...]
+    checks: tuple[str, ...]
 
 
 MUTATIONS = {
@@ -100,14 +100,14 @@ MUTATIONS = {
 }
 
 
-def run_scenes(place: Path, scenes: tuple[str, ...]) -> tuple[int, set[str]]:
-    """Exit code of `fbcouple verify` with the package in `place`, and the scenes with a number that missed."""
+def run_checks(place: Path, checks: tuple[str, ...]) -> tuple[int, set[str]]:
+    """Exit code of `fbcouple verify` with the package in `place`, and the checks with a number that missed."""
     program = [
         sys.executable,
         "-c",
         "from fbcouple.cli.main import main; main()",
         "verify",
-        *scenes,
+        *checks,
         "--json",
         "checks.json",
     ]
@@ -137,5 +137,5 @@ def test_a_mistake_is_seen(name, tmp_path):
         (tmp_path / "cache").mkdir()
         for headers in build.build_adapter().parent.glob("openfoam-*-headers"):
             (tmp_path / "cache" / headers.name).symlink_to(headers)
-    code, missed = run_scenes(tmp_path, mutation.scenes)
-    assert code == FAILED and missed == set(mutation.scenes)
+    code, missed = run_checks(tmp_path, mutation.checks)
+    assert code == FAILED and missed == set(mutation.checks)

@@ -60,7 +60,7 @@ def synthetic(cells: tuple[int, int, int]) -> xr.Dataset:
             "z": z,
             "component": ["x", "y", "z"],
             "time": ("time", time, {"units": "s"}),
-            "stage": ["grains", "gas", "map"],
+            "stage": ["dem", "cfd", "map"],
         },
         attrs={"case": CASE, "averaging_start": 1.0, "averaging_end": 20.0, "core_seconds": 16.0, "complete": 1},
     )

@@ -26,7 +26,7 @@ def test_panels_without_a_variable_are_left_out(dataset, write):
 
 
 def test_cost_is_the_sum_over_time_largest_first(run):
-    assert list(stage_seconds(open_results(run)).items()) == [("gas", 4.5), ("grains", 3.0), ("map", 0.5)]
+    assert list(stage_seconds(open_results(run)).items()) == [("cfd", 4.5), ("dem", 3.0), ("map", 0.5)]
 
 
 def test_bars_carry_share_and_time(run):

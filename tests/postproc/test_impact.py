@@ -50,7 +50,7 @@ def test_the_figure_has_the_run_and_the_schemes_of_the_paper(run):
 def test_nothing_but_the_tracked_particle_is_in_the_results(run):
     with xr.open_dataset(run / "results.nc") as data:
         assert not {"solids_fraction", "voidage_snapshots", "pressure_drop"} & set(data)
-    assert not (run / "fluid").exists() and not (run / "frames").exists()
+    assert not (run / "CFD").exists() and not (run / "frames").exists()
 
 
 @pytest.mark.parametrize(

@@ -41,7 +41,7 @@ def run(tmp_path):
     centres = places.T[::-1]
     upward = 2.0 + 100.0 * centres[:, 0] + 40.0 * centres[:, 2]
     means = {"pressure": 10.0 * centres[:, 2], "gas_flux": np.stack([0 * upward, 0 * upward, upward])}
-    history = [{"time": 0.1, "pressure_drop": 3.0, "wall": dict.fromkeys(("grains", "gas", "map", "drag"), 0.0)}]
+    history = [{"time": 0.1, "pressure_drop": 3.0, "wall": dict.fromkeys(("dem", "cfd", "map", "drag"), 0.0)}]
     history[0]["wall"] |= dict.fromkeys(("react", "average", "record", "wait"), 0.0)
     about = {"case": CASE, "averaging_start": 1.0, "averaging_end": 20.0, "complete": 1, "bed_section": 0.005}
     volumes = np.full(len(centres), 1e-6)

@@ -114,4 +114,4 @@ def test_a_round_mesh_about_its_axis_is_drawn_whole(tmp_path):
 
 
 def _stages():
-    return ("grains", "gas", "map", "drag", "react", "average", "record", "wait")
+    return ("dem", "cfd", "map", "drag", "react", "average", "record", "wait")

@@ -9,7 +9,7 @@ LAUNCHER = "\n".join(f"line {n}" for n in range(40))
 GRAINS = "LIGGGHTS (Version LIGGGHTS-PUBLIC 3.8.0)\nERROR: Numeric index is out of bounds (./src/force.cpp:786)\n"
 FLUID = (
     "Create time\n\n\n--> FOAM FATAL IO ERROR: \nUnknown ddt type Nonsense\n\nValid ddt types :\n"
-    "file: fluid/system/fvSchemes.ddtSchemes at line 11.\n\nFOAM exiting\n"
+    "file: CFD/system/fvSchemes.ddtSchemes at line 11.\n\nFOAM exiting\n"
 )
 
 
@@ -32,7 +32,7 @@ def test_the_first_rank_to_say_so_is_heard(run):
 
 
 def test_a_note_goes_before_the_logs(run):
-    (run / "logs/grains.log").write_text(GRAINS)
+    (run / "logs/liggghts.log").write_text(GRAINS)
     write_failure(run, "the cause", 4)
     assert read_failure(run, LAUNCHER) == ("the cause", 4)
 
@@ -61,39 +61,39 @@ def test_without_room_a_note_is_written_all_the_same(run):
 
 
 def test_particles_that_liggghts_lost_are_a_divergence(run):
-    (run / "logs/grains.log").write_text("ERROR: Lost atoms: original 530 current 529 (./src/thermo.cpp:442)\n")
+    (run / "logs/liggghts.log").write_text("ERROR: Lost atoms: original 530 current 529 (./src/thermo.cpp:442)\n")
     assert read_failure(run, "")[1] == 4
 
 
 def test_words_of_liggghts(run):
-    (run / "logs/grains.log").write_text(GRAINS)
+    (run / "logs/liggghts.log").write_text(GRAINS)
     text, code = read_failure(run, LAUNCHER)
-    assert text == "LIGGGHTS: ERROR: Numeric index is out of bounds (./src/force.cpp:786) (in logs/grains.log)"
+    assert text == "LIGGGHTS: ERROR: Numeric index is out of bounds (./src/force.cpp:786) (in logs/liggghts.log)"
     assert code == 3
 
 
 def test_words_of_openfoam_go_on_over_the_next_lines(run):
-    (run / "logs/grains.log").write_text("no error here: 'ERROR' within a line is none\n")
-    (run / "logs/fluid.log").write_text(FLUID)
+    (run / "logs/liggghts.log").write_text("no error here: 'ERROR' within a line is none\n")
+    (run / "logs/openfoam.log").write_text(FLUID)
     text, code = read_failure(run, LAUNCHER)
     assert text.startswith("OpenFOAM: --> FOAM FATAL IO ERROR:") and "Unknown ddt type Nonsense" in text
-    assert text.endswith("(in logs/fluid.log)") and code == 3
+    assert text.endswith("(in logs/openfoam.log)") and code == 3
 
 
 def test_the_last_error_of_several_is_told(run):
-    (run / "logs/grains.log").write_text("ERROR: first\nmore\nmore\nERROR: second\n")
-    assert read_failure(run, LAUNCHER)[0] == "LIGGGHTS: ERROR: second (in logs/grains.log)"
+    (run / "logs/liggghts.log").write_text("ERROR: first\nmore\nmore\nERROR: second\n")
+    assert read_failure(run, LAUNCHER)[0] == "LIGGGHTS: ERROR: second (in logs/liggghts.log)"
 
 
 def test_bytes_that_are_no_text_do_not_hide_the_words(run):
-    (run / "logs/grains.log").write_bytes(b"\xff\xfe\x00\nERROR: after rubbish\n")
+    (run / "logs/liggghts.log").write_bytes(b"\xff\xfe\x00\nERROR: after rubbish\n")
     assert "ERROR: after rubbish" in read_failure(run, "")[0]
 
 
 @pytest.mark.parametrize("torn", ["", '{"text": "the cau'])
 def test_a_torn_note_does_not_hide_the_logs(run, torn):
     (run / "logs/failure.json").write_text(torn)
-    (run / "logs/grains.log").write_text(GRAINS)
+    (run / "logs/liggghts.log").write_text(GRAINS)
     assert read_failure(run, LAUNCHER)[0].startswith("LIGGGHTS: ERROR: Numeric index")
 
 

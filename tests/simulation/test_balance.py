@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from fbcouple.simulation.conservation import Balance
+from fbcouple.simulation.conservation import Conservation
 
 MOMENTUM = 11.0
 FORCES = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -0.25]])
 
 
 def find_error(loss: float, drag: float) -> float:
-    balance = Balance(MPI.COMM_SELF)
-    balance.give(np.array([0.0, 0.0, loss]), drag, 0.1)
-    balance.receive(FORCES, 0.1, lambda: MOMENTUM)
-    return balance.momentum_error
+    conservation = Conservation(MPI.COMM_SELF)
+    conservation.give(np.array([0.0, 0.0, loss]), drag, 0.1)
+    conservation.receive(FORCES, 0.1, lambda: MOMENTUM)
+    return conservation.momentum_error
 
 
 def test_what_arrives_is_no_error():
@@ -29,21 +29,21 @@ def test_imbalance_is_told_over_the_drag(share):
 
 
 def test_rounding_of_a_drag_that_has_died_away_is_told_over_the_momentum():
-    balance = Balance(MPI.COMM_SELF)
-    balance.give(np.array([0.0, 0.0, 3e-16]), 1e-9, 0.1)
-    balance.receive(np.zeros((2, 3)), 0.1, lambda: MOMENTUM)
-    assert balance.momentum_error == pytest.approx(3e-17 / (1e-4 * MOMENTUM))
+    conservation = Conservation(MPI.COMM_SELF)
+    conservation.give(np.array([0.0, 0.0, 3e-16]), 1e-9, 0.1)
+    conservation.receive(np.zeros((2, 3)), 0.1, lambda: MOMENTUM)
+    assert conservation.momentum_error == pytest.approx(3e-17 / (1e-4 * MOMENTUM))
 
 
 def test_a_large_imbalance_of_a_small_drag_is_still_seen():
-    balance = Balance(MPI.COMM_SELF)
-    balance.give(np.array([0.0, 0.0, 1e-6]), 1e-9, 0.1)
-    balance.receive(np.zeros((2, 3)), 0.1, lambda: MOMENTUM)
-    assert balance.momentum_error > 1e-5
+    conservation = Conservation(MPI.COMM_SELF)
+    conservation.give(np.array([0.0, 0.0, 1e-6]), 1e-9, 0.1)
+    conservation.receive(np.zeros((2, 3)), 0.1, lambda: MOMENTUM)
+    assert conservation.momentum_error > 1e-5
 
 
 def test_at_rest_without_drag_the_imbalance_itself_is_told():
-    balance = Balance(MPI.COMM_SELF)
-    balance.give(np.array([0.0, 0.0, 1e-3]), 0.0, 1.0)
-    balance.receive(np.zeros((2, 3)), 1.0, lambda: 0.0)
-    assert balance.momentum_error == pytest.approx(1.0), "the loss is its own scale"
+    conservation = Conservation(MPI.COMM_SELF)
+    conservation.give(np.array([0.0, 0.0, 1e-3]), 0.0, 1.0)
+    conservation.receive(np.zeros((2, 3)), 1.0, lambda: 0.0)
+    assert conservation.momentum_error == pytest.approx(1.0), "the loss is its own scale"

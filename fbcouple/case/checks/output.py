@@ -1,4 +1,4 @@
-"""Whether what [output] asks for can be had from this scene."""
+"""Whether what [output] asks for can be had from this case."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def check_snapshots(case: Case, folder: Path) -> Iterator[Problem]:
         return
     if case.gas is None or case.particles is None:
         missing = "gas" if case.gas is None else "particles"
-        text = f"{every:g} s is given and the scene has no [{missing}], so no voidage"
+        text = f"{every:g} s is given and the case has no [{missing}], so no voidage"
         yield Problem("output.snapshots_every", f"{text}; remove it or add [{missing}].")
     elif case.end_time / every > MOST_SNAPSHOTS:
         text = f"{every:g} s is given, at least {case.end_time / MOST_SNAPSHOTS:.3g} s is allowed"
@@ -50,7 +50,7 @@ def check_frames(case: Case, folder: Path) -> Iterator[Problem]:
     if every is None:
         return
     if case.particles is None:
-        text = f"{every:g} s is given and the scene has no [particles]; remove it or add [particles]."
+        text = f"{every:g} s is given and the case has no [particles]; remove it or add [particles]."
         yield Problem("output.particles_every", text)
     elif case.end_time / every > MOST_FRAMES:
         text = f"{every:g} s is given, at least {case.end_time / MOST_FRAMES:.3g} s is allowed"
@@ -64,7 +64,7 @@ def check_tracked(case: Case, folder: Path) -> Iterator[Problem]:
     if not numbers:
         return
     if case.particles is None:
-        yield Problem(key, f"{show(numbers)} is given and the scene has no [particles]; remove it or add [particles].")
+        yield Problem(key, f"{show(numbers)} is given and the case has no [particles]; remove it or add [particles].")
         return
     if len(numbers) > MOST_TRACKED:
         text = f"{len(numbers)} particles are given, at most {MOST_TRACKED} are allowed"

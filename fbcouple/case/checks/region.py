@@ -56,7 +56,7 @@ def check_box_only(case: Case, folder: Path) -> Iterator[Problem]:
     if domain.elements:
         region = f"{region} of {domain.elements}"
     if case.gas is None:
-        text = f"the scene has none and {region}, no box of hexahedra"
+        text = f"the case has none and {region}, no box of hexahedra"
         yield Problem("gas", f"{text}; add [gas] (its solver holds the mesh).")
     asked = {
         "domain.periodic": bool(domain.periodic),

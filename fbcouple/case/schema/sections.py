@@ -1,6 +1,6 @@
 """Every option of a case file, once: type, default, range, unit and a sentence.
 
-A section that a scene does not need is left out of the file: no `[gas]`, and OpenFOAM never starts; no
+A section that a case does not need is left out of the file: no `[gas]`, and OpenFOAM never starts; no
 `[particles]`, and LIGGGHTS never starts; no `filter_passes`, no filter.
 """
 

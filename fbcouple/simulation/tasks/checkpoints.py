@@ -20,7 +20,7 @@ from mpi4py import MPI
 
 from fbcouple.paths import PULSE
 from fbcouple.simulation.clock import Cadence
-from fbcouple.simulation.simulation import Scene
+from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.tasks.history import Recorder
 from fbcouple.simulation.tasks.restart import write_checkpoint
 
@@ -43,7 +43,7 @@ class Limits:
     """Before which it has to be over: on the clock of this machine that runs on evenly (time.monotonic) [s]."""
 
 
-class Summons:
+class StopSignal:
     """The last of the signals that ask this rank to stop; it listens from its making on."""
 
     def __init__(self) -> None:
@@ -59,37 +59,39 @@ class Summons:
         self.caught = number
 
 
-class Keeper:
+class Checkpoints:
     """Asked after every coupling step; collective at moments only."""
 
-    def __init__(self, scene: Scene, run: Path, limits: Limits, summons: Summons, about: dict[str, Any]) -> None:
+    def __init__(
+        self, sim: Simulation, run: Path, limits: Limits, stop_signal: StopSignal, about: dict[str, Any]
+    ) -> None:
         """`about`: what `checkpoint.describe` says of the run, on rank 0."""
-        options = scene.case.checkpoint
+        options = sim.case.checkpoint
         self._run, self._limits = run, limits
         self._about = about
         self._steps, self._wall = options.moment_steps, options.wall_every
         self._cadence = Cadence(options.every, options.every) if options.every else None
-        self._summons = summons
-        summons.listen()
+        self._summons = stop_signal
+        stop_signal.listen()
         self._began = self._written = self._last = time.monotonic()
         self._stretch = self._writing = self._beaten = 0.0
 
-    def keep(self, scene: Scene, recorder: Recorder) -> bool:
+    def keep(self, sim: Simulation, recorder: Recorder) -> bool:
         """At a moment: a checkpoint if one is due or the run has to stop; must LIGGGHTS be set up anew (collective)?"""
-        self._beat(scene.comm)
-        clock = scene.clock
+        self._beat(sim.comm)
+        clock = sim.clock
         if clock.steps % self._steps or not clock.running:
             return False
-        due, scene.stop = self._agree(scene.comm, clock.time)
-        with scene.watch("record"):
-            if due or scene.stop:
-                self._write(scene, recorder)
-        return not scene.stop and scene.grains is not None
+        due, sim.stop = self._agree(sim.comm, clock.time)
+        with sim.timers("record"):
+            if due or sim.stop:
+                self._write(sim, recorder)
+        return not sim.stop and sim.liggghts is not None
 
-    def close(self, scene: Scene, recorder: Recorder) -> None:
+    def close(self, sim: Simulation, recorder: Recorder) -> None:
         """At the end of the case: a checkpoint, for a run that is to be made longer (collective)."""
-        if not scene.stop:
-            self._write(scene, recorder)
+        if not sim.stop:
+            self._write(sim, recorder)
 
     def _beat(self, comm: MPI.Comm) -> None:
         now = time.monotonic()
@@ -112,10 +114,10 @@ class Keeper:
             return due, UNTIL
         return due, signal.Signals(caught).name if caught else "the wall limit" if late else ""
 
-    def _write(self, scene: Scene, recorder: Recorder) -> None:
+    def _write(self, sim: Simulation, recorder: Recorder) -> None:
         begin = time.monotonic()
-        recorder.inspect(scene)
-        scene.checkpoint = write_checkpoint(scene, recorder, self._run, self._about)
+        recorder.inspect(sim)
+        sim.checkpoint = write_checkpoint(sim, recorder, self._run, self._about)
         self._written = time.monotonic()
         self._writing = max(self._writing, self._written - begin)
 

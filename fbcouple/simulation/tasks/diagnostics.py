@@ -8,7 +8,7 @@ import numpy as np
 
 from fbcouple.coupling.cells import MeshCells
 from fbcouple.geometry.overlap import find_max_overlap
-from fbcouple.simulation.simulation import Scene
+from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.tasks.frames import track
 
 # Dense bed of the paper: solids fraction above 0.2 (section 4.2).
@@ -16,48 +16,48 @@ _DENSE = 0.2
 _CLOSEST_PACKING = 0.74048
 
 
-def measure_grains(scene: Scene) -> dict[str, Any]:
+def measure_dem(sim: Simulation) -> dict[str, Any]:
     """Count, centre, kinetic energy and worst overlap of all particles, and those that the case tracks (collective)."""
-    grains, comm = scene.grains, scene.comm
-    assert grains is not None
-    masses, z = grains.masses, grains.positions[:, 2]
-    squares = np.einsum("ij,ij->i", grains.velocities, grains.velocities)
+    liggghts, comm = sim.liggghts, sim.comm
+    assert liggghts is not None
+    masses, z = liggghts.masses, liggghts.positions[:, 2]
+    squares = np.einsum("ij,ij->i", liggghts.velocities, liggghts.velocities)
     totals = masses.sum(), masses @ z, 0.5 * masses @ squares
     sums = comm.allreduce(np.array(totals))
-    tracked = {"tracked": track(scene)} if scene.case.output.tracked else {}
-    overlap = find_max_overlap(grains.ghost_positions(), grains.ghost_radii(), grains.count)
+    tracked = {"tracked": track(sim)} if sim.case.output.tracked else {}
+    overlap = find_max_overlap(liggghts.ghost_positions(), liggghts.ghost_radii(), liggghts.count)
     return {
-        "particles": scene.balance.particles,
-        "solids_centre_z": float(sums[1] / sums[0]) - scene.grid.origin[2],
+        "particles": sim.conservation.particles,
+        "solids_centre_z": float(sums[1] / sums[0]) - sim.grid.origin[2],
         "kinetic_energy": float(sums[2]),
         "max_overlap": comm.allreduce(overlap, max),
     } | tracked
 
 
-def measure_height(scene: Scene) -> dict[str, Any]:
+def measure_height(sim: Simulation) -> dict[str, Any]:
     """Bed height above the floor, of a mesh its lowest point: from the particles in each layer of a box, from the
     solids of a mesh's cells."""
-    grains, grid = scene.grains, scene.grid
-    assert grains is not None
-    if isinstance(scene.cells, MeshCells):
-        assert scene.coupling is not None
-        solids = 1.0 - scene.coupling.voidage
-        profile, centres = scene.cells.find_profile(scene.comm, solids)
+    liggghts, grid = sim.liggghts, sim.grid
+    assert liggghts is not None
+    if isinstance(sim.cells, MeshCells):
+        assert sim.coupling is not None
+        solids = 1.0 - sim.coupling.voidage
+        profile, centres = sim.cells.find_profile(sim.comm, solids)
         return {"bed_height": find_bed_height(profile, centres - grid.origin[2])}
     layers, height = grid.cells[2], grid.size[2]
-    volumes = 4.0 / 3.0 * np.pi * grains.radii**3
-    layer = np.clip((grains.positions[:, 2] / height * layers).astype(int), 0, layers - 1)
-    sums = scene.comm.allreduce(np.bincount(layer, volumes, minlength=layers))
+    volumes = 4.0 / 3.0 * np.pi * liggghts.radii**3
+    layer = np.clip((liggghts.positions[:, 2] / height * layers).astype(int), 0, layers - 1)
+    sums = sim.comm.allreduce(np.bincount(layer, volumes, minlength=layers))
     profile = sums / (grid.cell_volume * grid.cells[0] * grid.cells[1])
     return {"bed_height": find_bed_height(profile, grid.centres(2))}
 
 
-def measure_voidage(scene: Scene) -> dict[str, Any]:
+def measure_voidage(sim: Simulation) -> dict[str, Any]:
     """Solids that the gas sees, beside the particles' own, and the extremes of the voidage (collective)."""
-    assert scene.coupling is not None and scene.grains is not None
-    comm, voidage = scene.comm, scene.coupling.voidage
-    solids = comm.allreduce(scene.cells.add_up(1.0 - voidage))
-    volume = comm.allreduce(float((4.0 / 3.0 * np.pi * scene.grains.radii**3).sum()))
+    assert sim.coupling is not None and sim.liggghts is not None
+    comm, voidage = sim.comm, sim.coupling.voidage
+    solids = comm.allreduce(sim.cells.add_up(1.0 - voidage))
+    volume = comm.allreduce(float((4.0 / 3.0 * np.pi * sim.liggghts.radii**3).sum()))
     return {
         "solids_volume": solids,
         "solids_error": abs(solids / volume - 1.0),
@@ -67,10 +67,10 @@ def measure_voidage(scene: Scene) -> dict[str, Any]:
     }
 
 
-def find_weight(scene: Scene) -> float:
+def find_weight(sim: Simulation) -> float:
     """Weight of all particles [N]; 1 without gravity."""
-    assert scene.grains is not None
-    return scene.comm.allreduce(float(scene.grains.masses.sum())) * scene.case.gravity or 1.0
+    assert sim.liggghts is not None
+    return sim.comm.allreduce(float(sim.liggghts.masses.sum())) * sim.case.gravity or 1.0
 
 
 def find_bed_height(profile: np.ndarray, centres: np.ndarray) -> float:

@@ -16,7 +16,7 @@ from mpi4py import MPI
 from fbcouple.geometry.grid import Grid
 from fbcouple.results.writer import write_dataset
 from fbcouple.simulation.clock import Cadence
-from fbcouple.simulation.simulation import Scene
+from fbcouple.simulation.simulation import Simulation
 
 Values = dict[str, np.ndarray]
 
@@ -91,22 +91,22 @@ def _describe(about: tuple[str, str]) -> dict[str, str]:
     return {"units": about[0], "long_name": about[1]}
 
 
-def look_at(scene: Scene) -> tuple[np.ndarray, Values, Values]:
+def look_at(sim: Simulation) -> tuple[np.ndarray, Values, Values]:
     """Numbers and columns of this rank's particles, and fields of its cells if there is gas, as `write` takes them."""
-    grains = scene.grains
-    assert grains is not None
-    particles = {"position": grains.positions, "velocity": grains.velocities, "diameter": 2.0 * grains.radii}
+    liggghts = sim.liggghts
+    assert liggghts is not None
+    particles = {"position": liggghts.positions, "velocity": liggghts.velocities, "diameter": 2.0 * liggghts.radii}
     fields = {}
-    if scene.gas and scene.coupling:
-        fields = {"voidage": scene.coupling.voidage[:, None], "gas_velocity": scene.gas.velocity}
-    return grains.numbers, particles, fields
+    if sim.gas and sim.coupling:
+        fields = {"voidage": sim.coupling.voidage[:, None], "gas_velocity": sim.gas.velocity}
+    return liggghts.numbers, particles, fields
 
 
-def track(scene: Scene) -> dict[str, list[float]]:
+def track(sim: Simulation) -> dict[str, list[float]]:
     """Position [m] and velocity [m/s] of each tracked particle, by number: x, y, z, v_x, v_y, v_z (collective)."""
-    grains, wanted = scene.grains, np.array(scene.case.output.tracked)
-    assert grains is not None
-    place, row = np.nonzero(wanted[:, None] == grains.numbers)
+    liggghts, wanted = sim.liggghts, np.array(sim.case.output.tracked)
+    assert liggghts is not None
+    place, row = np.nonzero(wanted[:, None] == liggghts.numbers)
     motion = np.zeros((len(wanted), 6))
-    motion[place] = np.hstack([grains.positions[row], grains.velocities[row]])
-    return {str(number): values for number, values in zip(wanted, scene.comm.allreduce(motion).tolist(), strict=True)}
+    motion[place] = np.hstack([liggghts.positions[row], liggghts.velocities[row]])
+    return {str(number): values for number, values in zip(wanted, sim.comm.allreduce(motion).tolist(), strict=True)}

@@ -8,7 +8,7 @@ import numpy as np
 
 from fbcouple.case.bed.derived import fastest_inlet
 from fbcouple.coupling.cells import BoxCells
-from fbcouple.simulation.simulation import Scene
+from fbcouple.simulation.simulation import Simulation
 
 
 class HeightFlux:
@@ -21,10 +21,10 @@ class HeightFlux:
     def __init__(self) -> None:
         self._before, self._step = np.empty(0), -1
 
-    def prepare(self, scene: Scene) -> None:
+    def prepare(self, sim: Simulation) -> None:
         """Remember the voidage of the gas step just taken, if a checkpoint has not, for the next (collective)."""
-        if scene.gas and isinstance(scene.cells, BoxCells) and self._step != scene.clock.steps + 1:
-            self._before, self._step = self._add_layers(scene, scene.gas.voidage), scene.clock.steps + 1
+        if sim.gas and isinstance(sim.cells, BoxCells) and self._step != sim.clock.steps + 1:
+            self._before, self._step = self._add_layers(sim, sim.gas.voidage), sim.clock.steps + 1
 
     def save(self) -> dict[str, Any]:
         """What `load` needs to go on from here."""
@@ -34,24 +34,24 @@ class HeightFlux:
         """Go on from `state`."""
         self._before, self._step = np.array(state["before"]), state["step"]
 
-    def measure(self, scene: Scene) -> dict[str, Any]:
+    def measure(self, sim: Simulation) -> dict[str, Any]:
         """Largest error over the fastest inflow, and its height [m]; nothing where there is no inflow or the step was
         not prepared for (collective)."""
-        gas, grid = scene.case.gas, scene.grid
-        if scene.gas_state is None or self._step != scene.clock.steps or gas is None or fastest_inlet(gas) == 0.0:
+        gas, grid = sim.case.gas, sim.grid
+        if sim.gas_report is None or self._step != sim.clock.steps or gas is None or fastest_inlet(gas) == 0.0:
             return {}
-        assert scene.gas is not None
-        voidage = scene.gas.voidage
-        change = self._add_layers(scene, voidage) - self._before
-        flux = self._add_layers(scene, voidage * scene.gas.velocity[:, 2])
+        assert sim.gas is not None
+        voidage = sim.gas.voidage
+        change = self._add_layers(sim, voidage) - self._before
+        flux = self._add_layers(sim, voidage * sim.gas.velocity[:, 2])
         floor = grid.size[0] * grid.size[1]
-        change *= grid.cell_volume / scene.moved / floor
+        change *= grid.cell_volume / sim.moved / floor
         flux *= grid.cell_volume / grid.spacing[2] / floor
-        inflow = scene.gas_state.inflow / floor
+        inflow = sim.gas_report.inflow / floor
         errors = np.abs(flux - (inflow - np.cumsum(change) + change / 2)) / fastest_inlet(gas)
         worst = int(errors.argmax())
         return {"gas_flux_error": float(errors[worst]), "gas_flux_height": float(grid.centres(2)[worst])}
 
-    def _add_layers(self, scene: Scene, values: np.ndarray) -> np.ndarray:
+    def _add_layers(self, sim: Simulation, values: np.ndarray) -> np.ndarray:
         """Sum of a value per cell over each layer and all ranks."""
-        return scene.comm.allreduce(np.bincount(scene.owned[:, 2], values, minlength=scene.grid.cells[2]))
+        return sim.comm.allreduce(np.bincount(sim.owned[:, 2], values, minlength=sim.grid.cells[2]))

@@ -21,15 +21,15 @@ from fbcouple.paths import FRAMES
 from fbcouple.results.writer import append_line, read_log, write_results
 from fbcouple.run_folder.checkpoint import word_newest
 from fbcouple.simulation.clock import Cadence
-from fbcouple.simulation.simulation import Scene
+from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.tasks.averages import Means
-from fbcouple.simulation.tasks.diagnostics import find_weight, measure_grains, measure_height, measure_voidage
+from fbcouple.simulation.tasks.diagnostics import find_weight, measure_dem, measure_height, measure_voidage
 from fbcouple.simulation.tasks.frames import Frames, look_at
 from fbcouple.simulation.tasks.gas_continuity import HeightFlux
 from fbcouple.simulation.tasks.inlet_flow import Inflow
 from fbcouple.simulation.tasks.monitors import (
     JUDGED_ONLY,
-    RollCall,
+    LostParticles,
     find_breaches,
     judge,
     require_finite,
@@ -54,136 +54,136 @@ _NUMBERS = (
 class Recorder:
     """Observes every step; a row when one is due, results.nc by wall time and at the end."""
 
-    def __init__(self, scene: Scene, run: Path, case_text: str, made_with: dict[str, str] | None = None) -> None:
+    def __init__(self, sim: Simulation, run: Path, case_text: str, made_with: dict[str, str] | None = None) -> None:
         """`made_with`: what results.nc says of the programs that the run is made with."""
         self._run, self._made_with = run, made_with or {}
         self._case_text = case_text
         self._rows: list[dict[str, Any]] = []
-        self._cadence = Cadence(scene.case.output.record_every)
+        self._cadence = Cadence(sim.case.output.record_every)
         self._momentum_error = self._mass_error = self._inflow_error = self._courant = 0.0
         self._elapsed = self._pressure_time = self._support_time = self._displaced_wrongly = 0.0
-        self._roll = RollCall(scene)
-        self._flux, self._inflow, self._outlet = HeightFlux(), Inflow(scene, run), Outlet(scene, run)
+        self._lost = LostParticles(sim)
+        self._flux, self._inflow, self._outlet = HeightFlux(), Inflow(sim, run), Outlet(sim, run)
         self._inspected: tuple[int, dict[str, Any]] = (-1, {})
         self._begin = self._saved = time.monotonic()
         self._busy_begin, self._busy_earlier = time.process_time(), 0.0
-        every = scene.case.output.snapshots_every
-        self._snapshots = Snapshots(scene.comm, scene.grid, scene.owned, every) if every else None
-        between = scene.case.output.particles_every
-        self._frames = Frames(scene.comm, scene.grid, scene.owned, run / FRAMES, between) if between else None
+        every = sim.case.output.snapshots_every
+        self._snapshots = Snapshots(sim.comm, sim.grid, sim.owned, every) if every else None
+        between = sim.case.output.particles_every
+        self._frames = Frames(sim.comm, sim.grid, sim.owned, run / FRAMES, between) if between else None
         self._earlier = 0.0
-        self._log = (run / "logs/run.jsonl").open("a", encoding="utf-8") if scene.comm.rank == 0 else None
+        self._log = (run / "logs/run.jsonl").open("a", encoding="utf-8") if sim.comm.rank == 0 else None
 
-    def observe(self, scene: Scene) -> None:
+    def observe(self, sim: Simulation) -> None:
         """Check the step that was taken; record it if a row is due, and save if it is time (collective)."""
-        self._check(scene)
-        if self._snapshots and scene.coupling:
-            with scene.watch("record"):
-                self._snapshots.take(scene.coupling.voidage, scene.clock.time)
-        if self._frames and self._frames.cadence.due(scene.clock.time):
-            with scene.watch("record"), self._writing(FRAMES):
-                self._frames.write(scene.clock.time, *look_at(scene))
-        if self._cadence.due(scene.clock.time) or not scene.clock.running:
-            self._record(scene)
-        if self._looks_next(scene):
-            self._flux.prepare(scene)
+        self._check(sim)
+        if self._snapshots and sim.coupling:
+            with sim.timers("record"):
+                self._snapshots.take(sim.coupling.voidage, sim.clock.time)
+        if self._frames and self._frames.cadence.due(sim.clock.time):
+            with sim.timers("record"), self._writing(FRAMES):
+                self._frames.write(sim.clock.time, *look_at(sim))
+        if self._cadence.due(sim.clock.time) or not sim.clock.running:
+            self._record(sim)
+        if self._looks_next(sim):
+            self._flux.prepare(sim)
 
-    def inspect(self, scene: Scene) -> dict[str, Any]:
+    def inspect(self, sim: Simulation) -> dict[str, Any]:
         """Hold the state as it is against its limits; returns what was measured for it (collective).
 
         Raises DivergedError with the reason and the place.
         """
-        if self._inspected[0] == scene.clock.steps:
+        if self._inspected[0] == sim.clock.steps:
             return self._inspected[1]
         numbers: dict[str, Any] = {}
-        require_finite(scene)
-        if scene.grains:
-            require_inside(scene)
-            numbers |= measure_grains(scene) | measure_height(scene) | self._outlet.measure(scene)
-        if scene.coupling:
-            numbers |= measure_voidage(scene)
-        if scene.gas:
-            numbers |= self._flux.measure(scene) | self._inflow.measure_outlet(scene)
-        judge(scene, numbers)
-        self._inspected = scene.clock.steps, numbers
-        if scene.grains:
-            self._roll.take(scene)
+        require_finite(sim)
+        if sim.liggghts:
+            require_inside(sim)
+            numbers |= measure_dem(sim) | measure_height(sim) | self._outlet.measure(sim)
+        if sim.coupling:
+            numbers |= measure_voidage(sim)
+        if sim.gas:
+            numbers |= self._flux.measure(sim) | self._inflow.measure_outlet(sim)
+        judge(sim, numbers)
+        self._inspected = sim.clock.steps, numbers
+        if sim.liggghts:
+            self._lost.take(sim)
         return numbers
 
-    def _looks_next(self, scene: Scene) -> bool:
+    def _looks_next(self, sim: Simulation) -> bool:
         """Will the step to come be recorded, or be a moment for a checkpoint?"""
-        clock = scene.clock
-        is_moment = (clock.steps + 1) % scene.case.checkpoint.moment_steps == 0
+        clock = sim.clock
+        is_moment = (clock.steps + 1) % sim.case.checkpoint.moment_steps == 0
         return is_moment or self._cadence.is_due(clock.time + clock.dt)
 
-    def _record(self, scene: Scene) -> None:
-        with scene.watch("record"):
-            row = self._measure(scene)
-        row["wall"] = self._share_walls(scene)
+    def _record(self, sim: Simulation) -> None:
+        with sim.timers("record"):
+            row = self._measure(sim)
+        row["wall"] = self._share_walls(sim)
         self._rows.append(row)
         if self._log:
             with self._writing("logs/run.jsonl"):
                 append_line(self._log, row)
-        late = time.monotonic() - self._saved > scene.case.output.save_every
-        if scene.comm.bcast(late):
-            self.save(scene)
+        late = time.monotonic() - self._saved > sim.case.output.save_every
+        if sim.comm.bcast(late):
+            self.save(sim)
 
-    def _check(self, scene: Scene) -> None:
+    def _check(self, sim: Simulation) -> None:
         """Keep the extremes since the last row; raise DivergedError if a number of the step breaks its limit."""
-        state, balance = scene.gas_state, scene.balance
+        state, conservation = sim.gas_report, sim.conservation
         numbers: dict[str, Any] = {}
-        if state and scene.case.gas:
-            numbers = self._inflow.judge(scene.case.gas, state, scene.clock.time)
-            numbers["courant_ratio"] = state.courant / scene.case.gas.max_courant
+        if state and sim.case.gas:
+            numbers = self._inflow.judge(sim.case.gas, state, sim.clock.time)
+            numbers["courant_ratio"] = state.courant / sim.case.gas.max_courant
             self._inflow_error = max(self._inflow_error, numbers["inflow_error"])
             self._courant = max(self._courant, state.courant)
-            self._mass_error = max(self._mass_error, self._inflow.find_loss(state, scene.dt))
-            self._elapsed += scene.dt
-            self._pressure_time += state.inlet_pressure * scene.dt
-            self._support_time += balance.support * scene.dt
+            self._mass_error = max(self._mass_error, self._inflow.find_loss(state, sim.dt))
+            self._elapsed += sim.dt
+            self._pressure_time += state.inlet_pressure * sim.dt
+            self._support_time += conservation.support * sim.dt
             self._displaced_wrongly += state.displaced_wrongly
-        self._momentum_error = max(self._momentum_error, balance.momentum_error)
-        self._roll.require_all(scene)
-        if scene.coupling:
-            numbers |= {"momentum_error": balance.momentum_error, "substeps": scene.substeps}
-        if find_breaches(scene, numbers):
-            self.inspect(scene)  # what is wrong with the state says more than what came of it
-            judge(scene, numbers)
+        self._momentum_error = max(self._momentum_error, conservation.momentum_error)
+        self._lost.require_all(sim)
+        if sim.coupling:
+            numbers |= {"momentum_error": conservation.momentum_error, "substeps": sim.substeps}
+        if find_breaches(sim, numbers):
+            self.inspect(sim)  # what is wrong with the state says more than what came of it
+            judge(sim, numbers)
 
-    def _measure(self, scene: Scene) -> dict[str, Any]:
-        row: dict[str, Any] = {"time": scene.clock.time, "steps": scene.clock.steps, "substeps": scene.substeps}
-        numbers = self.inspect(scene)
+    def _measure(self, sim: Simulation) -> dict[str, Any]:
+        row: dict[str, Any] = {"time": sim.clock.time, "steps": sim.clock.steps, "substeps": sim.substeps}
+        numbers = self.inspect(sim)
         row |= {name: value for name, value in numbers.items() if name not in JUDGED_ONLY}
-        if scene.gas:
+        if sim.gas:
             row.setdefault("gas_flux_error", float("nan"))
             mean = self._pressure_time / self._elapsed if self._elapsed else float("nan")
             row |= {"pressure_drop": mean, "gas_mass_error": self._mass_error, "max_courant": self._courant}
             row["gas_inflow_error"] = self._inflow_error
-        if scene.coupling:
+        if sim.coupling:
             row["momentum_error"] = self._momentum_error
             row["displaced_gas_error"] = self._displaced_wrongly / row["solids_volume"]
-            row["gas_support"] = self._support_time / self._elapsed / find_weight(scene) if self._elapsed else 0.0
+            row["gas_support"] = self._support_time / self._elapsed / find_weight(sim) if self._elapsed else 0.0
         self._momentum_error = self._mass_error = self._inflow_error = self._courant = 0.0
         self._elapsed = self._pressure_time = self._support_time = self._displaced_wrongly = 0.0
         return row
 
-    def _share_walls(self, scene: Scene) -> dict[str, float]:
-        mine = scene.watch.restart()
-        return {stage: scene.comm.allreduce(seconds, max) for stage, seconds in mine.items()}
+    def _share_walls(self, sim: Simulation) -> dict[str, float]:
+        mine = sim.timers.restart()
+        return {stage: sim.comm.allreduce(seconds, max) for stage, seconds in mine.items()}
 
-    def save(self, scene: Scene) -> None:
+    def save(self, sim: Simulation) -> None:
         """Write results.nc (collective)."""
         means: dict[str, np.ndarray] = {}
-        if scene.averaging:
-            for phase in (scene.averaging.solids, scene.averaging.gas):
+        if sim.averaging:
+            for phase in (sim.averaging.solids, sim.averaging.gas):
                 if phase and phase.samples:
-                    means |= _gather(scene, phase)
-        about = scene.cells.describe(scene.comm)
-        if scene.comm.rank == 0:
+                    means |= _gather(sim, phase)
+        about = sim.cells.describe(sim.comm)
+        if sim.comm.rank == 0:
             taken = self._snapshots.taken if self._snapshots else ()
             place = self._run / "results.nc"
             with self._writing("results.nc"):
-                write_results(place, scene.grid, means, self._rows, self._describe(scene), taken, **about)
+                write_results(place, sim.grid, means, self._rows, self._describe(sim), taken, **about)
         self._saved = time.monotonic()
 
     @contextmanager
@@ -194,18 +194,18 @@ class Recorder:
         except OSError as error:
             raise SolverError(f"{name} cannot be written: {error}; {word_newest(self._run)}") from error
 
-    def _count_core_seconds(self, scene: Scene) -> float:
-        return self._earlier + (time.monotonic() - self._begin) * scene.comm.size
+    def _count_core_seconds(self, sim: Simulation) -> float:
+        return self._earlier + (time.monotonic() - self._begin) * sim.comm.size
 
-    def _count_cpu_seconds(self, scene: Scene) -> float:
+    def _count_cpu_seconds(self, sim: Simulation) -> float:
         """Processor time of rank 0, times the ranks: what core-seconds are where the machine does nothing else."""
-        return self._busy_earlier + (time.process_time() - self._busy_begin) * scene.comm.size
+        return self._busy_earlier + (time.process_time() - self._busy_begin) * sim.comm.size
 
-    def save_state(self, scene: Scene, folder: Path) -> list[Path]:
+    def save_state(self, sim: Simulation, folder: Path) -> list[Path]:
         """Write what `load_state` needs into the checkpoint `folder`, on rank 0; returns the files' names."""
         numbers = {name: getattr(self, name) for name in _NUMBERS}
-        numbers |= {"core_seconds": self._count_core_seconds(scene), "next": self._cadence.next}
-        numbers["cpu_seconds"] = self._count_cpu_seconds(scene)
+        numbers |= {"core_seconds": self._count_core_seconds(sim), "next": self._cadence.next}
+        numbers["cpu_seconds"] = self._count_cpu_seconds(sim)
         numbers["flux"] = self._flux.save()
         with (folder / "history.jsonl").open("w", encoding="utf-8") as file:
             for row in self._rows:
@@ -236,18 +236,18 @@ class Recorder:
             self._frames.cadence.next = numbers["next_frame"]
             self._frames.cut(numbers["frames"])
 
-    def _describe(self, scene: Scene) -> dict[str, Any]:
-        options, now, bed = scene.case.averages, scene.clock.time, scene.case.particles
+    def _describe(self, sim: Simulation) -> dict[str, Any]:
+        options, now, bed = sim.case.averages, sim.clock.time, sim.case.particles
         return {
             **self._made_with,
             "case": self._case_text,
             "averaging_start": options.start if options else float("nan"),
             "averaging_end": now,
-            "core_seconds": self._count_core_seconds(scene),
-            "cpu_seconds": self._count_cpu_seconds(scene),
-            "ranks": scene.comm.size,
-            **(_describe_bed(scene.case, self._run) if bed else {}),
-            "complete": int(now >= scene.case.end_time * (1 - 1e-9)),
+            "core_seconds": self._count_core_seconds(sim),
+            "cpu_seconds": self._count_cpu_seconds(sim),
+            "ranks": sim.comm.size,
+            **(_describe_bed(sim.case, self._run) if bed else {}),
+            "complete": int(now >= sim.case.end_time * (1 - 1e-9)),
         }
 
 
@@ -259,14 +259,14 @@ def _describe_bed(case: Case, run: Path) -> dict[str, float]:
     return {"solids_mass": mean_density(case.particles) * solids, "solids_volume": solids, "bed_section": section}
 
 
-def _gather(scene: Scene, means: Means) -> dict[str, np.ndarray]:
+def _gather(sim: Simulation, means: Means) -> dict[str, np.ndarray]:
     """Means and standard errors of all ranks on rank 0, as the cells arrange them."""
-    collected = means.collect(final=scene.clock.time >= scene.case.end_time * (1 - 1e-9))
-    parts = scene.comm.gather((scene.owned, collected))
+    collected = means.collect(final=sim.clock.time >= sim.case.end_time * (1 - 1e-9))
+    parts = sim.comm.gather((sim.owned, collected))
     if parts is None:
         return {}
     return {
-        name + suffix: scene.cells.arrange([(owned, values[name][which]) for owned, values in parts])
+        name + suffix: sim.cells.arrange([(owned, values[name][which]) for owned, values in parts])
         for name in collected
         for which, suffix in enumerate(("", "_stderr"))
     }

@@ -13,8 +13,8 @@ from fbcouple.case.bed.particle_types import solids_volume
 from fbcouple.case.bed.region import find_region
 from fbcouple.case.schema.sections import Gas
 from fbcouple.coupling.cells import MeshCells
-from fbcouple.simulation.simulation import Scene
-from fbcouple.solvers.openfoam.gas import GasState
+from fbcouple.simulation.simulation import Simulation
+from fbcouple.solvers.openfoam.gas import GasReport
 
 _NEAR = 1e-9
 """Relative difference of two clocks that went the same steps: at a jump the gas may be on either side."""
@@ -23,19 +23,19 @@ _NEAR = 1e-9
 class Inflow:
     """Holds the gas of a step against the case: the superficial velocity of its inlet, times the inlet's area."""
 
-    def __init__(self, scene: Scene, run: Path) -> None:
+    def __init__(self, sim: Simulation, run: Path) -> None:
         """The case's own files lie in `run` (collective)."""
         sizes = 0.0, 0.0
-        if scene.gas and scene.comm.rank == 0:
-            region = find_region(scene.case, run)
+        if sim.gas and sim.comm.rank == 0:
+            region = find_region(sim.case, run)
             sizes = region.inlet, region.volume
         self._area: float
-        self._area, volume = scene.comm.bcast(sizes)
-        bed = scene.case.particles
+        self._area, volume = sim.comm.bcast(sizes)
+        bed = sim.case.particles
         self._gas_volume = volume - (solids_volume(bed) if bed else 0.0)
-        self._fastest = fastest_inlet(scene.case.gas) if scene.case.gas else 0.0
+        self._fastest = fastest_inlet(sim.case.gas) if sim.case.gas else 0.0
 
-    def judge(self, gas: Gas, state: GasState, time: float) -> dict[str, Any]:
+    def judge(self, gas: Gas, state: GasReport, time: float) -> dict[str, Any]:
         """The superficial velocity [m/s] that came in by the step's end at `time` [s], the one asked for, and their
         difference over the fastest of the run; any gas is infinitely much where the case asks for none."""
         found = state.inflow / self._area
@@ -44,16 +44,16 @@ class Inflow:
         error = error / self._fastest if self._fastest else math.inf if error else 0.0
         return {"inflow": found, "inflow_asked": asked, "inflow_error": error}
 
-    def find_loss(self, state: GasState, dt: float) -> float:
+    def find_loss(self, state: GasReport, dt: float) -> float:
         """Gas volume that continuity lost in the step `dt` [s]: over what the fastest inlet velocity brings in that
         time or, where nothing ever comes in, over all the gas."""
         if self._fastest:
             return state.lost / (self._fastest * self._area)
         return state.lost * dt / self._gas_volume
 
-    def measure_outlet(self, scene: Scene) -> dict[str, Any]:
+    def measure_outlet(self, sim: Simulation) -> dict[str, Any]:
         """Of a mesh of polyhedra the error of the gas flux at the one height that its patches tell: the outlet's."""
-        if scene.gas_state is None or not self._fastest or not isinstance(scene.cells, MeshCells):
+        if sim.gas_report is None or not self._fastest or not isinstance(sim.cells, MeshCells):
             return {}
-        top = float(scene.grid.origin[2] + scene.grid.size[2])
-        return {"gas_flux_error": self.find_loss(scene.gas_state, scene.dt), "gas_flux_height": top}
+        top = float(sim.grid.origin[2] + sim.grid.size[2])
+        return {"gas_flux_error": self.find_loss(sim.gas_report, sim.dt), "gas_flux_height": top}

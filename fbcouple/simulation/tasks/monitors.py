@@ -16,10 +16,10 @@ import numpy as np
 
 from fbcouple.case.bed.particle_types import particle_count
 from fbcouple.coupling.cells import MeshCells
-from fbcouple.coupling.kernels import look_over
+from fbcouple.coupling.kernels import scan_min_max
 from fbcouple.errors import DivergedError
 from fbcouple.geometry.overlap import find_bounds, find_worst_overlap
-from fbcouple.simulation.simulation import Scene
+from fbcouple.simulation.simulation import Simulation
 
 Numbers = dict[str, Any]
 """What was measured, by its name in the history or in the step; the same on every rank."""
@@ -38,12 +38,12 @@ class Monitor:
     words: str
     is_sound: Callable[[float, float], bool] = le
     """False for nan, whichever way the limit goes."""
-    find_place: Callable[[Scene], Place] = lambda scene: (0.0, "")
+    find_place: Callable[[Simulation], Place] = lambda sim: (0.0, "")
 
 
-def find_breaches(scene: Scene, numbers: Numbers) -> list[str]:
+def find_breaches(sim: Simulation, numbers: Numbers) -> list[str]:
     """Options whose limit one of `numbers` breaks."""
-    limits = scene.case.monitors
+    limits = sim.case.monitors
     return [
         option
         for option, monitor in MONITORS.items()
@@ -51,166 +51,166 @@ def find_breaches(scene: Scene, numbers: Numbers) -> list[str]:
     ]
 
 
-def judge(scene: Scene, numbers: Numbers) -> None:
+def judge(sim: Simulation, numbers: Numbers) -> None:
     """Raise DivergedError, with the place, if one of `numbers` breaks its limit (collective)."""
-    for option in find_breaches(scene, numbers):
+    for option in find_breaches(sim, numbers):
         monitor = MONITORS[option]
-        place = max(scene.comm.allgather(monitor.find_place(scene)))[1]
-        words = monitor.words.format(**numbers, limit=getattr(scene.case.monitors, option), place=place)
-        raise DivergedError(f"at t = {scene.clock.time:.6g} s {words} (monitors.{option})")
+        place = max(sim.comm.allgather(monitor.find_place(sim)))[1]
+        words = monitor.words.format(**numbers, limit=getattr(sim.case.monitors, option), place=place)
+        raise DivergedError(f"at t = {sim.clock.time:.6g} s {words} (monitors.{option})")
 
 
-def require_finite(scene: Scene) -> None:
+def require_finite(sim: Simulation) -> None:
     """Raise DivergedError with the first cell or particle that has a number that is none (collective)."""
-    found = next(_find_not_finite(scene), None)
-    words = [text for text in scene.comm.allgather(found) if text]
+    found = next(_find_not_finite(sim), None)
+    words = [text for text in sim.comm.allgather(found) if text]
     if words:
-        raise DivergedError(f"at t = {scene.clock.time:.6g} s {words[0]}")
+        raise DivergedError(f"at t = {sim.clock.time:.6g} s {words[0]}")
 
 
-def require_finite_gas(scene: Scene) -> None:
+def require_finite_gas(sim: Simulation) -> None:
     """The same of this rank's gas alone, after each step."""
-    assert scene.gas is not None
-    if not scene.gas.is_finite:
-        words = next(_find_not_finite(scene), "the gas is too fast for its numbers")
-        raise DivergedError(f"after the step from t = {scene.clock.time:.6g} s {words}")
+    assert sim.gas is not None
+    if not sim.gas.is_finite:
+        words = next(_find_not_finite(sim), "the gas is too fast for its numbers")
+        raise DivergedError(f"after the step from t = {sim.clock.time:.6g} s {words}")
 
 
-def require_sound_exchange(scene: Scene) -> None:
+def require_sound_exchange(sim: Simulation) -> None:
     """Raise DivergedError if this rank's voidage or drag is nothing that a gas can be solved with, before it is."""
-    assert scene.coupling is not None
-    voidage, drag = scene.coupling.gas_input
-    least, most, total = look_over(voidage, drag)
+    assert sim.coupling is not None
+    voidage, drag = sim.coupling.gas_input
+    least, most, total = scan_min_max(voidage, drag)
     if not math.isfinite(total):
         least, most = voidage.min(initial=1.0), voidage.max(initial=0.0)
     numbers = {"min_voidage": least, "voidage_excess": most - 1.0}
     words = ""
-    for option in find_breaches(scene, numbers):
+    for option in find_breaches(sim, numbers):
         monitor = MONITORS[option]
-        place = monitor.find_place(scene)[1]
-        words = monitor.words.format(**numbers, limit=getattr(scene.case.monitors, option), place=place)
+        place = monitor.find_place(sim)[1]
+        words = monitor.words.format(**numbers, limit=getattr(sim.case.monitors, option), place=place)
         words += f" (monitors.{option})"
     if not words and not math.isfinite(total):
         bad = np.flatnonzero(~np.isfinite(drag).all(axis=1))
-        words = f"the drag is not finite: first of {len(bad)} cells of a rank is {name_cell(scene, int(bad[0]))}"
+        words = f"the drag is not finite: first of {len(bad)} cells of a rank is {name_cell(sim, int(bad[0]))}"
     if words:
-        raise DivergedError(f"in the step from t = {scene.clock.time:.6g} s {words}")
+        raise DivergedError(f"in the step from t = {sim.clock.time:.6g} s {words}")
 
 
-def _find_not_finite(scene: Scene) -> Iterator[str]:
+def _find_not_finite(sim: Simulation) -> Iterator[str]:
     """What is not finite on this rank, and where first."""
-    fields: list[tuple[str, np.ndarray, Callable[[Scene, int], str]]] = []
-    if gas := scene.gas:
+    fields: list[tuple[str, np.ndarray, Callable[[Simulation, int], str]]] = []
+    if gas := sim.gas:
         fields.append(("gas velocity", gas.velocity, name_cell))
         fields.append(("pressure", gas.pressure[:, None], name_cell))
         fields.append(("pressure gradient", gas.pressure_gradient, name_cell))
-    if scene.coupling:
-        fields.append(("voidage", scene.coupling.voidage[:, None], name_cell))
-    if scene.grains:
-        fields.append(("position", scene.grains.positions, name_particle))
-        fields.append(("velocity", scene.grains.velocities, name_particle))
+    if sim.coupling:
+        fields.append(("voidage", sim.coupling.voidage[:, None], name_cell))
+    if sim.liggghts:
+        fields.append(("position", sim.liggghts.positions, name_particle))
+        fields.append(("velocity", sim.liggghts.velocities, name_particle))
     for what, field, name in fields:
         if np.isfinite(field.sum()):  # a sum is not if one of its numbers is not
             continue
         bad = np.flatnonzero(~np.isfinite(field).all(axis=1))
         if len(bad):
-            yield f"the {what} is not finite: first of {len(bad)} of a rank is {name(scene, int(bad[0]))}"
+            yield f"the {what} is not finite: first of {len(bad)} of a rank is {name(sim, int(bad[0]))}"
 
 
-def require_inside(scene: Scene) -> None:
+def require_inside(sim: Simulation) -> None:
     """Raise DivergedError if a particle of this rank has its centre behind a wall of the box; in a mesh of another
     shape its cell is looked for in every step."""
-    assert scene.grains is not None
-    if isinstance(scene.cells, MeshCells):
+    assert sim.liggghts is not None
+    if isinstance(sim.cells, MeshCells):
         return
-    positions, size = scene.grains.positions, np.array(scene.case.domain.size)
-    walled = ~np.array(scene.grid.periodic)
+    positions, size = sim.liggghts.positions, np.array(sim.case.domain.size)
+    walled = ~np.array(sim.grid.periodic)
     low, high = find_bounds(positions)
     if (walled & ((low < 0.0) | (high > size))).any():
         outside = (((positions < 0.0) | (positions > size)) & walled).any(axis=1)
-        words = name_particle(scene, int(outside.argmax()))
-        raise DivergedError(f"at t = {scene.clock.time:.6g} s {words} is outside the box, behind a wall")
+        words = name_particle(sim, int(outside.argmax()))
+        raise DivergedError(f"at t = {sim.clock.time:.6g} s {words} is outside the box, behind a wall")
 
 
-class RollCall:
+class LostParticles:
     """Knows where every particle of this rank was when a row was last recorded, and misses those that are lost."""
 
-    def __init__(self, scene: Scene) -> None:
-        bed = scene.case.particles
+    def __init__(self, sim: Simulation) -> None:
+        bed = sim.case.particles
         self._particles = particle_count(bed) if bed else 0
-        if scene.grains:
+        if sim.liggghts:
             # LIGGGHTS would end the process with their number alone; they are counted here in every step.
-            scene.grains.command("thermo_modify lost ignore")
+            sim.liggghts.command("thermo_modify lost ignore")
         self._numbers, self._places, self._time = np.empty(0, int), np.empty((0, 3)), 0.0
 
-    def take(self, scene: Scene) -> None:
+    def take(self, sim: Simulation) -> None:
         """Remember where they are."""
-        assert scene.grains is not None
-        self._numbers, self._places = scene.grains.numbers.copy(), scene.grains.positions.copy()
-        self._time = scene.clock.time
+        assert sim.liggghts is not None
+        self._numbers, self._places = sim.liggghts.numbers.copy(), sim.liggghts.positions.copy()
+        self._time = sim.clock.time
 
-    def require_all(self, scene: Scene) -> None:
+    def require_all(self, sim: Simulation) -> None:
         """Raise DivergedError if some are lost, with the first of them and where they were (collective)."""
-        if scene.grains is None or scene.balance.particles == self._particles:
+        if sim.liggghts is None or sim.conservation.particles == self._particles:
             return
-        require_finite(scene)
-        there = np.concatenate(scene.comm.allgather(scene.grains.numbers.copy()))
+        require_finite(sim)
+        there = np.concatenate(sim.comm.allgather(sim.liggghts.numbers.copy()))
         seen = dict(zip(self._numbers.tolist(), self._places.tolist(), strict=True))
         everybody: dict[int, list[float]] = {}
-        for part in scene.comm.allgather(seen):
+        for part in sim.comm.allgather(seen):
             everybody |= part
         missing = np.setdiff1d(np.arange(1, self._particles + 1), there).tolist()
         named = [
             f"{n}, last seen at {_word_point(everybody[n])} at t = {self._time:.6g} s" if n in everybody else str(n)
             for n in missing[:_MOST_NAMED]
         ]
-        lost = self._particles - scene.balance.particles
+        lost = self._particles - sim.conservation.particles
         raise DivergedError(
-            f"at t = {scene.clock.time:.6g} s {lost} of {self._particles} particles are lost, they left the box: "
+            f"at t = {sim.clock.time:.6g} s {lost} of {self._particles} particles are lost, they left the box: "
             f"particle {'; particle '.join(named)}; use more DEM steps per contact or a stiffer contact"
         )
 
 
-def name_cell(scene: Scene, cell: int) -> str:
+def name_cell(sim: Simulation, cell: int) -> str:
     """Name this rank's `cell` by its number, three of them in a box, and its centre."""
-    assert scene.gas is not None
-    number = scene.owned[cell].tolist()
-    return f"cell {tuple(number) if len(number) > 1 else number[0]} at {_word_point(scene.gas.centres[cell])}"
+    assert sim.gas is not None
+    number = sim.owned[cell].tolist()
+    return f"cell {tuple(number) if len(number) > 1 else number[0]} at {_word_point(sim.gas.centres[cell])}"
 
 
-def name_particle(scene: Scene, row: int) -> str:
+def name_particle(sim: Simulation, row: int) -> str:
     """Name this rank's particle of `row` by its number and its place."""
-    assert scene.grains is not None
-    return f"particle {scene.grains.numbers[row]} at {_word_point(scene.grains.positions[row])}"
+    assert sim.liggghts is not None
+    return f"particle {sim.liggghts.numbers[row]} at {_word_point(sim.liggghts.positions[row])}"
 
 
 def _word_point(point: Any) -> str:
     return f"({', '.join(f'{x:.6g}' for x in point)}) m"
 
 
-def _find_fastest_gas(scene: Scene) -> Place:
-    assert scene.gas is not None
-    if not len(scene.owned):
+def _find_fastest_gas(sim: Simulation) -> Place:
+    assert sim.gas is not None
+    if not len(sim.owned):
         return 0.0, ""
-    speeds = np.linalg.norm(scene.gas.velocity, axis=1)
+    speeds = np.linalg.norm(sim.gas.velocity, axis=1)
     cell = int(speeds.argmax())
-    return float(speeds[cell]), f"{speeds[cell]:.4g} m/s in {name_cell(scene, cell)}"
+    return float(speeds[cell]), f"{speeds[cell]:.4g} m/s in {name_cell(sim, cell)}"
 
 
-def _find_voidage(scene: Scene, sign: float) -> Place:
-    assert scene.coupling is not None
-    if not len(scene.owned):
+def _find_voidage(sim: Simulation, sign: float) -> Place:
+    assert sim.coupling is not None
+    if not len(sim.owned):
         return -np.inf, ""
-    voidage = sign * scene.coupling.voidage
+    voidage = sign * sim.coupling.voidage
     cell = int(voidage.argmax())
-    return float(voidage[cell]), name_cell(scene, cell)
+    return float(voidage[cell]), name_cell(sim, cell)
 
 
-def _find_overlap(scene: Scene) -> Place:
-    assert scene.grains is not None
-    positions = scene.grains.ghost_positions()
-    overlap, row, other = find_worst_overlap(positions, scene.grains.ghost_radii(), scene.grains.count)
-    return overlap, f"{name_particle(scene, row)}, the other at {_word_point(positions[other])}" if row >= 0 else ""
+def _find_overlap(sim: Simulation) -> Place:
+    assert sim.liggghts is not None
+    positions = sim.liggghts.ghost_positions()
+    overlap, row, other = find_worst_overlap(positions, sim.liggghts.ghost_radii(), sim.liggghts.count)
+    return overlap, f"{name_particle(sim, row)}, the other at {_word_point(positions[other])}" if row >= 0 else ""
 
 
 MONITORS: dict[str, Monitor] = {
@@ -226,19 +226,19 @@ MONITORS: dict[str, Monitor] = {
     "inflow": Monitor(
         "inflow_error",
         "gas comes in by the inlet at {inflow:.6g} m/s over its area and the case asks for {inflow_asked:.6g} m/s: "
-        "{inflow_error:.3g} of the fastest, allowed {limit:g}; set the run up again, or mend the inlet in fluid/0/U",
+        "{inflow_error:.3g} of the fastest, allowed {limit:g}; set the run up again, or mend the inlet in CFD/0/U",
     ),
     "substeps": Monitor("substeps", "a fluid step has {substeps} DEM steps, allowed {limit}"),
     "voidage": Monitor(
         "min_voidage",
         "the voidage is {min_voidage:.4g} in {place}, above {limit:g} is allowed",
         gt,
-        lambda scene: _find_voidage(scene, -1.0),
+        lambda sim: _find_voidage(sim, -1.0),
     ),
     "voidage_excess": Monitor(
         "voidage_excess",
         "the voidage is 1 + {voidage_excess:.3g} in {place}, 1 + {limit:g} is allowed",
-        find_place=lambda scene: _find_voidage(scene, 1.0),
+        find_place=lambda sim: _find_voidage(sim, 1.0),
     ),
     "overlap": Monitor(
         "max_overlap",

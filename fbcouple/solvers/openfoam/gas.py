@@ -48,7 +48,7 @@ _SYSTEM_PROJECT = "/usr/share/openfoam"
 
 
 @dataclass(frozen=True)
-class GasState:
+class GasReport:
     """What the last gas step was like, the same on every rank."""
 
     courant: float
@@ -140,12 +140,12 @@ class Gas:
         self._check(status)
         self._read_fields()
 
-    def measure(self) -> GasState:
+    def measure(self) -> GasReport:
         """What the last step was like (collective)."""
-        values = np.empty(len(fields(GasState)))
+        values = np.empty(len(fields(GasReport)))
         self._check(self._library.gas_measure(_pointer(values)))
         courant, fourier, lost, inflow, pressure, iterations, displaced_wrongly = values.tolist()
-        return GasState(courant, fourier, lost, inflow, pressure, int(iterations), displaced_wrongly)
+        return GasReport(courant, fourier, lost, inflow, pressure, int(iterations), displaced_wrongly)
 
     def derive(self, names: Sequence[str]) -> np.ndarray:
         """Fields of the velocity as it is now, shape (n, 3 names), of "curl" [1/s], "convection" u.grad(u) and
