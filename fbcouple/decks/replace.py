@@ -34,13 +34,15 @@ def refuse_foreign(run: Path) -> None:
     _read_files(run)
 
 
-def _read_files(run: Path) -> dict[str, str]:
-    """What an earlier set-up wrote into `run`: file -> SHA-256."""
+def _read_files(run: Path) -> tuple[dict[str, str], list[str]]:
+    """What an earlier set-up wrote into `run`: file -> SHA-256; and, where it was cut short, the SHA-256 of what one
+    before it had written."""
     if (run / NAME).exists():
-        return read_manifest(run)["files"]
+        manifest = read_manifest(run)
+        return manifest["files"], manifest["replaced"]
     if any(path.name != "lock" for path in run.iterdir()):
         raise CaseError([f"{word_path(run)}: is not a run folder of fbcouple; give another folder with -o"])
-    return {}
+    return {}, []
 
 
 def put_in_place(fresh: Path, run: Path, manifest: dict[str, Any], source: Path | None) -> None:
@@ -55,9 +57,10 @@ def put_in_place(fresh: Path, run: Path, manifest: dict[str, Any], source: Path 
         return
     with hold(run):
         refuse_foreign(run)
-        old, new = _read_files(run), manifest["files"]
-        _refuse_losses(fresh, run, old, new, source is not None and source.resolve() == run)
-        write_manifest(run, manifest | {"files": old | new})
+        (old, replaced), new = _read_files(run), manifest["files"]
+        known = [*replaced, *old.values()]
+        _refuse_losses(run, (old, known), new, source is not None and source.resolve() == run)
+        write_manifest(run, manifest | {"files": old | new, "replaced": sorted(set(known))})
         for name in new:
             (run / name).parent.mkdir(parents=True, exist_ok=True)
             os.replace(fresh / name, run / name)
@@ -67,8 +70,10 @@ def put_in_place(fresh: Path, run: Path, manifest: dict[str, Any], source: Path 
         write_manifest(run, manifest)
 
 
-def _refuse_losses(fresh: Path, run: Path, old: dict[str, str], new: dict[str, str], in_place: bool) -> None:
-    """Raise CaseError if a file of the user would be overwritten by another; `in_place`: the case lies in `run`."""
+def _refuse_losses(run: Path, written: tuple[dict[str, str], list[str]], new: dict[str, str], in_place: bool) -> None:
+    """Raise CaseError if a file of the user would be overwritten by another; `written`: files and checksums that
+    set-ups wrote; `in_place`: the case lies in `run`."""
+    old, known = written
     problems = []
     for name, checksum in new.items():
         path = run / name
@@ -76,7 +81,7 @@ def _refuse_losses(fresh: Path, run: Path, old: dict[str, str], new: dict[str, s
             problems.append(f"{word_path(path)}: is a folder, and a file of that name is to be written")
         if not path.is_file() or (name == FILE_NAME and in_place) or (name in old and _is_rendered(name)):
             continue
-        if hash_file(path) not in (checksum, old.get(name)):
+        if hash_file(path) not in (checksum, *(known if name in old else ())):
             what = "was changed since set-up" if name in old else "is no file that fbcouple wrote"
             problems.append(f"{word_path(path)}: {what} and would be replaced")
     if problems:

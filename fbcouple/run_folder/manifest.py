@@ -19,7 +19,8 @@ _PARTS = {"fbcouple": str, "files": dict, "case": dict}
 
 
 def read_manifest(run: Path) -> dict[str, Any]:
-    """The manifest of the run folder `run`: `files` (name -> SHA-256), `case` (option -> value as set up), and more.
+    """The manifest of the run folder `run`: `files` (name -> SHA-256), `case` (option -> value as set up),
+    `replaced` (SHA-256 of files that a set-up under way writes over), and more.
 
     Raises: CaseError if there is none, or it is another program's.
     """
@@ -36,6 +37,9 @@ def read_manifest(run: Path) -> dict[str, Any]:
         raise CaseError([f"{word_path(path)}: {text}, or read what is in this one and remove it."])
     if not all(isinstance(checksum, str) and _is_inside(name) for name, checksum in content["files"].items()):
         raise CaseError([f"{word_path(path)}: `files` holds what is no file of the run folder; set up another folder."])
+    content.setdefault("replaced", [])
+    if not isinstance(content["replaced"], list):
+        raise CaseError([f"{word_path(path)}: `replaced` is no list; set up another folder."])
     return content
 
 

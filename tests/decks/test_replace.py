@@ -171,12 +171,13 @@ def test_a_folder_in_which_a_run_is_under_way_is_kept(run):
     assert read_files(run) | {"lock": b""} == before | {"lock": b""}
 
 
-def test_a_set_up_that_was_cut_short_is_done_again(run, tmp_path, monkeypatch):
+@pytest.mark.parametrize("last", ["DEM/particles.data", "DEM/in.liggghts", "case.toml"])
+def test_a_set_up_that_was_cut_short_is_done_again(run, tmp_path, monkeypatch, last):
     other, move = write_case(tmp_path / "other"), os.replace
     (run / "notes.md").write_text("measured on Tuesday")
 
     def run_out_of_space(source: Path, target: Path) -> None:
-        if target == run / "DEM/particles.data":
+        if target == run / last:
             raise OSError(28, "No space left on device")
         move(source, target)
 
@@ -185,7 +186,8 @@ def test_a_set_up_that_was_cut_short_is_done_again(run, tmp_path, monkeypatch):
     monkeypatch.undo()
     refused = call("run", run)
     assert refused.exit_code == 1 and f"-o {run}" in refused.stderr, "half of one case and half of another"
-    assert call("setup", other, "-o", run).exit_code == 0
+    again = call("setup", other, "-o", run)
+    assert again.exit_code == 0, again.stderr
     assert call("setup", other, "-o", tmp_path / "fresh").exit_code == 0
     manifests = [json.loads((folder / "manifest.json").read_text()) for folder in (run, tmp_path / "fresh")]
     assert manifests[0] == manifests[1] and (run / "notes.md").exists()
