@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 import pytest
-from scene import end_started
+from small_bed import end_started
 
 
 @pytest.fixture(autouse=True)

@@ -14,13 +14,13 @@ from typing import Any
 
 from fbcouple.run_folder.plain_files import checkpoint
 from fbcouple.simulation import worker
-from fbcouple.simulation.simulation import Scene
-from fbcouple.simulation.tasks.checkpoints import Summons
+from fbcouple.simulation.simulation import Simulation
+from fbcouple.simulation.tasks.checkpoints import StopSignal
 from fbcouple.simulation.tasks.history import Recorder
 
 LONGEST = 900.0
 """Wall time [s] after which nobody will come any more."""
-heard: list[Summons] = []
+heard: list[StopSignal] = []
 
 
 def hold(number: str) -> None:
@@ -36,10 +36,10 @@ def hold_at_step(step: int) -> None:
     """Every rank waits behind the step, before its row is written."""
     observe = Recorder.observe
 
-    def observe_held(recorder: Recorder, scene: Scene) -> None:
-        if scene.clock.steps == step:
-            hold(str(scene.comm.rank))
-        observe(recorder, scene)
+    def observe_held(recorder: Recorder, sim: Simulation) -> None:
+        if sim.clock.steps == step:
+            hold(str(sim.comm.rank))
+        observe(recorder, sim)
 
     Recorder.observe = observe_held
 

@@ -15,107 +15,107 @@ from pathlib import Path
 import numpy as np
 
 from fbcouple.simulation import worker
-from fbcouple.simulation.simulation import Scene
+from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.tasks.history import Recorder
 
 CELL, PARTICLE = 7, 17
 
 
-def find_row(scene: Scene) -> np.ndarray:
+def find_row(sim: Simulation) -> np.ndarray:
     """Row of the particle on the rank that has it."""
-    return np.flatnonzero(scene.liggghts.numbers == PARTICLE)
+    return np.flatnonzero(sim.liggghts.numbers == PARTICLE)
 
 
-def spoil_voidage(scene: Scene, value: float) -> None:
+def spoil_voidage(sim: Simulation, value: float) -> None:
     """From here on the voidage of a cell is `value` after every map."""
-    mapped = scene.coupling.map
+    mapped = sim.coupling.map
 
     def map_wrongly(particles) -> None:
         mapped(particles)
-        scene.coupling.voidage[CELL] = value
+        sim.coupling.voidage[CELL] = value
 
-    scene.coupling.map = map_wrongly
-
-
-def nan_velocity(scene: Scene) -> None:
-    scene.gas.state[CELL, 2] = np.nan
+    sim.coupling.map = map_wrongly
 
 
-def nan_drag(scene: Scene) -> None:
-    exert = scene.coupling.drag
+def nan_velocity(sim: Simulation) -> None:
+    sim.gas.state[CELL, 2] = np.nan
+
+
+def nan_drag(sim: Simulation) -> None:
+    exert = sim.coupling.drag
 
     def exert_wrongly(particles, dt, last_dt) -> None:
         exert(particles, dt, last_dt)
-        scene.coupling.drag_sums[CELL, 0] = np.nan
+        sim.coupling.drag_sums[CELL, 0] = np.nan
 
-    scene.coupling.drag = exert_wrongly
-
-
-def nan_particle(scene: Scene) -> None:
-    scene.liggghts.velocities[find_row(scene), 0] = np.nan
+    sim.coupling.drag = exert_wrongly
 
 
-def outside(scene: Scene) -> None:
-    scene.liggghts.positions[find_row(scene), 0] = -1e-4
+def nan_particle(sim: Simulation) -> None:
+    sim.liggghts.velocities[find_row(sim), 0] = np.nan
 
 
-def far_outside(scene: Scene) -> None:
-    scene.liggghts.positions[find_row(scene), 2] = 1e3
+def outside(sim: Simulation) -> None:
+    sim.liggghts.positions[find_row(sim), 0] = -1e-4
 
 
-def shot(scene: Scene) -> None:
+def far_outside(sim: Simulation) -> None:
+    sim.liggghts.positions[find_row(sim), 2] = 1e3
+
+
+def shot(sim: Simulation) -> None:
     """So fast that it is behind the wall before a contact can stop it."""
-    scene.liggghts.velocities[find_row(scene), 1] = -500.0
+    sim.liggghts.velocities[find_row(sim), 1] = -500.0
 
 
-def overlap(scene: Scene) -> None:
+def overlap(sim: Simulation) -> None:
     """Half a diameter over another particle, at rest against it."""
-    row = find_row(scene)
-    scene.liggghts.positions[row] = scene.liggghts.positions[row - 1] + np.array([0.0, 0.0, 0.5e-3])
-    scene.liggghts.velocities[row] = scene.liggghts.velocities[row - 1]
+    row = find_row(sim)
+    sim.liggghts.positions[row] = sim.liggghts.positions[row - 1] + np.array([0.0, 0.0, 0.5e-3])
+    sim.liggghts.velocities[row] = sim.liggghts.velocities[row - 1]
 
 
-def packed_voidage(scene: Scene) -> None:
-    spoil_voidage(scene, 0.05)
+def packed_voidage(sim: Simulation) -> None:
+    spoil_voidage(sim, 0.05)
 
 
-def negative_voidage(scene: Scene) -> None:
-    spoil_voidage(scene, -0.2)
+def negative_voidage(sim: Simulation) -> None:
+    spoil_voidage(sim, -0.2)
 
 
-def voidage_over_one(scene: Scene) -> None:
-    spoil_voidage(scene, 1.001)
+def voidage_over_one(sim: Simulation) -> None:
+    spoil_voidage(sim, 1.001)
 
 
-def lost_momentum(scene: Scene) -> None:
+def lost_momentum(sim: Simulation) -> None:
     """A particle gets more of the gas's impulse than its share."""
-    react = scene.coupling.react
+    react = sim.coupling.react
 
     def react_wrongly(particles, gas, held, current) -> float:
         drag = react(particles, gas, held, current)
-        held[find_row(scene), 0] += 1e-6
+        held[find_row(sim), 0] += 1e-6
         return drag
 
-    scene.coupling.react = react_wrongly
+    sim.coupling.react = react_wrongly
 
 
-def solids_volume(scene: Scene) -> None:
+def solids_volume(sim: Simulation) -> None:
     """A particle grows behind the gas's back, after the map of the step."""
-    scene.liggghts.radii[find_row(scene)] *= 1.01
+    sim.liggghts.radii[find_row(sim)] *= 1.01
 
 
-def gas_flux(scene: Scene) -> None:
-    scene.gas.velocity[:, 2] += 0.3
+def gas_flux(sim: Simulation) -> None:
+    sim.gas.velocity[:, 2] += 0.3
 
 
-def courant(scene: Scene) -> None:
+def courant(sim: Simulation) -> None:
     """A step that is far too long: the clock is told that the gas stands still."""
-    choose = scene.clock.choose
-    scene.clock.choose = lambda c, f, max_c, max_f: choose(c, f, 1e3 * max_c, 1e3 * max_f)
+    choose = sim.clock.choose
+    sim.clock.choose = lambda c, f, max_c, max_f: choose(c, f, 1e3 * max_c, 1e3 * max_f)
 
 
-def substeps(scene: Scene) -> None:
-    courant(scene)
+def substeps(sim: Simulation) -> None:
+    courant(sim)
 
 
 def fill(left: int) -> None:
@@ -132,15 +132,15 @@ def forbid_long_files(longest: int) -> None:
 
 
 LITTLE = 16384
-DISKS: dict[str, Callable[[Scene], None]] = {
-    "full": lambda scene: fill(0),
-    "nearly_full": lambda scene: fill(LITTLE),
-    "no_longer_log": lambda scene: forbid_long_files(Path("logs/run.jsonl").stat().st_size + 1),
+DISKS: dict[str, Callable[[Simulation], None]] = {
+    "full": lambda sim: fill(0),
+    "nearly_full": lambda sim: fill(LITTLE),
+    "no_longer_log": lambda sim: forbid_long_files(Path("logs/run.jsonl").stat().st_size + 1),
     # The history in the log grows on; what is to meet the limit is longer than it.
-    "no_long_files": lambda scene: forbid_long_files(Path("logs/run.jsonl").stat().st_size + LITTLE // 2),
+    "no_long_files": lambda sim: forbid_long_files(Path("logs/run.jsonl").stat().st_size + LITTLE // 2),
 }
 
-POISONS: dict[str, Callable[[Scene], None]] = {
+POISONS: dict[str, Callable[[Simulation], None]] = {
     function.__name__: function
     for function in (
         nan_velocity,
@@ -166,10 +166,10 @@ def poison_run(name: str, step: int) -> None:
     """Let the poison work once, behind average and before the look of the recorder."""
     observe = Recorder.observe
 
-    def observe_poisoned(recorder: Recorder, scene: Scene) -> None:
-        if scene.clock.steps == step:
-            (POISONS | DISKS)[name](scene)
-        observe(recorder, scene)
+    def observe_poisoned(recorder: Recorder, sim: Simulation) -> None:
+        if sim.clock.steps == step:
+            (POISONS | DISKS)[name](sim)
+        observe(recorder, sim)
 
     Recorder.observe = observe_poisoned
 

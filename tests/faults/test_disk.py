@@ -15,7 +15,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from scene import find_differences, poison, prepare
+from small_bed import find_differences, poison, prepare
 
 from fbcouple.errors import SolverError
 from fbcouple.launcher.job import Job

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from scene import BED, prepare
+from small_bed import BED, prepare
 
 from fbcouple.decks.set_up import lay_out
 from fbcouple.errors import DivergedError

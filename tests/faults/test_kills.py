@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from scene import PATIENCE, await_true, find_differences, find_ranks, prepare, start_held, start_to_hold
+from small_bed import PATIENCE, await_true, find_differences, find_ranks, prepare, start_held, start_to_hold
 
 from fbcouple.case.load import load_case
 from fbcouple.errors import CaseError

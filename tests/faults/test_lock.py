@@ -12,7 +12,7 @@ import sys
 import time
 
 import pytest
-from scene import PATIENCE, await_true, find_ranks, prepare, start, start_program
+from small_bed import PATIENCE, await_true, find_ranks, prepare, start, start_program
 
 import fbcouple.launcher.launch
 from fbcouple.errors import CaseError, SolverError, StoppedError

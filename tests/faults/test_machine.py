@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from scene import prepare
+from small_bed import prepare
 
 from fbcouple.errors import SolverError
 from fbcouple.launcher.launch import launch

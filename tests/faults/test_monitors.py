@@ -6,7 +6,7 @@ import re
 
 import pytest
 from poisoned_worker import POISONS
-from scene import find_differences, poison, prepare
+from small_bed import find_differences, poison, prepare
 
 from fbcouple.errors import DivergedError
 from fbcouple.launcher.launch import launch

@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from scene import PATIENCE, await_true, prepare, start_program
+from small_bed import PATIENCE, await_true, prepare, start_program
 
 from fbcouple.machine.output import SteadyStream
 

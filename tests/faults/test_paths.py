@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
-from scene import BED
+from small_bed import BED
 
 from fbcouple.cli.main import cli
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from scene import compare_frames, find_differences, prepare
+from small_bed import compare_frames, find_differences, prepare
 
 from fbcouple.errors import StoppedError
 from fbcouple.launcher.launch import launch

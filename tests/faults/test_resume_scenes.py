@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from scene import BED, find_differences, prepare
+from small_bed import BED, find_differences, prepare
 
 from fbcouple.errors import StoppedError
 from fbcouple.launcher.launch import launch

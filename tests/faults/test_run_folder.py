@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 import xarray as xr
 from click.testing import CliRunner, Result
-from scene import BED, prepare
+from small_bed import BED, prepare
 
 import fbcouple.launcher.launch
 from fbcouple.case.changes import list_values

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
-from scene import BED, poison, prepare
+from small_bed import BED, poison, prepare
 
 from fbcouple.cli.main import cli
 from fbcouple.errors import DivergedError

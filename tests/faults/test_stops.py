@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
-from scene import PATIENCE, await_true, find_differences, find_ranks, prepare, start, start_held
+from small_bed import PATIENCE, await_true, find_differences, find_ranks, prepare, start, start_held
 
 from fbcouple.errors import CaseError
 from fbcouple.launcher.launch import launch
