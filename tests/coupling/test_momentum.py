@@ -11,7 +11,7 @@ from fbcouple.coupling.coupling import Coupling, Particles
 from fbcouple.coupling.discretisation import BoxSpace
 from fbcouple.coupling.kernels import DRAG_SCHEMES
 from fbcouple.geometry.grid import Grid
-from fbcouple.simulation.conservation import Balance
+from fbcouple.simulation.conservation import Conservation
 
 SCHEMES = ["exponential", "semi-implicit", "explicit"]
 PASSES = [0, 1, 3]
@@ -248,14 +248,14 @@ def test_the_impulse_that_the_gas_lost_is_the_particles_impulse_over_the_same_st
     held, current = np.zeros((2, len(bed.volumes), 3))
     magnitude = bed.hand_over(bed.velocity, bed.pressure_gradient, held, current)
     loss = bed.find_loss(bed.velocity, bed.pressure_gradient)
-    balance = Balance(MPI.COMM_SELF)
-    balance.give(loss, magnitude, DT)
-    balance.receive(held, DT)
-    assert balance.particles == len(bed.volumes) and balance.momentum_error < 1e-13
+    conservation = Conservation(MPI.COMM_SELF)
+    conservation.give(loss, magnitude, DT)
+    conservation.receive(held, DT)
+    assert conservation.particles == len(bed.volumes) and conservation.momentum_error < 1e-13
     assert held.sum(axis=0) == pytest.approx(loss, abs=1e-13 * magnitude)
-    balance.give(loss, magnitude, DT)
-    balance.receive(held, 4 / 3 * DT)
-    assert balance.momentum_error > 0.01, "the same force over another step is no balance"
+    conservation.give(loss, magnitude, DT)
+    conservation.receive(held, 4 / 3 * DT)
+    assert conservation.momentum_error > 0.01, "the same force over another step is no balance"
 
 
 @every_method
@@ -273,18 +273,18 @@ def test_a_rank_without_particles_takes_part(method):
 def test_balance_measures_what_is_missing(rng):
     """A particle whose drag of 3 N goes astray, of 12 N in all, is an error of a quarter."""
     forces = np.array([[3.0, 0.0, 0.0], [0.0, 4.0, 0.0], [0.0, 0.0, 5.0]])
-    balance = Balance(MPI.COMM_SELF)
-    balance.give(forces.sum(axis=0), 12.0, 1e-4)
-    balance.receive(forces[1:], 1e-4)
-    assert balance.momentum_error == pytest.approx(0.25, rel=1e-14) and balance.particles == 2
+    conservation = Conservation(MPI.COMM_SELF)
+    conservation.give(forces.sum(axis=0), 12.0, 1e-4)
+    conservation.receive(forces[1:], 1e-4)
+    assert conservation.momentum_error == pytest.approx(0.25, rel=1e-14) and conservation.particles == 2
 
 
 def test_balance_in_a_liquid_is_of_the_whole_impulse():
     """Buoyancy of 4 N beside a drag of next to nothing: a missing 1 N is a quarter."""
-    balance = Balance(MPI.COMM_SELF)
-    balance.give(np.array([0.0, 0.0, 4.0]), 1e-12, 1e-4)
-    balance.receive(np.array([[0.0, 0.0, 3.0]]), 1e-4)
-    assert balance.momentum_error == pytest.approx(0.25, rel=1e-12)
+    conservation = Conservation(MPI.COMM_SELF)
+    conservation.give(np.array([0.0, 0.0, 4.0]), 1e-12, 1e-4)
+    conservation.receive(np.array([[0.0, 0.0, 3.0]]), 1e-4)
+    assert conservation.momentum_error == pytest.approx(0.25, rel=1e-12)
 
 
 @pytest.mark.parametrize("passes", PASSES)
