@@ -15,10 +15,12 @@ from mpi4py import MPI
 from fbcouple.bench.lammps import SETTLE
 from fbcouple.case.schema.sections import Case
 from fbcouple.results.writer import STAGES
-from fbcouple.simulation.simulation import Simulation, open_simulation
-from fbcouple.simulation.tasks.history import Recorder
+from fbcouple.simulation.loop import start, step
+from fbcouple.simulation.opening import open_simulation
+from fbcouple.simulation.simulation import Simulation
+from fbcouple.simulation.task_list import list_tasks
+from fbcouple.simulation.tasks.task import Task
 from fbcouple.simulation.timers import Timers
-from fbcouple.simulation.worker import start, step
 
 _FIRST = 5
 """Steps that are never timed: lists, buffers and compiled code are made in them."""
@@ -53,20 +55,19 @@ class Taken:
     steps: list[tuple[float, int]]
 
 
-def open_run(case: Case, comm: MPI.Comm, warm: float = 0.0) -> tuple[Simulation, Recorder]:
+def open_run(case: Case, comm: MPI.Comm, warm: float = 0.0) -> tuple[Simulation, list[Task]]:
     """Open the run in the current folder, and take it through its first steps and through `warm` [s] (collective)."""
     sim = open_simulation(case, Path("."), comm, 1e9)
-    recorder = Recorder(sim, Path("."), Path("case.toml").read_text(encoding="utf-8-sig"))
-    start(sim)
-    recorder.observe(sim)
+    _, tasks = list_tasks(sim, Path("."), Path("case.toml").read_text(encoding="utf-8-sig"))
+    start(sim, tasks)
     for _ in range(_FIRST):
-        step(sim, recorder)
+        step(sim, tasks)
     while sim.clock.time < warm:
-        step(sim, recorder)
-    return sim, recorder
+        step(sim, tasks)
+    return sim, tasks
 
 
-def time_coupled(sim: Simulation, recorder: Recorder, steps: int) -> Taken:
+def time_coupled(sim: Simulation, tasks: list[Task], steps: int) -> Taken:
     """Take coupled steps on the clock (collective)."""
     watch = TotalWatch()
     sim.timers = watch
@@ -74,7 +75,7 @@ def time_coupled(sim: Simulation, recorder: Recorder, steps: int) -> Taken:
 
     def run() -> None:
         for _ in range(steps):
-            step(sim, recorder)
+            step(sim, tasks)
             taken.append((sim.dt, sim.substeps))
 
     wall = _clock(sim.comm, run)
@@ -89,7 +90,6 @@ def time_dem(sim: Simulation, steps: list[tuple[float, int]]) -> tuple[float, fl
     and count for all by their DEM steps (collective).
     """
     liggghts, first = sim.liggghts, steps[:_HELD]
-    assert liggghts is not None
 
     def run() -> None:
         for _, substeps in first:
@@ -104,7 +104,6 @@ def time_gas(sim: Simulation, steps: list[tuple[float, int]], kept: list[list[np
     """The same of the gas solver alone on the same mesh and steps, with the voidage and drag of the steps after them,
     `kept`, there and back again: a bed that moves, for a bed at rest takes fewer iterations."""
     gas = sim.gas
-    assert gas is not None
     there_and_back = cycle([*reversed(kept), *kept] or [list(gas.clean_input)])
 
     def run() -> None:
@@ -132,22 +131,22 @@ def _clock_own(comm: MPI.Comm, run: Callable[[], None]) -> tuple[float, float]:
 def measure_overhead(case: Case, comm: MPI.Comm, warm: float, seconds: float) -> dict[str, Any]:
     """Coupled steps for about `seconds` of wall time after `warm` [s] of simulated time, and the floors of the same
     steps; rows a rank and their totals, on every rank (collective)."""
-    sim, recorder = open_run(case, comm, warm)
-    trial = time_coupled(sim, recorder, _FIRST)
+    sim, tasks = open_run(case, comm, warm)
+    trial = time_coupled(sim, tasks, _FIRST)
     count = comm.bcast(max(_FIRST, round(seconds / (trial.wall / _FIRST))))
-    coupled = time_coupled(sim, recorder, count)
+    coupled = time_coupled(sim, tasks, count)
     kept: list[list[np.ndarray]] = []
-    if coupling := sim.coupling:
+    if sim.is_coupled:
         for _ in range(_REPLAYED):
-            step(sim, recorder)
-            kept.append([field.copy() for field in coupling.gas_input])
-    own: dict[str, Any] = {"rank": comm.rank, "particles": sim.liggghts.count if sim.liggghts else 0}
+            step(sim, tasks)
+            kept.append([field.copy() for field in sim.coupling.gas_input])
+    own: dict[str, Any] = {"rank": comm.rank, "particles": sim.liggghts.count if sim.has_particles else 0}
     own |= {"cells": len(sim.owned)} | coupled.stages
     floors = 0.0
-    if sim.liggghts:
+    if sim.has_particles:
         wall, own["dem alone"] = time_dem(sim, coupled.steps)
         floors += wall
-    if sim.gas:
+    if sim.has_gas:
         wall, own["cfd alone"] = time_gas(sim, coupled.steps, kept)
         floors += wall
     rows = comm.allgather(own)
@@ -168,13 +167,12 @@ def measure_peer(case: Case, comm: MPI.Comm, warm: float, steps: int) -> dict[st
     """Wall seconds of a coupled step after `warm` [s] of simulated time, the mean of `steps`, and after that of as many
     DEM steps of LIGGGHTS without the gas. Place and velocity of the particles at the start of each are left in
     bed.npy and alone.npy (collective)."""
-    sim, recorder = open_run(case, comm, warm)
+    sim, tasks = open_run(case, comm, warm)
     _save_bed(sim, "bed.npy")
-    taken = time_coupled(sim, recorder, steps)
+    taken = time_coupled(sim, tasks, steps)
     span = sum(dt for dt, _ in taken.steps)
     substeps = sum(count for _, count in taken.steps)
     liggghts = sim.liggghts
-    assert liggghts is not None
     liggghts.gas_force[:] = 0.0
     _save_bed(sim, "alone.npy")
     liggghts.advance(SETTLE, first=True)
@@ -197,10 +195,10 @@ def _save_bed(sim: Simulation, file: str) -> None:
 def measure_dem(case: Case, comm: MPI.Comm, warm: float, steps: int) -> dict[str, Any]:
     """Wall seconds of the slowest rank in LIGGGHTS a simulated second, after `warm` [s] of it: the mean of `steps`
     coupled steps and the cheapest tenth of them (collective)."""
-    sim, recorder = open_run(case, comm, warm)
+    sim, tasks = open_run(case, comm, warm)
     blocks = []
     for _ in range(_BLOCKS):
-        taken = time_coupled(sim, recorder, max(1, steps // _BLOCKS))
+        taken = time_coupled(sim, tasks, max(1, steps // _BLOCKS))
         span = sum(dt for dt, _ in taken.steps)
         blocks.append(comm.allreduce(taken.stages["dem"], MPI.MAX) / span)
     return {"seconds_per_second": float(np.mean(blocks)), "cheapest": min(blocks)}
@@ -209,15 +207,15 @@ def measure_dem(case: Case, comm: MPI.Comm, warm: float, steps: int) -> dict[str
 def measure_steps(case: Case, comm: MPI.Comm, steps: int, repeats: int, warm: float = 0.0) -> dict[str, Any]:
     """Wall seconds of a coupled step after `warm` [s] of simulated time, the fastest of `repeats` times `steps` steps
     (collective)."""
-    sim, recorder = open_run(case, comm, warm)
-    taken = [time_coupled(sim, recorder, steps) for _ in range(repeats)]
+    sim, tasks = open_run(case, comm, warm)
+    taken = [time_coupled(sim, tasks, steps) for _ in range(repeats)]
     walls = [one.wall / steps for one in taken]
     return {
         "step": sum(dt for one in taken for dt, _ in one.steps) / (steps * repeats),
         "ranks": comm.size,
         "seconds": min(walls),
         "slowest_seconds": max(walls),
-        "particles": comm.allreduce(sim.liggghts.count if sim.liggghts else 0),
+        "particles": comm.allreduce(sim.liggghts.count if sim.has_particles else 0),
         "cells": comm.allreduce(len(sim.owned)),
         "substeps": sim.substeps,
     }

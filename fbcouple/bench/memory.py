@@ -12,25 +12,25 @@ from mpi4py import MPI
 
 from fbcouple.bench.measure import open_run
 from fbcouple.case.schema.sections import Case
-from fbcouple.simulation.worker import step
+from fbcouple.simulation.loop import step
 
 _ELSEWHERE = (type, types.ModuleType, types.FunctionType, types.BuiltinFunctionType, types.FrameType)
 _STEPS = 3
 
 
 def measure_memory(case: Case, comm: MPI.Comm) -> dict[str, Any]:
-    """Bytes in the arrays of scene and recorder after a few coupled steps, a row a rank, and the whole process
+    """Bytes in the arrays of simulation and tasks after a few coupled steps, a row a rank, and the whole process
     (collective).
 
     An array as long as the rank's particles, or up to half again, counts for them; the rest is the cells'. Memory of
     the solvers that an array merely looks at is not counted.
     """
-    sim, recorder = open_run(case, comm)
+    sim, tasks = open_run(case, comm)
     for _ in range(_STEPS):
-        step(sim, recorder)
-    particles, cells = sim.liggghts.count if sim.liggghts else 0, len(sim.owned)
+        step(sim, tasks)
+    particles, cells = sim.liggghts.count if sim.has_particles else 0, len(sim.owned)
     of_particles = of_cells = 0
-    for array in find_arrays([sim, recorder]):
+    for array in find_arrays([sim, *tasks]):
         if particles and particles <= array.size and particles <= len(array) <= 1.5 * particles and particles > cells:
             of_particles += array.nbytes
         else:

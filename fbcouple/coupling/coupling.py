@@ -1,4 +1,4 @@
-"""One coupling step between the move of the particles and the next: map, drag, react (engine-free)."""
+"""One coupling step between the move of the particles and the next: voidage, drag, gas force (engine-free)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from fbcouple.case.schema.sections import Case
 from fbcouple.case.user_drag_law import choose_law
-from fbcouple.coupling import kernels as momentum
+from fbcouple.coupling import kernels
 from fbcouple.coupling.discretisation import Space
 from fbcouple.coupling.forces import Forces, choose_forces
 from fbcouple.coupling.kernels import DRAG_SCHEMES
@@ -32,12 +32,12 @@ class Coupling:
         self._law_address = find_address(self._law.kernel)
         self._scheme_address = find_address(DRAG_SCHEMES[case.exchange.scheme])
         self._explicit = case.exchange.scheme == "explicit"
-        self._push = float(case.exchange.pressure_gradient)
-        self._lift = self._push * case.gas.density * case.gravity
+        self._gradient_factor = float(case.exchange.pressure_gradient)
+        self._buoyancy = self._gradient_factor * case.gas.density * case.gravity
         self.forces = None
         if names := choose_forces(case):
             self.forces = Forces(case, names, space)
-            self._lift += self.forces.weight
+            self._buoyancy += self.forces.weight
         cells = self.plan.owned_count
         self.voidage, self._solids, self.drag_sums = np.ones(cells), np.zeros((cells, 1)), np.zeros((cells, 4))
         self._fields = {c: space.make_field(c) for c in (1, 4, 6)}
@@ -57,13 +57,13 @@ class Coupling:
         self._layers = self._count_layers()
         field = self._fields[1][: self._layers]
         rows = self.mapping.open(field)
-        momentum.write_volume(*self.mapping.stencil, particles.radii, rows)
+        kernels.write_volume(*self.mapping.stencil, particles.radii, rows)
         self.mapping.write(rows, field)
         self._add_up(self._solids)
         np.divide(self._solids[:, 0], self.space.volumes, out=self.voidage)
         np.subtract(1.0, self.voidage, out=self.voidage)
 
-    def drag(self, particles: Particles, dt: float, last_dt: float = 0.0) -> None:
+    def deposit_drag(self, particles: Particles, dt: float, last_dt: float = 0.0) -> None:
         """The drag of the next gas step from slip and voidage at the particles, averaged over `dt` [s].
 
         last_dt [s]: length of the step in which the particles came by their velocities, of which what other forces did
@@ -78,11 +78,11 @@ class Coupling:
         self.beta = self._beta[: len(particles.positions)]
         field = self._fields[4][: self._layers]
         rows, gas_rows = self.mapping.open(field), self.mapping.read(self._gas_rows, 4)
-        driven, self._aim = self._nobody, particles.velocities
-        if particles.driven_velocities is not None:
-            driven, self._aim = particles.driven_velocities, self._aims[: len(particles.positions)]
+        drag_only, self._effective = self._nobody, particles.velocities
+        if particles.drag_only_velocities is not None:
+            drag_only, self._effective = particles.drag_only_velocities, self._effectives[: len(particles.positions)]
         self._dt, self._ratio = dt, dt / (last_dt or dt)
-        momentum.exert(
+        kernels.deposit_drag(
             self._law_address,
             self._scheme_address,
             self._explicit,
@@ -95,21 +95,23 @@ class Coupling:
             self._gas.viscosity,
             dt,
             self.beta,
-            driven,
+            drag_only,
             self._ratio,
-            self._aim,
+            self._effective,
             rows,
         )
         if self.forces:
-            self.forces.exert(particles, self.mapping, gas_rows, (last_dt or dt, dt), rows)
+            self.forces.deposit(particles, self.mapping, gas_rows, (last_dt or dt, dt), rows)
         self.mapping.write(rows, field)
         self._add_up(self.drag_sums)
 
-    def react(self, particles: Particles, gas: np.ndarray, held: np.ndarray, current: np.ndarray) -> float:
+    def apply_gas_force(
+        self, particles: Particles, gas: np.ndarray, coupling_force: np.ndarray, total_force: np.ndarray
+    ) -> float:
         """Put the particles under the force of the new gas, in place.
 
-        gas (cells, 6): velocity [m/s] and pressure gradient [Pa/m]; held (n, 3) [N]: the gas force of the sub-steps to
-        come; current (n, 3) [N]: the total force that their next half kick starts from. Returns the sum of the
+        gas (cells, 6): velocity [m/s] and pressure gradient [Pa/m]; coupling_force (n, 3) [N]: the gas force of the DEM
+        steps to come; total_force (n, 3) [N]: the force that their next half kick starts from. Returns the sum of the
         magnitudes [N] of drag and extra forces (collective).
         """
         before = self._gas_rows[..., :3].copy() if self._explicit else None
@@ -118,25 +120,27 @@ class Coupling:
         if before is not None:
             rows = rows.copy()
             rows[..., :3] = before
-        driven = self._nobody if particles.driven_velocities is None else particles.driven_velocities
-        drag = momentum.react(
+        drag_only = self._nobody if particles.drag_only_velocities is None else particles.drag_only_velocities
+        drag = kernels.apply_gas_force(
             *self.mapping.stencil,
             self.mapping.read(rows, 8),
             self.beta,
-            self._aim,
+            self._effective,
             particles.radii,
-            self._push,
-            self._lift,
-            held,
-            current,
+            self._gradient_factor,
+            self._buoyancy,
+            coupling_force,
+            total_force,
             particles.velocities,
             particles.masses,
             self._dt,
-            driven,
+            drag_only,
             self._ratio,
         )
         if self.forces:
-            drag += self.forces.hand_over(self.mapping, self.mapping.read(self._gas_rows, 4), held, current)
+            drag += self.forces.hand_over(
+                self.mapping, self.mapping.read(self._gas_rows, 4), coupling_force, total_force
+            )
         return drag
 
     def read_gas(self, gas: np.ndarray) -> None:
@@ -147,7 +151,7 @@ class Coupling:
 
     def _line_up_gas(self) -> None:
         field = self.space.average(*self._cut_fields(6))
-        momentum.pack_gas(field.reshape(-1, 6), self._gas_rows[: self._layers].reshape(-1, 8))
+        kernels.pack_gas(field.reshape(-1, 6), self._gas_rows[: self._layers].reshape(-1, 8))
         self._read_layers = self._layers
 
     def _cut_fields(self, components: int) -> tuple[np.ndarray, np.ndarray]:
@@ -167,13 +171,14 @@ class Coupling:
         """Voidage and sums of the drag of the next gas step."""
         return self.voidage, self.drag_sums
 
-    def find_gas_loss(self, given_up: np.ndarray) -> np.ndarray:
+    def find_gas_loss(self, momentum_loss: np.ndarray) -> np.ndarray:
         """Force [N], shape (3,), that this rank's cells lost and the particles are still to get.
 
-        given_up (7,): sums over the cells, after the gas step, of V (K u - S) [N], V alpha grad P [N], V alpha [m3].
+        momentum_loss (7,): sums over the cells, after the gas step, of V (K u - S) [N], V alpha grad P [N], V alpha
+        [m3].
         """
-        loss = given_up[:3] - self._push * given_up[3:6]
-        loss[2] += self._lift * given_up[6]
+        loss = momentum_loss[:3] - self._gradient_factor * momentum_loss[3:6]
+        loss[2] += self._buoyancy * momentum_loss[6]
         return loss - (self.forces.moved if self.forces else 0.0)
 
     def _add_up(self, sums: np.ndarray) -> None:
@@ -185,4 +190,4 @@ class Coupling:
     def _make_room(self, count: int) -> None:
         if count > self._room:
             self._room = count + count // 4
-            self._beta, self._aims = np.empty(self._room), np.empty((self._room, 3))
+            self._beta, self._effectives = np.empty(self._room), np.empty((self._room, 3))

@@ -133,7 +133,7 @@ class Forces:
         self._plan.fetch(values, self._field, "forces")
         self._ready = self._smooth(self._field, self._scratch)
 
-    def exert(
+    def deposit(
         self, particles: Particles, mapping: Way, gas: np.ndarray, steps: tuple[float, float], rows: np.ndarray
     ) -> None:
         """Add K and S of the forces to `rows` (places, 4), beside those of the drag.
@@ -159,16 +159,16 @@ class Forces:
             self.moved = moved.sum(axis=0)
         _scatter(*mapping.stencil, np.column_stack([self._inertia, source]), rows)
 
-    def hand_over(self, mapping: Way, gas: np.ndarray, held: np.ndarray, current: np.ndarray) -> float:
-        """Add the forces, with the new gas velocity in `gas`, to `held` and `current` (n, 3) [N].
+    def hand_over(self, mapping: Way, gas: np.ndarray, coupling_force: np.ndarray, total_force: np.ndarray) -> float:
+        """Add the forces, with the new gas velocity in `gas`, to `coupling_force` and `total_force` (n, 3) [N].
 
         Returns the sum of their magnitudes.
         """
         velocity = np.empty_like(self._velocity)
         _gather(*mapping.stencil, gas, velocity)
         force = self._inertia[:, None] * (velocity - self._velocity) + self._force
-        held += force
-        current += force
+        coupling_force += force
+        total_force += force
         return float(np.linalg.norm(force, axis=1).sum())
 
 

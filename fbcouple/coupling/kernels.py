@@ -15,8 +15,8 @@ from fbcouple.physics.elementary import decay
 from fbcouple.physics.jit import SCHEME, call_law, call_scheme, compile_as, compiled, inlined
 
 _BLOCK = 256
-NEW = 0.5
-"""Weight of the last step in what `foresee` knows of the other forces. The pressure gradient answers to what the gas
+BLENDING = 0.5
+"""Weight of the last step in what `predict` knows of the other forces. The pressure gradient answers to what the gas
 gets: the change of one step comes back as -alpha/eps (1 - y/x) of it, which would grow where alpha > eps; so it grows
 above alpha/eps = 3 only, which no bed reaches."""
 
@@ -64,34 +64,34 @@ def keep_beta(beta, masses, dt):
 
 
 @inlined
-def foresee(velocities, driven, ratio, stiffness, aim):
-    """Set `aim` (n, 3) to v + c d, so that beta~ (u - aim) is the mean drag over a step on a particle that other forces
-    give the velocity d in it: NEW times what v is beyond `driven` (n, 3), which drag alone would have made of it, times
-    `ratio`, the step to come over the one in which they gave it.
+def predict(velocities, drag_only, ratio, dt_over_tau, effective):
+    """Set `effective` (n, 3) to v + c d, so that beta~ (u - effective) is the mean drag over a step on a particle that
+    other forces give the velocity d in it: BLENDING times what v is beyond `drag_only` (n, 3), which drag alone would
+    have made of it, times `ratio`, the step to come over the one in which they gave it.
 
-    m dv/dt = beta (u - v) + m d/dt with x = dt beta/m, `stiffness` (n,), has the mean drag beta~ (u - v) - (m/dt) d
+    m dv/dt = beta (u - v) + m d/dt with x = dt beta/m, `dt_over_tau` (n,), has the mean drag beta~ (u - v) - (m/dt) d
     (1 - y/x), where y = 1 - exp(-x) = dt beta~/m: c = 1/y - 1/x, 1/2 for slow drag and 1 for fast.
     """
-    for p in range(len(stiffness)):
-        x = stiffness[p]
+    for p in range(len(dt_over_tau)):
+        x = dt_over_tau[p]
         c = 0.5 + x * (1.0 / 12.0 - x * x * (1.0 / 720.0 - x * x / 30240.0))
         if x > 0.1:
             c = 1.0 / decay(x) - 1.0 / x
         for axis in range(3):
-            aim[p, axis] = velocities[p, axis] + c * NEW * ratio * (velocities[p, axis] - driven[p, axis])
-    return aim
+            effective[p, axis] = velocities[p, axis] + c * BLENDING * ratio * (velocities[p, axis] - drag_only[p, axis])
+    return effective
 
 
 @compiled
-def exert(
-    law, scheme, explicit, base, upper, offsets, velocities, radii, masses, gas, density, viscosity, dt, beta, driven,
-    ratio, aim, field
+def deposit_drag(
+    law, scheme, explicit, base, upper, offsets, velocities, radii, masses, gas, density, viscosity, dt, beta,
+    drag_only, ratio, effective, field
 ):  # fmt: skip
     """Add beta~ [kg/s] and beta~ w [N] of every particle to patch `field` (places, 4); beta~ stays in `beta` (n,).
 
-    `law` and `scheme` are addresses. w is the velocity that the drag acts on: v, or where `driven` (n, 3) [m/s] is
+    `law` and `scheme` are addresses. w is the velocity that the drag acts on: v, or where `drag_only` (n, 3) [m/s] is
     given, the velocity that drag alone would have made in the last step, the one that makes beta~ exact for other
-    forces too (see `foresee`), which goes into `aim` (n, 3); the step to come is `ratio` times the last. `gas`
+    forces too (see `predict`), which goes into `effective` (n, 3); the step to come is `ratio` times the last. `gas`
     (places, >= 4) starts with the filtered gas velocity and the voidage as the cells have it. The explicit scheme has
     no implicit part: it adds 0 and beta (v - u).
     Particles go through in blocks that fit the cache.
@@ -111,10 +111,10 @@ def exert(
             size[q] = 2.0 * radii[first + q]
         b = beta[first : first + n]
         call_law(law, eps[:n], slip[:n], size[:n], density, viscosity, b)
-        if len(driven):
+        if len(drag_only):
             for q in range(n):
                 size[q] = dt * b[q] / masses[first + q]
-            v = foresee(v, driven[first : first + n], ratio, size[:n], aim[first : first + n])
+            v = predict(v, drag_only[first : first + n], ratio, size[:n], effective[first : first + n])
         call_scheme(scheme, b, masses[first : first + n], dt)
         for q in range(n):
             weights = corner_weights(up[q, 0], up[q, 1], up[q, 2])
@@ -128,18 +128,19 @@ def exert(
 
 
 @compiled
-def react(
-    base, upper, offsets, gas, beta, aim, radii, push, lift, held, current, velocities, masses, dt, driven, ratio
+def apply_gas_force(
+    base, upper, offsets, gas, beta, effective, radii, gradient_factor, buoyancy, coupling_force, total_force,
+    velocities, masses, dt, drag_only, ratio
 ):  # fmt: skip
-    """Put each particle under the force of the gas [N]: beta~ (u - w) - V (push grad P) + V lift.
+    """Put each particle under the force of the gas [N]: beta~ (u - w) - V (gradient_factor grad P) + V buoyancy.
 
-    `aim` (n, 3) is w [m/s], the particle's velocity or what `foresee` made of it.
-    `gas` (places, 8) holds filtered gas velocity, voidage, pressure gradient and nothing; `push` is 1 with the
-    pressure-gradient force and 0 without; `lift` [N/m3] is the weight of the displaced gas. The force goes into `held`
-    (n, 3), what the sub-steps hold, and its change into `current` (n, 3), the force of the last sub-step, which the
-    next half kick starts from. Returns the summed drag magnitude [N]. `driven` (n, 3), or (0, 3)
+    `effective` (n, 3) is w [m/s], the particle's velocity or what `predict` made of it.
+    `gas` (places, 8) holds filtered gas velocity, voidage, pressure gradient and nothing; `gradient_factor` is 1 with
+    the pressure-gradient force and 0 without; `buoyancy` [N/m3] is the weight of the displaced gas. The force goes into
+    `coupling_force` (n, 3), which the DEM steps hold, and its change into `total_force` (n, 3), the force of the last
+    DEM step, which the next half kick starts from. Returns the summed drag magnitude [N]. `drag_only` (n, 3), or (0, 3)
     where nobody asks, becomes what drag alone makes of `velocities` (n, 3) in the step of `dt` [s] that comes, less the
-    part of the last one's other forces that `foresee` is to keep; this step is `ratio` times the last.
+    part of the last one's other forces that `predict` is to keep; this step is `ratio` times the last.
     """
     total = 0.0
     for p in range(len(base)):
@@ -147,24 +148,24 @@ def react(
         ux, uy, uz, _ = read_four(gas, np.uint64(0), base[p], offsets, weights)
         gx, gy, gz, _ = read_four(gas, np.uint64(4), base[p], offsets, weights)
         volume = 4.0 / 3.0 * np.pi * radii[p] ** 3
-        dx = beta[p] * (ux - aim[p, 0])
-        dy = beta[p] * (uy - aim[p, 1])
-        dz = beta[p] * (uz - aim[p, 2])
-        fx = dx - volume * push * gx
-        fy = dy - volume * push * gy
-        fz = dz - volume * push * gz + volume * lift
-        current[p, 0] += fx - held[p, 0]
-        current[p, 1] += fy - held[p, 1]
-        current[p, 2] += fz - held[p, 2]
-        held[p, 0] = fx
-        held[p, 1] = fy
-        held[p, 2] = fz
+        dx = beta[p] * (ux - effective[p, 0])
+        dy = beta[p] * (uy - effective[p, 1])
+        dz = beta[p] * (uz - effective[p, 2])
+        fx = dx - volume * gradient_factor * gx
+        fy = dy - volume * gradient_factor * gy
+        fz = dz - volume * gradient_factor * gz + volume * buoyancy
+        total_force[p, 0] += fx - coupling_force[p, 0]
+        total_force[p, 1] += fy - coupling_force[p, 1]
+        total_force[p, 2] += fz - coupling_force[p, 2]
+        coupling_force[p, 0] = fx
+        coupling_force[p, 1] = fy
+        coupling_force[p, 2] = fz
         total += np.sqrt(dx * dx + dy * dy + dz * dz)
-        if len(driven):
-            share, kept = dt / masses[p], (1.0 - NEW) * ratio
-            driven[p, 0] = velocities[p, 0] + share * dx - kept * (velocities[p, 0] - driven[p, 0])
-            driven[p, 1] = velocities[p, 1] + share * dy - kept * (velocities[p, 1] - driven[p, 1])
-            driven[p, 2] = velocities[p, 2] + share * dz - kept * (velocities[p, 2] - driven[p, 2])
+        if len(drag_only):
+            share, kept = dt / masses[p], (1.0 - BLENDING) * ratio
+            drag_only[p, 0] = velocities[p, 0] + share * dx - kept * (velocities[p, 0] - drag_only[p, 0])
+            drag_only[p, 1] = velocities[p, 1] + share * dy - kept * (velocities[p, 1] - drag_only[p, 1])
+            drag_only[p, 2] = velocities[p, 2] + share * dz - kept * (velocities[p, 2] - drag_only[p, 2])
     return total
 
 

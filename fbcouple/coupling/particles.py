@@ -20,7 +20,7 @@ class Particles:
     masses: np.ndarray
     last_velocities: np.ndarray | None = None
     """Velocities (n, 3) before the last move, where a force asks for them."""
-    driven_velocities: np.ndarray | None = None
+    drag_only_velocities: np.ndarray | None = None
     """Velocities (n, 3) that drag alone would give in the move under way, writable, where the drag of a step knows the
     other forces."""
 

@@ -15,7 +15,7 @@ from typing import Any
 from fbcouple.errors import CaseError, DivergedError, FbcoupleError, SolverError, StoppedError
 from fbcouple.launcher.stop_signals import Requests
 from fbcouple.machine.environment import missing_program, mpi_environment
-from fbcouple.paths import PULSE
+from fbcouple.paths import HEARTBEAT, LOG
 from fbcouple.results.writer import read_line
 from fbcouple.run_folder.checkpoint import word_newest
 from fbcouple.run_folder.failure import give_room_back, read_failure
@@ -100,7 +100,7 @@ class Job:
 
     def _read_rows(self, job: subprocess.Popen) -> Iterator[dict[str, Any]]:
         """History rows as the job writes them, until it ends."""
-        log = self._run / "logs/run.jsonl"
+        log = self._run / LOG
         place = log.stat().st_size if log.exists() else 0
         told = 0
         over = False
@@ -126,7 +126,7 @@ class Job:
         asked = self._requests.count
         if asked > 1 and asked > told:
             _end(job)
-        elif asked > told and (self._run / PULSE).exists():
+        elif asked > told and (self._run / HEARTBEAT).exists():
             job.send_signal(PASSED_ON)
         else:
             return told
@@ -138,7 +138,7 @@ class Job:
         Time in which this process, or every process of the job with its launcher, was stopped from outside does not
         count: the job goes on when they do.
         """
-        pulse = self._run / PULSE
+        pulse = self._run / HEARTBEAT
         seen = pulse.stat().st_mtime_ns if pulse.exists() else 0
         now = time.monotonic()
         self._waited += min(now - self._looked, _LONGEST_PASS)

@@ -26,7 +26,7 @@ from fbcouple.launcher.stop_signals import Requests
 from fbcouple.machine.cache import prepare_compiled
 from fbcouple.machine.environment import mpi_command
 from fbcouple.machine.own_key import key_file, make_key
-from fbcouple.paths import PULSE
+from fbcouple.paths import HEARTBEAT, LOG
 from fbcouple.run_folder.checkpoint import Checkpoint
 from fbcouple.run_folder.failure import SOLVER_LOGS, give_room_back, prepare_failure
 from fbcouple.run_folder.lock import hold
@@ -38,7 +38,6 @@ from fbcouple.solvers.versions import list_versions
 
 PATIENCE = 600.0
 _ALMOST = 1 - 1e-9
-_LOG = "logs/run.jsonl"
 
 Say = Callable[[str], None]
 
@@ -211,8 +210,8 @@ def _list_updates(checkpoint: Checkpoint, versions: Versions, accepted: bool) ->
 
 def _clear(run: Path, checkpoint: Checkpoint | None) -> None:
     """Remove what an earlier run left; of one that is resumed only what came after the checkpoint."""
-    log = run / _LOG
-    for old in (log, run / PULSE, *(run / "logs" / name for name in SOLVER_LOGS)):
+    log = run / LOG
+    for old in (log, run / HEARTBEAT, *(run / "logs" / name for name in SOLVER_LOGS)):
         old.unlink(missing_ok=True)
     if checkpoint:
         shutil.copyfile(checkpoint.folder / "history.jsonl", log)

@@ -1,8 +1,8 @@
 """A checkpoint on disk: a folder that is whole or not there, with a checksum of everything in it.
 
 checkpoints/step-000001200/   index.json       step, time, ranks, case, inputs, versions, size and SHA-256 of every file
-                              state.json       clock, cadences, counts; history.jsonl, snapshots.npz
-                              cells-0000.npz   sums of rank 0's cells, one file a rank
+                              state.json       clock, and numbers of the tasks; history.jsonl, snapshots.npz
+                              cells-0000.npz   rows of rank 0's cells, one file a rank
                               liggghts.restart   LIGGGHTS' own
                               CFD/           OpenFOAM's own time directories
 """

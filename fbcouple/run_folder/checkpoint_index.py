@@ -20,12 +20,12 @@ from fbcouple.geometry.saved_fields import Words, require_known_words
 from fbcouple.machine.own_key import is_own, sign
 from fbcouple.run_folder.manifest import hash_file, hash_text
 
-FORMAT = 3
+FORMAT = 4
 NAME = "index.json"
 LARGEST = 200_000_000
 """Bytes that an index may have."""
 _FOLDER = re.compile(r"step-(\d{12})")
-_OWN_FILES = re.compile(r"state\.json|history\.jsonl|recorder\.json|snapshots\.npz|liggghts\.restart")
+_OWN_FILES = re.compile(r"state\.json|history\.jsonl|snapshots\.npz|liggghts\.restart")
 _CELLS = re.compile(r"cells-(\d{4,6})\.npz")
 _TIME = r"\d+(?:\.\d+)?(?:e[+-]?\d+)?"
 _FIELD = re.compile(

@@ -20,7 +20,7 @@ from typing import Any
 
 from fbcouple.errors import CaseError, SolverError
 from fbcouple.machine.environment import is_in_mpi_job
-from fbcouple.paths import PULSE
+from fbcouple.paths import HEARTBEAT
 from fbcouple.run_folder.plain_files import is_same, word_moved
 
 NAME = "lock"
@@ -145,7 +145,7 @@ def _find_age(run: Path) -> float:
     probe.touch()
     now = probe.stat().st_mtime
     probe.unlink()
-    beats = [path.stat().st_mtime for path in (run / NAME, run / PULSE) if path.exists()]
+    beats = [path.stat().st_mtime for path in (run / NAME, run / HEARTBEAT) if path.exists()]
     return now - max(beats)
 
 

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 _GROWTH = 1.2
-_ALMOST = 1.0 - 1e-9
+ALMOST = 1.0 - 1e-9
 _TINY = 1e-300
 _SHARED = 10
 """Steps up to the end of a run that share out the time left, in place of a stub for the last."""
@@ -34,14 +34,14 @@ class Clock:
         self._longest = longest
         self._dem_step = dem_step
         self._substeps_done = 0
-        self.substeps = max(1, int(first_step / dem_step * (2.0 - _ALMOST))) if dem_step else 0
+        self.substeps = max(1, int(first_step / dem_step * (2.0 - ALMOST))) if dem_step else 0
         self.dt = first_step
         self._end_in_time()
 
     @property
     def running(self) -> bool:
         """Is there time left?"""
-        return self.time < self._end * _ALMOST
+        return self.time < self._end * ALMOST
 
     def tick(self) -> None:
         """The step `dt` was taken."""
@@ -80,7 +80,7 @@ class Clock:
         DEM step shorter. At the end the step stands as it is, for a run that is made longer."""
         left = self._end - self.time
         if self._dem_step is None:
-            steps = math.ceil(left / self.dt * _ALMOST)
+            steps = math.ceil(left / self.dt * ALMOST)
             if 0 < steps <= _SHARED:
                 self.dt = left / steps
             return
@@ -101,11 +101,11 @@ class Cadence:
 
     def is_due(self, time: float) -> bool:
         """Would it be due at `time`? Asking changes nothing."""
-        return time >= self.next * _ALMOST
+        return time >= self.next * ALMOST
 
     def due(self, time: float) -> bool:
         """Is it due at `time`? Asking moves on to the next multiple."""
         if not self.is_due(time):
             return False
-        self.next = (math.floor(time / self._every * (2.0 - _ALMOST)) + 1) * self._every
+        self.next = (math.floor(time / self._every * (2.0 - ALMOST)) + 1) * self._every
         return True

@@ -49,5 +49,5 @@ class Conservation:
             self.momentum_error = imbalance / (max(scale, _NEGLIGIBLE * momentum) or 1.0)
 
     def count(self, particles: int) -> None:
-        """Count the particles of all ranks, for a scene without gas (collective)."""
+        """Count the particles of all ranks, for a case without gas (collective)."""
         self.particles = self._comm.allreduce(particles)

@@ -1,78 +1,195 @@
-"""What takes part in a run: the solvers and the parts between them that this case needs, in one MPI rank."""
+"""A run in one MPI rank: both solvers, the coupling between them, and the stages of a coupling step.
+
+A step is a gas step of whole DEM steps. Views of the solvers' arrays are valid until the next step.
+"""
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.case.bed import derived
-from fbcouple.case.bed.acceleration import choose_acceleration
-from fbcouple.case.bed.particle_types import largest_diameter
 from fbcouple.case.schema.sections import Case
-from fbcouple.coupling.box.halo import Plan, find_patch
-from fbcouple.coupling.cells import BoxCells, Cells, MeshCells
+from fbcouple.coupling.cells import Cells
 from fbcouple.coupling.coupling import Coupling
-from fbcouple.coupling.discretisation import BoxSpace, MeshSpace, Space
-from fbcouple.coupling.forces import ADDED_MASS
 from fbcouple.coupling.particles import NOBODY, Particles
+from fbcouple.errors import CaseError
 from fbcouple.geometry.grid import Grid
-from fbcouple.geometry.polyhedra import Polyhedra
 from fbcouple.results.writer import STAGES
-from fbcouple.simulation.clock import Cadence, Clock
+from fbcouple.simulation.clock import Clock
 from fbcouple.simulation.conservation import Conservation
-from fbcouple.simulation.tasks.averages import CellSampler, Means, SolidsSampler
+from fbcouple.simulation.soundness import require_finite_gas, require_sound_exchange
 from fbcouple.simulation.timers import Timers
 from fbcouple.solvers.liggghts import Liggghts
 from fbcouple.solvers.openfoam.gas import Gas, GasReport
 
-# Gas velocity [m/s] that the first step of a gas without inflow is chosen for; the Courant number takes over.
-_SLOWEST = 1e-3
+Part = TypeVar("Part")
 
 
-@dataclass
-class Averaging:
-    """The means of each phase that is there, and when they take their samples."""
-
-    cadence: Cadence
-    solids: Means | None
-    gas: Means | None
-    sampler: SolidsSampler | CellSampler | None
-
-
-@dataclass
 class Simulation:
-    """A run in this rank; a phase that the case does not have is None."""
+    """The solvers of a case and the parts between them; all methods are collective."""
 
-    case: Case
-    comm: MPI.Comm
-    clock: Clock
-    grid: Grid
-    liggghts: Liggghts | None
-    gas: Gas | None
-    coupling: Coupling | None
-    averaging: Averaging | None
-    cells: Cells
-    """This rank's cells, by which records and results are kept."""
-    conservation: Conservation
-    timers: Timers
-    particles: Particles = NOBODY
-    gas_report: GasReport | None = None
-    accelerated: bool = False
-    """Does the drag of a step know the other forces of the last one?"""
-    dt: float = 0.0
-    """The coupling step under way or just taken [s]; the next is the clock's."""
-    substeps: int = 0
-    """Its DEM steps."""
-    moved: float = 0.0
-    """The step in which the particles made the voidage of this one [s]."""
-    stop: str = ""
-    """Why the run has to end before its end, if it has."""
-    checkpoint: Path | None = None
-    """The newest checkpoint that this run has."""
+    def __init__(
+        self,
+        case: Case,
+        comm: MPI.Comm,
+        clock: Clock,
+        cells: Cells,
+        gas: Gas | None,
+        liggghts: Liggghts | None,
+        coupling: Coupling | None,
+        accelerated: bool = False,
+    ) -> None:
+        """gas, liggghts, coupling: None where the case has no such part; accelerated: the drag of a step knows what
+        other forces did in the last one."""
+        self.case, self.comm, self.clock, self.cells = case, comm, clock, cells
+        self._gas, self._liggghts, self._coupling = gas, liggghts, coupling
+        self._accelerated = accelerated
+        self.conservation, self.timers = Conservation(comm), Timers(STAGES)
+        self.particles: Particles = NOBODY
+        """This rank's particles as they are now; valid until the next move."""
+        self.gas_report: GasReport | None = None
+        """What the last gas step was like."""
+        self.dt = self.moved = 0.0
+        """The coupling step under way or just taken, and the one in which the particles made its voidage [s]."""
+        self.substeps = 0
+        """DEM steps of the step under way or just taken."""
+        self.stop = ""
+        """Why the run has to end before its end, if it has."""
+        self.checkpoint: Path | None = None
+        """The newest checkpoint that this run has."""
+
+    def initialise(self) -> None:
+        """Set LIGGGHTS up and see the particles from the gas: at the start of a run, and at each step at which a
+        checkpoint may be written, because a run that goes on from one starts by this."""
+        if self.has_particles:
+            with self.timers("dem"):
+                self.liggghts.advance(0, first=True)
+            self.look_at_particles()
+            self.conservation.count(self.liggghts.count)
+        self.map_solids()
+        if self.is_coupled:
+            if self.clock.steps == 0:
+                self.gas.start(self.coupling.voidage)
+                self._remember_velocities()
+            self.coupling.read_gas(self.gas.state)
+            self._derive_fields()
+        self.deposit_drag()
+
+    @property
+    def proceed(self) -> bool:
+        """Is there time left, and no reason to stop?"""
+        return self.clock.running and not self.stop
+
+    def step(self) -> None:
+        """One coupling step."""
+        self.step_gas()
+        self.apply_gas_force()
+        self.move_particles()
+        self.choose_step()
+        self.map_solids()
+        self.deposit_drag()
+
+    def step_gas(self) -> None:
+        """The step that the clock has chosen begins: one PISO step of the gas, under voidage and drag as they are."""
+        self.dt, self.substeps = self.clock.dt, self.clock.substeps
+        self.moved = self.clock.last_dt or self.dt
+        if not self.has_gas:
+            return
+        with self.timers("wait"):
+            self.comm.Barrier()
+        with self.timers("cfd"):
+            given = self.coupling.gas_input if self.is_coupled else self.gas.clean_input
+            self.gas.step(self.dt, *given, moved=self.moved)
+            self.gas_report = self.gas.measure()
+        require_finite_gas(self.time, self.owned, self.gas)
+
+    def apply_gas_force(self) -> None:
+        """What the gas lost by drag and pressure gradient is the particles' impulse over the same step."""
+        if not self.is_coupled:
+            return
+        with self.timers("react"):
+            forces = self.liggghts.gas_force, self.liggghts.forces
+            drag = self.coupling.apply_gas_force(self.particles, self.gas.state, *forces)
+            self.conservation.give(self.coupling.find_gas_loss(self.gas.momentum_loss), drag, self.dt)
+            self._derive_fields()
+
+    def move_particles(self) -> None:
+        """The particles take the DEM steps of the step under the force of the gas."""
+        if not self.has_particles:
+            return
+        with self.timers("dem"):
+            self.liggghts.advance(self.substeps)
+        self.look_at_particles()
+        with self.timers("wait"):
+            self.comm.Barrier()
+        with self.timers("react"):
+            if self.is_coupled:
+                self.conservation.receive(self.liggghts.gas_force, self.dt, self._find_momentum)
+            else:
+                self.conservation.count(self.liggghts.count)
+
+    def choose_step(self) -> None:
+        """The step is done; the Courant and Fourier numbers of the gas choose the next."""
+        self.clock.tick()
+        if self.gas_report and self.case.gas:
+            limits = self.case.gas.max_courant, self.case.gas.max_fourier
+            self.clock.choose(self.gas_report.courant, self.gas_report.fourier, *limits)
+
+    def map_solids(self) -> None:
+        """Solids to the cells: the voidage of the next gas step."""
+        if self.is_coupled:
+            with self.timers("map"):
+                self.coupling.map(self.particles)
+
+    def deposit_drag(self) -> None:
+        """The drag of every particle, averaged over the next step, to the cells."""
+        if self.is_coupled:
+            with self.timers("drag"):
+                self.coupling.deposit_drag(self.particles, self.clock.dt, self.clock.last_dt)
+                require_sound_exchange(self.time, self.case.monitors, self.owned, self.gas, self.coupling)
+
+    def _derive_fields(self) -> None:
+        """What lift, viscous force and virtual mass of the next step need of the gas."""
+        if self.coupling.forces:
+            self.coupling.forces.read(self.gas.derive(self.coupling.forces.fields))
+
+    @property
+    def has_gas(self) -> bool:
+        """Does OpenFOAM take part?"""
+        return self._gas is not None
+
+    @property
+    def has_particles(self) -> bool:
+        """Does LIGGGHTS take part?"""
+        return self._liggghts is not None
+
+    @property
+    def is_coupled(self) -> bool:
+        """Do both, with an exchange between them?"""
+        return self._coupling is not None
+
+    @property
+    def gas(self) -> Gas:
+        """OpenFOAM in this rank. Raises: CaseError where the case has no [gas]."""
+        return _require(self._gas, "[gas]")
+
+    @property
+    def liggghts(self) -> Liggghts:
+        """LIGGGHTS in this rank. Raises: CaseError where the case has no [particles]."""
+        return _require(self._liggghts, "[particles]")
+
+    @property
+    def coupling(self) -> Coupling:
+        """The exchange in this rank. Raises: CaseError where the case lacks one of both phases."""
+        return _require(self._coupling, "[exchange]")
+
+    @property
+    def grid(self) -> Grid:
+        """The box grid, or the one on which results of a mesh of polyhedra are sampled."""
+        return self.cells.grid
 
     @property
     def owned(self) -> np.ndarray:
@@ -80,129 +197,30 @@ class Simulation:
         return self.cells.owned
 
     @property
-    def running(self) -> bool:
-        """Is there time left, and no reason to stop?"""
-        return self.clock.running and not self.stop
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return self.clock.time
 
     def look_at_particles(self) -> None:
-        """See this rank's particles as they are now, in `particles`; valid until the next move."""
-        if self.liggghts:
-            liggghts = self.liggghts
-            last = liggghts.last_velocities if liggghts.remembers else None
-            driven = liggghts.driven_velocities if self.accelerated else None
-            self.particles = Particles(
-                liggghts.positions, liggghts.velocities, liggghts.radii, liggghts.masses, last, driven
-            )
+        """See this rank's particles as they are now, in `particles`."""
+        if self.has_particles:
+            own = self.liggghts
+            last = own.last_velocities if own.remembers else None
+            driven = own.drag_only_velocities if self._accelerated else None
+            self.particles = Particles(own.positions, own.velocities, own.radii, own.masses, last, driven)
 
-    def remember_velocities(self) -> None:
+    def _remember_velocities(self) -> None:
         """At the start of a run the step before it is one without a force, for whoever asks for velocities of then."""
-        for earlier in (self.particles.last_velocities, self.particles.driven_velocities):
+        for earlier in (self.particles.last_velocities, self.particles.drag_only_velocities):
             if earlier is not None:
                 earlier[:] = self.particles.velocities
 
-    def find_momentum(self) -> float:
+    def _find_momentum(self) -> float:
         """Sum of m |v| [kg m/s] of this rank's particles."""
         return float(self.particles.masses @ np.linalg.norm(self.particles.velocities, axis=1))
 
 
-def open_simulation(case: Case, run: Path, comm: MPI.Comm, end: float, restart: Path | None = None) -> Simulation:
-    """Start the solvers that `case` needs on the decks in `run`, and join them (collective).
-
-    restart: LIGGGHTS' restart file in place of the start positions; OpenFOAM starts from its latest time directory.
-    """
-    logs = run / "logs"
-    gas = liggghts = coupling = None
-    if case.gas:
-        log = logs / "openfoam.log" if comm.rank == 0 else Path("/dev/null")
-        gas = Gas(run / "CFD", log, case.gas.density, case.gas.correctors, comm.rank if comm.size > 1 else None)
-    if case.particles:
-        virtual_mass = case.exchange is not None and case.exchange.virtual_mass
-        liggghts = Liggghts(Path("DEM/in.liggghts"), logs / "liggghts.log", comm, restart, remembers=virtual_mass)
-        if virtual_mass and case.gas:
-            liggghts.add_inertia(ADDED_MASS * case.gas.density)
-    polyhedra = gas.read_polyhedra() if gas and not case.domain.is_plain_box else None
-    cells = _open_cells(case, comm, gas, liggghts, polyhedra)
-    if gas and liggghts and case.particles:
-        reach = largest_diameter(case.particles)
-        space: Space
-        if polyhedra:
-            space = MeshSpace(case, comm, polyhedra, gas.volumes, liggghts.bounds, reach)
-        else:
-            space = BoxSpace(case, comm, gas.centres, liggghts.bounds, reach)
-        coupling = Coupling(case, space)
-    averaging = _open_averaging(case, comm, cells, liggghts, coupling)
-    conservation, timers = Conservation(comm), Timers(STAGES)
-    clock = _start_clock(case, end, _find_smallest(comm, cells))
-    sim = Simulation(case, comm, clock, cells.grid, liggghts, gas, coupling, averaging, cells, conservation, timers)
-    sim.accelerated = coupling is not None and choose_acceleration(case)[0]
-    return sim
-
-
-def _open_cells(
-    case: Case, comm: MPI.Comm, gas: Gas | None, liggghts: Liggghts | None, polyhedra: Polyhedra | None
-) -> Cells:
-    domain = case.domain
-    if polyhedra is not None and gas:
-        low = np.min(comm.allgather(polyhedra.points.min(axis=0)), axis=0)
-        high = np.max(comm.allgather(polyhedra.points.max(axis=0)), axis=0)
-        size, origin = (tuple(corner.tolist()) for corner in (high - low, low))
-        return MeshCells(comm, Grid(domain.cells, size, origin=origin), polyhedra, gas.volumes)
-    grid = Grid(domain.cells, domain.size, derived.wraps(domain))
-    return BoxCells(grid, grid.indices(gas.centres) if gas else _own_cells(grid, liggghts))
-
-
-def _find_smallest(comm: MPI.Comm, cells: Cells) -> float:
-    """Shortest edge [m] of a cell; of a polyhedron the cube root of its volume."""
-    if isinstance(cells, BoxCells):
-        return float(cells.grid.spacing.min())
-    return comm.allreduce(float(cells.volumes.min(initial=math.inf)), MPI.MIN) ** (1.0 / 3.0)
-
-
-def _start_clock(case: Case, end: float, edge: float) -> Clock:
-    """With both phases the first step is one DEM step, and the Courant number takes over from there.
-
-    It knows nothing of a ramp's gas to come: steps are then never longer than the ramp's fastest gas allows.
-    """
-    dem_step = derived.dem_step(case.contact, case.particles) if case.contact and case.particles else None
-    first = min(case.output.record_every, case.averages.every if case.averages else math.inf)
-    longest = math.inf
-    if case.gas:
-        speed = max(derived.open_velocity(case), _SLOWEST)
-        room = case.gas.max_courant * edge / speed
-        longest = min(room if case.gas.inlet_ramp else math.inf, case.gas.max_step or math.inf)
-        first = dem_step or min(room, longest)
-    return Clock(end, dem_step, first, longest)
-
-
-def _own_cells(grid: Grid, liggghts: Liggghts | None) -> np.ndarray:
-    """Without gas the cells of the averages belong to the rank whose particles' box holds their centre."""
-    assert liggghts is not None
-    low, high = liggghts.bounds
-    axes = [np.flatnonzero((grid.centres(axis) >= low[axis]) & (grid.centres(axis) < high[axis])) for axis in range(3)]
-    return np.stack([axis.ravel() for axis in np.meshgrid(*axes, indexing="ij")], axis=1)
-
-
-def _open_averaging(
-    case: Case, comm: MPI.Comm, cells: Cells, liggghts: Liggghts | None, coupling: Coupling | None
-) -> Averaging | None:
-    if case.averages is None:
-        return None
-    options, window = case.averages, (case.averages.start, case.end_time)
-    solids = gas = sampler = None
-    if liggghts and case.particles:
-        sampler = _open_sampler(comm, cells, liggghts, coupling, largest_diameter(case.particles))
-        solids = Means("solids", len(cells.owned), window, options.blocks)
-    if case.gas:
-        gas = Means("gas", len(cells.owned), window, options.blocks)
-    return Averaging(Cadence(options.every, options.start), solids, gas, sampler)
-
-
-def _open_sampler(
-    comm: MPI.Comm, cells: Cells, liggghts: Liggghts, coupling: Coupling | None, reach: float
-) -> SolidsSampler | CellSampler:
-    if coupling is None:
-        low, high = liggghts.bounds
-        return SolidsSampler(Plan(comm, find_patch(cells.grid, low, high, reach, 0), cells.owned))
-    if isinstance(coupling.space, MeshSpace):
-        return CellSampler(coupling.space.mapping, coupling.space.plan, coupling.space.volumes)
-    return SolidsSampler(coupling.space.plan)
+def _require(part: Part | None, section: str) -> Part:
+    if part is None:
+        raise CaseError([f"the case has no {section}"])
+    return part

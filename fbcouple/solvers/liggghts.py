@@ -122,7 +122,7 @@ class Liggghts:
         return self._view(pointer, ctypes.c_double, self.count, 3)
 
     @property
-    def driven_velocities(self) -> np.ndarray:
+    def drag_only_velocities(self) -> np.ndarray:
         """Velocities [m/s] that travel with the particles for whoever writes them, shape (count, 3), writable; only if
         the deck has a place for them."""
         pointer = self._library.lammps_extract_fix(self._lammps, b"drivenVelocity", 1, 2, 0, 0)

@@ -13,7 +13,6 @@ from mpi4py import MPI
 from fbcouple.case.bed.particle_types import solids_volume
 from fbcouple.coupling.box.mapping import VOIDAGE_METHODS
 from fbcouple.simulation.simulation import Simulation
-from fbcouple.simulation.worker import start, take_step
 from fbcouple.verify.harness import FRICTIONLESS, GAS, GLASS, open_bench
 from fbcouple.verify.registry import Number, check
 
@@ -86,13 +85,12 @@ def conserve(
     the bed lies.
     """
     bench = open_bench(place, comm, bed, folder=folder)
-    assert bench.liggghts is not None
     bench.liggghts.velocities[:, 0] = drift
-    start(bench)
+    bench.initialise()
     way = 0.0
     momentum = solids = gas = 0.0
     for _ in range(steps):
-        take_step(bench)
+        bench.step()
         assert bench.gas_report is not None
         way += float(bench.liggghts.velocities[:, 0].sum()) * bench.dt
         momentum = max(momentum, bench.conservation.momentum_error)
@@ -117,6 +115,5 @@ def _solids_volume(bench: Simulation) -> float:
 
 
 def _fastest(bench: Simulation) -> float:
-    assert bench.liggghts is not None
     speeds = np.linalg.norm(bench.liggghts.velocities, axis=1)
     return bench.comm.allreduce(float(speeds.max(initial=0.0)), MPI.MAX)

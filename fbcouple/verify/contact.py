@@ -84,7 +84,6 @@ def _meet(place: Path, comm: MPI.Comm, steps: int) -> Iterator[Number]:
     sections: dict[str, Any] = {"gravity": 0.0, "contact": contact}
     sections["domain"] = {"size": [0.027, 0.018, 0.01], "cells": [9, 6, 4]}
     bench = open_bench(place, comm, sections, np.concatenate([sites - offset, sites + offset]))
-    assert bench.liggghts is not None
     velocities = np.zeros((2 * _PHASES, 3))
     velocities[:, 2] = np.repeat([_SPEED / 2, -_SPEED / 2], _PHASES)
     throw(bench.liggghts, velocities)
@@ -147,7 +146,6 @@ def _bounce(place: Path, comm: MPI.Comm, restitution: float, wall_restitution: f
         velocities[i, axis] = _SPEED if far else -_SPEED
     sections = {"gravity": 0.0, "contact": contact, "domain": {"size": [edge] * 3, "cells": [4, 4, 4]}}
     bench = open_bench(place, comm, sections, positions)
-    assert bench.liggghts is not None
     throw(bench.liggghts, velocities)
     bench.liggghts.advance(3 * steps)
     found = -(look(bench.liggghts).velocities * velocities).sum(axis=1) / _SPEED**2

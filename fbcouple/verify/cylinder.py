@@ -14,7 +14,6 @@ from mpi4py import MPI
 
 from fbcouple.geometry.cylinder import find_section, make_cylinder
 from fbcouple.physics.contact import normal_damping
-from fbcouple.simulation.worker import start
 from fbcouple.verify.conservation import conserve
 from fbcouple.verify.fall import SCHILLER_NAUMANN, coarsen_bins, name_sizes
 from fbcouple.verify.gas import run_until_steady
@@ -68,10 +67,9 @@ def fall_in_cylinder(place: Path, comm: MPI.Comm, diameters: tuple[float, ...]) 
     positions = np.column_stack([(2.0 + np.cos(turns)) * _CELL, (2.0 + np.sin(turns)) * _CELL, top])
     edits: dict[str, Edit] = {"DEM/in.liggghts": coarsen_bins}
     bench = open_bench(place, comm, sections, positions, edits, np.arange(len(sizes)))
-    start(bench)
+    bench.initialise()
     for _ in range(round(time / _DEM_STEP)):
         take_same_step(bench)
-    assert bench.liggghts is not None
     speeds = -bench.liggghts.velocities[np.argsort(bench.liggghts.numbers), 2]
     for diameter, found in zip(diameters, speeds.tolist(), strict=True):
         name, expected = f"fall speed of {diameter * 1e6:g} um", SCHILLER_NAUMANN[diameter]
@@ -130,7 +128,7 @@ def bounce_in_cylinder(place: Path, comm: MPI.Comm) -> Iterator[Number]:
         "exchange": {},
     }
     bench = open_bench(place, comm, sections, middle + 5e-3 * ways)
-    start(bench)
+    bench.initialise()
     liggghts = bench.liggghts
     assert liggghts is not None and bench.case.contact is not None
     liggghts.velocities[:] = ways[liggghts.numbers - 1]
@@ -177,7 +175,6 @@ def flow_through_pipe(place: Path, comm: MPI.Comm, elements: str, within: float)
     }
     bench = open_bench(place, comm, {"domain": domain | {"elements": elements}, "gas": gas})
     run_until_steady(bench, dt=1.8e-3, most=600, change=1e-5)
-    assert bench.gas is not None
     centres, velocity = bench.gas.centres, bench.gas.velocity[:, 2]
     far = np.flatnonzero(np.abs(centres[:, 2] / length - 0.75) < 0.15)
     square = find_section(diameter, across) / np.pi

@@ -13,7 +13,6 @@ import numpy as np
 from mpi4py import MPI
 
 from fbcouple.coupling.box.mapping import VOIDAGE_METHODS
-from fbcouple.simulation.worker import start
 from fbcouple.verify.harness import FRICTIONLESS, GAS, GLASS, Edit, open_bench, take_same_step
 from fbcouple.verify.registry import Number, check
 
@@ -70,7 +69,7 @@ def _release(
     bench = open_bench(place, comm, sections | more, positions, edits, np.arange(len(diameters)))
     liggghts = bench.liggghts
     assert liggghts is not None
-    start(bench)
+    bench.initialise()
     for _ in range(steps):
         take_same_step(bench)
     return liggghts.velocities[np.argsort(liggghts.positions[:, 0]), 2]

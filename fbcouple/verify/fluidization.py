@@ -11,7 +11,6 @@ import numpy as np
 from mpi4py import MPI
 
 from fbcouple.simulation.simulation import Simulation
-from fbcouple.simulation.worker import start, take_step
 from fbcouple.verify.harness import FRICTIONLESS, GAS, GLASS, Edit, open_bench
 from fbcouple.verify.published import PUBLISHED, Bed
 from fbcouple.verify.registry import Number, check
@@ -50,11 +49,10 @@ def _open(place: Path, comm: MPI.Comm) -> Simulation:
 
 def _run_ramp(bench: Simulation) -> np.ndarray:
     """Rows of superficial velocity [m/s], pressure drop [Pa] and the voidage of each cell, one a coupled step."""
-    assert bench.gas is not None and bench.coupling is not None
     order = np.argsort(bench.gas.centres[:, 2])
     rows = []
     while bench.clock.time < _SETTLE + _RAMP:
-        take_step(bench)
+        bench.step()
         voidage = bench.coupling.voidage[order]
         velocity = (voidage * bench.gas.velocity[order, 2])[0]
         pressure = bench.gas.pressure[order]
@@ -66,7 +64,7 @@ def _run_ramp(bench: Simulation) -> np.ndarray:
 def minimum_fluidization(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Where the pressure of the bed at rest meets its weight, against Ergun at its own voidage in each cell, 5 %."""
     bench = _open(place, comm)
-    start(bench)
+    bench.initialise()
     rows = _run_ramp(bench)
     velocity, pressure = rows[:, 0], rows[:, 1]
     mass = np.pi / 6 * GLASS["diameter"] ** 3 * (GLASS["density"] - GAS["density"])

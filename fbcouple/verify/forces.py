@@ -13,7 +13,6 @@ from mpi4py import MPI
 
 from fbcouple.coupling.particles import Particles
 from fbcouple.simulation.simulation import Simulation
-from fbcouple.simulation.worker import start
 from fbcouple.verify.fall import coarsen_bins
 from fbcouple.verify.gas import run_until_steady, set_patches, split_sides
 from fbcouple.verify.harness import FRICTIONLESS, GAS, GLASS, Edit, open_bench, take_same_step
@@ -34,14 +33,14 @@ def hold(bench: Simulation, dt: float, steps: int = 1, inertia: float = 1.0) -> 
     particles = Particles(liggghts.positions, liggghts.velocities, liggghts.radii, liggghts.masses * inertia)
     for _ in range(steps):
         coupling.map(particles)
-        coupling.drag(particles, dt)
+        coupling.deposit_drag(particles, dt)
         gas.step(dt, *coupling.gas_input)
         held, current = np.zeros_like(particles.positions), np.zeros_like(particles.positions)
-        coupling.react(particles, gas.state, held, current)
+        coupling.apply_gas_force(particles, gas.state, held, current)
         if coupling.forces:
             coupling.forces.read(gas.derive(coupling.forces.fields))
     yield held[np.argsort(liggghts.numbers)]
-    yield coupling.find_gas_loss(gas.given_up)
+    yield coupling.find_gas_loss(gas.momentum_loss)
 
 
 def _judge_momentum(forces: np.ndarray, loss: np.ndarray, scale: float) -> Number:
@@ -82,7 +81,7 @@ def lift(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     positions = np.column_stack([np.full((len(_HEIGHTS), 2), size[0] / 2), _HEIGHTS + size[2] / 2])
     positions[:, 0] += np.linspace(-0.012, 0.012, len(_HEIGHTS))
     bench = open_bench(place, comm, sections, positions, edits)
-    start(bench)
+    bench.initialise()
     forces, loss = hold(bench, 1e-6)
     for height, found in zip(_HEIGHTS.tolist(), forces[:, 2].tolist(), strict=True):
         expected = _saffman_mei(_SHEAR * height)
@@ -123,9 +122,8 @@ def viscous(place: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
     positions = np.column_stack([places, np.full(3, width / 64), np.full(3, 0.8 * length)])
     edits = split_sides({}) | {"DEM/in.liggghts": partial(coarsen_bins, cell=width / 32)}
     bench = open_bench(place, comm, sections, positions, edits)
-    assert bench.gas is not None and bench.coupling is not None and bench.liggghts is not None
     run_until_steady(bench, dt=5e-3, most=2000, change=1e-4)
-    start(bench)
+    bench.initialise()
     forces, loss = hold(bench, 5e-3, steps=3, inertia=1e-20)
     volume = math.pi / 6 * _SMALL**3
     gradient = -12 * viscosity * speed / width**2
@@ -159,8 +157,7 @@ def virtual_mass(place: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
         "exchange": {"drag": "schiller-naumann", "virtual_mass": True},
     }
     bench = open_bench(place, comm, sections, np.array([[0.025, 0.025, 0.051]]))
-    assert bench.liggghts is not None
-    start(bench)
+    bench.initialise()
     moments, speeds, momentum = [], [], 0.0
     # The gas knows of a move one step later.
     for _ in range(12):

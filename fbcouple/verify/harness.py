@@ -16,8 +16,8 @@ from fbcouple.case.companions import copy_companions
 from fbcouple.case.schema.sections import Case
 from fbcouple.decks.render import set_up
 from fbcouple.launcher.openfoam_mesh import prepare_mesh
-from fbcouple.simulation.simulation import Simulation, open_simulation
-from fbcouple.simulation.worker import choose_step, exert_drag, map_solids, move, react, step_gas
+from fbcouple.simulation.opening import open_simulation
+from fbcouple.simulation.simulation import Simulation
 
 GLASS: dict[str, Any] = {"diameter": 1e-3, "density": 2500.0}
 GAS: dict[str, Any] = {"density": 1.165, "viscosity": 2e-5, "inlet_velocity": 0.0}
@@ -76,12 +76,12 @@ def _make_case(sections: dict[str, Any], positions: np.ndarray | None) -> Case:
 
 def take_same_step(bench: Simulation) -> None:
     """One coupling step; the next is as long (collective)."""
-    step_gas(bench)
-    react(bench)
-    move(bench)
+    bench.step_gas()
+    bench.apply_gas_force()
+    bench.move_particles()
     bench.clock.tick()
-    map_solids(bench)
-    exert_drag(bench)
+    bench.map_solids()
+    bench.deposit_drag()
 
 
 def take_steps(bench: Simulation, substeps: Iterable[int]) -> Iterator[None]:
@@ -90,23 +90,23 @@ def take_steps(bench: Simulation, substeps: Iterable[int]) -> Iterator[None]:
     wanted = iter(substeps)
     _set_step(bench, next(wanted), dem_step)
     for following in itertools.chain(wanted, [1]):
-        step_gas(bench)
-        react(bench)
-        move(bench)
+        bench.step_gas()
+        bench.apply_gas_force()
+        bench.move_particles()
         bench.clock.tick()
-        map_solids(bench)
+        bench.map_solids()
         _set_step(bench, following, dem_step)
         yield
 
 
 def _set_step(bench: Simulation, substeps: int, dem_step: float) -> None:
     bench.clock.substeps, bench.clock.dt = substeps, substeps * dem_step
-    exert_drag(bench)
+    bench.deposit_drag()
 
 
 def blow(bench: Simulation) -> None:
     """One coupling step in which no particle moves, whatever its velocity is by now (collective)."""
-    exert_drag(bench)
-    step_gas(bench)
-    react(bench)
-    choose_step(bench)
+    bench.deposit_drag()
+    bench.step_gas()
+    bench.apply_gas_force()
+    bench.choose_step()

@@ -12,7 +12,6 @@ from mpi4py import MPI
 from fbcouple.geometry.polyhedra import find_centres, take_apart
 from fbcouple.geometry.polymesh import PolyMesh
 from fbcouple.geometry.tetrahedra import Tetrahedra, cut
-from fbcouple.simulation.worker import start
 from fbcouple.verify.harness import GAS, GLASS, Edit, blow, open_bench
 from fbcouple.verify.published import PUBLISHED, Bed
 from fbcouple.verify.registry import Number
@@ -63,15 +62,15 @@ class HeldMesh:
         edits: dict[str, Edit] = {
             "DEM/in.liggghts": lambda text: text.replace("fix             motion", "# fix             motion")
         }
-        self.check = open_bench(place, comm, sections, positions, edits, folder=folder)
-        liggghts = self.check.liggghts
+        self.sim = open_bench(place, comm, sections, positions, edits, folder=folder)
+        liggghts = self.sim.liggghts
         assert liggghts is not None
         self._slab = self._find_slab(liggghts.positions[:, 2])
         own, shared = quarter[liggghts.numbers - 1], np.bincount(quarter)
         volumes = (1.0 - self.voidages)[self._slab] * (parts.volumes / shared)[own]
         liggghts.radii[:] = (volumes / (4.0 / 3.0 * np.pi)) ** (1.0 / 3.0)
         liggghts.masses[:] = GLASS["density"] * volumes
-        start(self.check)
+        self.sim.initialise()
         self._volumes, self._law = volumes, law
 
     def _place_spheres(self, parts: Tetrahedra, crowd: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
@@ -89,25 +88,25 @@ class HeldMesh:
 
     def flow(self, superficial: float) -> None:
         """Let the gas pass each slab with this superficial slip [m/s] for some coupled steps."""
-        assert self.check.liggghts is not None
+        assert self.sim.liggghts is not None
         slip = (INLET - superficial) / self.voidages
-        self.check.liggghts.velocities[:, 2] = slip[self._slab]
+        self.sim.liggghts.velocities[:, 2] = slip[self._slab]
         for _ in range(_STEPS):
-            blow(self.check)
+            blow(self.sim)
 
     def _find_slab(self, height: np.ndarray) -> np.ndarray:
         return np.clip(np.floor((height - self._low) / self._height).astype(int), 0, len(self.voidages) - 1)
 
     def _find_middle(self, slab: int) -> np.ndarray:
         """This rank's cells in the middle of a slab."""
-        assert self.check.gas is not None
+        assert self.sim.gas is not None
         middle = self._low + (slab + 0.5) * self._height
-        return np.flatnonzero(np.abs(self.check.gas.centres[:, 2] - middle) < self._reach)
+        return np.flatnonzero(np.abs(self.sim.gas.centres[:, 2] - middle) < self._reach)
 
     @property
     def pressure_losses(self) -> np.ndarray:
         """Pressure per length [Pa/m] in the middle of each slab."""
-        gas = self.check.gas
+        gas = self.sim.gas
         assert gas is not None
         rows = [self._find_middle(slab) for slab in range(len(self.voidages))]
         return np.array([-np.polyfit(gas.centres[row, 2], gas.pressure[row], 1)[0] for row in rows])
@@ -115,7 +114,7 @@ class HeldMesh:
     def find_published(self, superficial: float) -> np.ndarray:
         """What the paper of the drag law prints for each slab [Pa/m]: each sphere costs what it does in a bed of its
         like, so that it is the mean over the spheres in the middle of the slab, by their volumes (collective)."""
-        liggghts, comm = self.check.liggghts, self.check.comm
+        liggghts, comm = self.sim.liggghts, self.sim.comm
         assert liggghts is not None
         losses = []
         for slab, eps in enumerate(self.voidages.tolist()):
@@ -133,8 +132,8 @@ class HeldMesh:
     @property
     def voidage_error(self) -> float:
         """Of the cell in the middle of a slab that is farthest off."""
-        assert self.check.coupling is not None
-        voidage = self.check.coupling.voidage
+        assert self.sim.coupling is not None
+        voidage = self.sim.coupling.voidage
         return max(
             float(np.abs(voidage[self._find_middle(slab)] - eps).max()) for slab, eps in enumerate(self.voidages)
         )

@@ -10,7 +10,6 @@ import numpy as np
 from mpi4py import MPI
 
 from fbcouple.simulation.simulation import Simulation
-from fbcouple.simulation.worker import start, take_step
 from fbcouple.verify.harness import FRICTIONLESS, GAS, GLASS, open_bench
 from fbcouple.verify.published import PUBLISHED, Bed
 from fbcouple.verify.registry import Number, check
@@ -51,13 +50,12 @@ def _average_layers(bench: Simulation, values: np.ndarray) -> np.ndarray:
 def inlet_ramp(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     """The gas above the bed follows the ramp in every step, and the bed at rest costs Ergun's pressure either way."""
     bench = open_bench(place, comm, _BED)
-    assert bench.gas is not None and bench.coupling is not None
-    start(bench)
+    bench.initialise()
     off = 0.0
     losses: dict[str, list[float]] = {name: [] for name in _STEADY}
     expected: dict[str, list[float]] = {name: [] for name in _STEADY}
     while bench.clock.time < _RAMP[-1][0]:
-        take_step(bench)
+        bench.step()
         velocity = _find_velocity(bench.clock.time)
         layers = _average_layers(bench, bench.gas.velocity[:, 2])
         off = max(off, abs(float(layers[-2]) - velocity))

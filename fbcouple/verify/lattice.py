@@ -15,7 +15,6 @@ import numpy as np
 from mpi4py import MPI
 
 from fbcouple.simulation.simulation import Simulation
-from fbcouple.simulation.worker import start
 from fbcouple.verify.harness import GAS, GLASS, blow, open_bench
 
 VOIDAGES = (0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
@@ -84,11 +83,11 @@ class HeldBed:
         volumes = np.pi / 6 * np.array([GLASS["diameter"], second or GLASS["diameter"]]) ** 3
         self.parts = _count_sites() * volumes / np.prod(SIZE)
         self.voidages = 1.0 - self.parts.sum(axis=1)
-        self.check: Simulation = open_bench(place, comm, sections, lattice_sites(), edits, kinds)
+        self.sim: Simulation = open_bench(place, comm, sections, lattice_sites(), edits, kinds)
         self.inlet = inlet
-        start(self.check)
-        assert self.check.liggghts is not None
-        height = self.check.liggghts.positions[:, 2] / SIZE[2]
+        self.sim.initialise()
+        assert self.sim.liggghts is not None
+        height = self.sim.liggghts.positions[:, 2] / SIZE[2]
         self._layer = (height // LAYER).astype(int)
         self._inner = np.abs(height - self._layer * LAYER - _MIDDLE) < 1
 
@@ -98,23 +97,23 @@ class HeldBed:
         The gas comes up with the inlet's velocity; what is wanted beyond that the layer's particles make up by a
         velocity of their own, without moving: the slip counts, not the frame.
         """
-        assert self.check.liggghts is not None
-        self.check.liggghts.velocities[:, 2] = ((self.inlet - superficial) / self.voidages)[self._layer]
+        assert self.sim.liggghts is not None
+        self.sim.liggghts.velocities[:, 2] = ((self.inlet - superficial) / self.voidages)[self._layer]
         for _ in range(steps):
-            blow(self.check)
+            blow(self.sim)
 
     @property
     def pressure_losses(self) -> np.ndarray:
         """Pressure per length [Pa/m] in the middle of each layer, shape (layers,)."""
-        assert self.check.gas is not None
-        p = _average_heights(self.check.gas.centres, self.check.gas.pressure)
+        assert self.sim.gas is not None
+        p = _average_heights(self.sim.gas.centres, self.sim.gas.pressure)
         return (p[:, _MIDDLE - 1] - p[:, _MIDDLE]) / SIZE[2]
 
     @property
     def gas_forces(self) -> np.ndarray:
         """Upward force of the gas on a particle [N] in the middle of each layer, the lift of its volume included,
         shape (layers,)."""
-        check = self.check
+        check = self.sim
         assert check.liggghts is not None
         force = check.liggghts.gas_force[:, 2]
         return np.array([force[self._inner & (self._layer == n)].mean() for n in range(len(VOIDAGES))])
@@ -122,8 +121,8 @@ class HeldBed:
     @property
     def found_voidages(self) -> np.ndarray:
         """Voidage of the cells in the middle of each layer, shape (layers, columns)."""
-        assert self.check.gas is not None and self.check.coupling is not None
-        return _sort_heights(self.check.gas.centres, self.check.coupling.voidage)[:, _MIDDLE]
+        assert self.sim.gas is not None and self.sim.coupling is not None
+        return _sort_heights(self.sim.gas.centres, self.sim.coupling.voidage)[:, _MIDDLE]
 
 
 def _sort_heights(centres: np.ndarray, values: np.ndarray) -> np.ndarray:

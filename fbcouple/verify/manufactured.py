@@ -143,7 +143,6 @@ def space(place: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
     """Error of the velocity on meshes of 16, 32 and 64 cells, the step falling as dx^2: order 2 in space."""
     cells = int(variant)
     bench = _open(place, comm, cells)
-    assert bench.gas is not None
     velocity = _solve(bench, steps=20 * (cells // 16) ** 2)
     exact = _velocity(bench.gas.centres[:, 0], bench.gas.centres[:, 2], _END).T
     yield Number("velocity error", float(np.sqrt(np.mean((velocity - exact) ** 2))), 0.0, math.inf, "m s-1")

@@ -70,7 +70,6 @@ def _strike_floor(
     size = [2 * diameter * (columns + 1), 2 * diameter * (rows + 1), 4 * diameter]
     sections = {"gravity": 0.0, "contact": contact, "particles": particles}
     bench = open_bench(place, comm, sections | {"domain": {"size": size, "cells": [4, 4, 4]}}, positions)
-    assert bench.liggghts is not None
     along, down = speed * np.sin(angles), speed * np.cos(angles)
     throw(bench.liggghts, np.column_stack([along * math.cos(_AZIMUTH), along * math.sin(_AZIMUTH), -down]))
     approach = 1e-4 * diameter / down.min() / find_step(contact, particles)
@@ -107,7 +106,6 @@ def _strike_pair(
     offset = np.array([0.0, 0.0, 0.5 * GLASS["diameter"]])
     sections = {"gravity": 0.0, "contact": FRICTIONLESS | contact | {"stiffness": 1e6}, "particles": particles}
     bench = open_bench(place, comm, sections, np.concatenate([sites - offset, sites + offset]))
-    assert bench.liggghts is not None
     half = speed / 2 * np.column_stack([np.sin(np.radians(angles)), np.zeros(count), np.cos(np.radians(angles))])
     throw(bench.liggghts, np.concatenate([half, -half]))
     bench.liggghts.advance(150)

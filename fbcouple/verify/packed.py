@@ -10,7 +10,6 @@ import numpy as np
 from mpi4py import MPI
 
 from fbcouple.simulation.simulation import Simulation
-from fbcouple.simulation.worker import start, take_step
 from fbcouple.verify.harness import GAS, GLASS, open_bench
 from fbcouple.verify.published import PUBLISHED, Bed
 from fbcouple.verify.registry import Number, check
@@ -44,10 +43,9 @@ def _open(place: Path, comm: MPI.Comm, law: str) -> Simulation:
 
 def _measure(bench: Simulation) -> Iterator[tuple[float, float, np.ndarray]]:
     """Superficial velocity [m/s], pressure drop [Pa] and voidage of each cell in each step of the ramp."""
-    assert bench.gas is not None and bench.coupling is not None
     order = np.argsort(bench.gas.centres[:, 2])
     while bench.clock.time < _SETTLE + _RAMP:
-        take_step(bench)
+        bench.step()
         if bench.clock.time > _SETTLE:
             voidage = bench.coupling.voidage[order]
             velocity = (voidage * bench.gas.velocity[order, 2])[-1]
@@ -58,7 +56,7 @@ def _measure(bench: Simulation) -> Iterator[tuple[float, float, np.ndarray]]:
 def packed_branch(place: Path, comm: MPI.Comm, law: str) -> Iterator[Number]:
     """Pressure drop at some velocities, and what Ergun loses in the cells as they then are."""
     bench = _open(place, comm, law)
-    start(bench)
+    bench.initialise()
     rows = list(_measure(bench))
     found = np.array([velocity for velocity, *_ in rows])
     for speed in _SPEEDS:

@@ -41,13 +41,13 @@ def run_checks(checks: Sequence[Check]) -> Iterator[dict[str, Any]]:
         for ranks in check.ranks:
             label = check.name if len(check.ranks) == 1 else f"{check.name} -n {ranks}"
             begin = time.monotonic()
-            numbers = _run_scene(check, ranks)
+            numbers = _run_check(check, ranks)
             seconds = time.monotonic() - begin
             for number in numbers:
                 yield number.as_row(label, seconds)
 
 
-def _run_scene(check: Check, ranks: int) -> list[Number]:
+def _run_check(check: Check, ranks: int) -> list[Number]:
     if check.judge is None:
         return _run_process(check, ranks, [])
     measured = {variant: _run_process(check, ranks, [variant]) for variant in check.variants}

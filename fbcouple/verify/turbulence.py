@@ -132,7 +132,6 @@ def _farthest(values: np.ndarray, expected: np.ndarray | float) -> float:
 
 
 def _hold(bench: Simulation, velocity: np.ndarray, steps: int, dt: float) -> None:
-    assert bench.gas is not None
     drag = _DENSE * bench.gas.volumes[:, None] * np.column_stack([np.ones(len(velocity)), velocity])
     for _ in range(steps):
         bench.gas.step(dt, bench.gas.clean_input[0], drag)
@@ -168,7 +167,6 @@ def vortices(place: Path, comm: MPI.Comm, model: str) -> Iterator[Number]:
     """The localized model before any step, cell by cell, against the identity evaluated with numpy."""
     flow = _vortices()
     bench = _open(place, comm, model, _VORTEX_CELLS, flow)
-    assert bench.gas is not None
     bench.gas.write()
     expected = localize(flow[0].reshape(*_VORTEX_CELLS[::-1], 3))
     inner = slice(3, -3)

@@ -19,7 +19,6 @@ import numpy as np
 from mpi4py import MPI
 
 from fbcouple.simulation.simulation import Simulation
-from fbcouple.simulation.worker import start
 from fbcouple.verify.harness import FRICTIONLESS, open_bench, take_steps
 from fbcouple.verify.registry import Number, check
 
@@ -84,7 +83,7 @@ _WATER = Cloud(8e-3, 996.8, 8.352e-4, 2.66e-3, 1029.7, 6e-3, ("virtual_mass",))
 def settle(place: Path, comm: MPI.Comm, steps: str, cloud: Cloud) -> Iterator[Number]:
     """Let the cloud settle; the means over the last round, and the largest errors of conservation."""
     bench = open_bench(place, comm, cloud.describe(), cloud.place())
-    start(bench)
+    bench.initialise()
     kept, momentum, solids, displaced = [], 0.0, 0.0, 0.0
     volume, voidage = None, _keep_voidage(bench)
     for _ in take_steps(bench, _take_rounds(_STEPS[steps])):
@@ -114,12 +113,10 @@ def _take_rounds(steps: Sequence[int]) -> Iterator[int]:
 
 
 def _find_solids(bench: Simulation) -> float:
-    assert bench.coupling is not None
     return bench.comm.allreduce(bench.cells.add_up(1.0 - bench.coupling.voidage))
 
 
 def _keep_voidage(bench: Simulation) -> np.ndarray:
-    assert bench.gas is not None
     return bench.gas.voidage.copy()
 
 
@@ -133,7 +130,6 @@ def _check_displaced(bench: Simulation, before: np.ndarray) -> float:
 
 def _look_inside(bench: Simulation, cloud: Cloud) -> tuple[float, float]:
     """Mean downward velocity [m/s] and pressure gradient [Pa/m] in the middle third of the cloud."""
-    assert bench.liggghts is not None and bench.gas is not None
     z, speed = bench.liggghts.positions[:, 2], -bench.liggghts.velocities[:, 2]
     heights, reach = bench.gas.centres[:, 2], _LAYERS * cloud.cell / 12
     near, cells = np.abs(z - z.mean()) < reach, np.abs(heights - z.mean()) < reach

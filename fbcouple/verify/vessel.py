@@ -10,7 +10,6 @@ import numpy as np
 from mpi4py import MPI
 
 from fbcouple.simulation.simulation import Simulation
-from fbcouple.simulation.worker import start, take_step
 from fbcouple.verify.harness import FRICTIONLESS, GAS, GLASS, open_bench
 from fbcouple.verify.registry import Number, check
 
@@ -31,11 +30,11 @@ def closed_vessel(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     steps of a bed that falls: d(eps)/dt + div(eps u) = 0 between walls makes both the same. The solids' flow is that of
     the step in which they moved; where steps change, the volumes over all steps agree less well than the flows."""
     bench = open_bench(place, comm, _VESSEL)
-    start(bench)
+    bench.initialise()
     worst = fastest = leaving = driven = fallen = 0.0
     before = _lift(bench)
     for _ in range(_STEPS):
-        take_step(bench)
+        bench.step()
         assert bench.gas_report is not None
         now = _lift(bench)
         solids, gas = (now - before) / bench.moved, _flow(bench)
@@ -50,13 +49,11 @@ def closed_vessel(place: Path, comm: MPI.Comm) -> Iterator[Number]:
 
 def _lift(bench: Simulation) -> float:
     """Sum of height times gas volume over all cells [m4]."""
-    assert bench.gas is not None
     height = bench.grid.centres(2)[bench.owned[:, 2]]
     return bench.comm.allreduce(float(height @ bench.gas.voidage)) * bench.grid.cell_volume
 
 
 def _flow(bench: Simulation) -> float:
     """Sum of eps u_z over the volume [m4 s-1]."""
-    assert bench.gas is not None
     upward = np.ascontiguousarray(bench.gas.state[:, 2])
     return bench.comm.allreduce(float(upward @ bench.gas.voidage)) * bench.grid.cell_volume

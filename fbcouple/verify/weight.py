@@ -14,7 +14,6 @@ from typing import Any
 from mpi4py import MPI
 
 from fbcouple.case.bed.particle_types import solids_volume
-from fbcouple.simulation.worker import start, take_step
 from fbcouple.verify.harness import FRICTIONLESS, GAS, open_bench
 from fbcouple.verify.published import PUBLISHED, Bed
 from fbcouple.verify.registry import Number, check
@@ -67,10 +66,10 @@ def bed_weight(place: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
     """Three masses, quietly fluidized: mean pressure drop against weight less buoyancy over the floor, 1 %."""
     bench = open_bench(place, comm, _lay_out(int(variant)))
     assert bench.liggghts is not None and bench.case.particles is not None
-    start(bench)
+    bench.initialise()
     elapsed = pressure = support = height = 0.0
     while bench.clock.time < _END:
-        take_step(bench)
+        bench.step()
         if bench.clock.time > _SETTLE and bench.gas_report:
             elapsed += bench.dt
             pressure += bench.dt * bench.gas_report.inlet_pressure

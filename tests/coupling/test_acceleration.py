@@ -45,13 +45,13 @@ def test_what_is_known_of_other_forces_is_half_new(rng):
     """No new one: half of what was known is left, and the drag acts on v + c d."""
     bed = Bed(rng, filter_passes=0)
     first = rng.standard_normal(bed.particles.velocities.shape)
-    bed.particles = replace(bed.particles, driven_velocities=bed.particles.velocities - first / NEW)
+    bed.particles = replace(bed.particles, drag_only_velocities=bed.particles.velocities - first / NEW)
     bed.prepare()
     force, _ = bed.react(bed.velocity, 0.0 * bed.pressure_gradient)
     # The particles move as drag alone would have it.
     lift = bed.volumes[:, None] * np.array([0.0, 0.0, 9.81 * 1.165])
     moved = bed.particles.velocities + DT * (force - lift) / bed.particles.masses[:, None]
-    known = NEW * (moved - bed.particles.driven_velocities)
+    known = NEW * (moved - bed.particles.drag_only_velocities)
     assert known == pytest.approx((1.0 - NEW) * first, rel=1e-9, abs=1e-12)
 
 
@@ -59,7 +59,7 @@ def test_the_gas_loses_what_the_particles_get(rng):
     bed = Bed(rng, filter_passes=1)
     driven = bed.particles.velocities + rng.standard_normal(bed.particles.velocities.shape)
     plain_force = force_of(bed)
-    bed.particles = replace(bed.particles, driven_velocities=driven.copy())
+    bed.particles = replace(bed.particles, drag_only_velocities=driven.copy())
     force = force_of(bed)
     assert np.abs(force - plain_force).max() > 1e-3 * np.abs(plain_force).max()
     loss = bed.find_loss(bed.velocity, bed.pressure_gradient)
@@ -74,17 +74,17 @@ def force_of(bed):
 def test_the_drag_is_left_behind_for_the_next_step(rng):
     """v + dt F_D/m, without the pressure gradient's force."""
     bed = Bed(rng, filter_passes=0)
-    bed.particles = replace(bed.particles, driven_velocities=bed.particles.velocities.copy())
+    bed.particles = replace(bed.particles, drag_only_velocities=bed.particles.velocities.copy())
     bed.prepare()
     bed.react(bed.velocity, bed.pressure_gradient)
-    with_push = bed.particles.driven_velocities.copy()
-    bed.particles.driven_velocities[:] = bed.particles.velocities
+    with_push = bed.particles.drag_only_velocities.copy()
+    bed.particles.drag_only_velocities[:] = bed.particles.velocities
     bed.prepare()
     force, _ = bed.react(bed.velocity, 0.0 * bed.pressure_gradient)
     lift = bed.volumes[:, None] * np.array([0.0, 0.0, 9.81 * 1.165])
     gained = DT * (force - lift) / bed.particles.masses[:, None]
     assert with_push == pytest.approx(bed.particles.velocities + gained, rel=1e-12, abs=1e-14)
-    assert bed.particles.driven_velocities == pytest.approx(with_push, rel=1e-12, abs=1e-14)
+    assert bed.particles.drag_only_velocities == pytest.approx(with_push, rel=1e-12, abs=1e-14)
 
 
 def test_it_is_in_where_the_step_needs_it():

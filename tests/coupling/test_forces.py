@@ -22,7 +22,7 @@ def prepare(bed, fields, last_dt=DT):
     bed.coupling.map(bed.particles)
     bed.coupling.read_gas(np.hstack([bed.velocity, bed.pressure_gradient]))
     bed.coupling.forces.read(fields)
-    bed.coupling.drag(bed.particles, DT, last_dt)
+    bed.coupling.deposit_drag(bed.particles, DT, last_dt)
 
 
 @pytest.mark.parametrize("last_dt", [DT, 4.0 * DT])

@@ -56,7 +56,7 @@ class Bed:
         """Map, read the gas, and find the drag of the step."""
         self.coupling.map(self.particles)
         self.coupling.read_gas(np.hstack([self.velocity, self.pressure_gradient]))
-        self.coupling.drag(self.particles, dt)
+        self.coupling.deposit_drag(self.particles, dt)
 
     def react(self, velocity, pressure_gradient):
         """The force on each particle, from none before, and the summed drag magnitude."""
@@ -67,7 +67,7 @@ class Bed:
 
     def hand_over(self, velocity, pressure_gradient, held, current):
         """Put the particles under their force."""
-        return self.coupling.react(self.particles, np.hstack([velocity, pressure_gradient]), held, current)
+        return self.coupling.apply_gas_force(self.particles, np.hstack([velocity, pressure_gradient]), held, current)
 
     def find_loss(self, velocity, pressure_gradient):
         """The force that the gas gave up, from the sums that its solver makes."""
@@ -299,7 +299,7 @@ def test_particles_that_rise_above_what_was_read_feel_the_gas_there(rng, passes)
         one.coupling.map(one.particles)
     other.coupling.read_gas(np.hstack([other.velocity, other.pressure_gradient]))
     for one in (bed, other):
-        one.coupling.drag(one.particles, DT)
+        one.coupling.deposit_drag(one.particles, DT)
     assert (bed.coupling.beta == other.coupling.beta).all()
     assert (bed.coupling.drag_sums == other.coupling.drag_sums).all()
     assert bed.coupling.beta.min() > 0

@@ -10,7 +10,7 @@ from fbcouple.coupling.coupling import Coupling, Particles
 from fbcouple.coupling.discretisation import BoxSpace
 from fbcouple.errors import DivergedError
 from fbcouple.geometry.grid import Grid
-from fbcouple.simulation.tasks.averages import SolidsSampler
+from fbcouple.simulation.tasks.samplers import SolidsSampler
 
 EDGES = np.array([0.002, 0.003, 0.0025])
 CELLS = [(6, 3, 7), (2, 1, 5), (1, 1, 4)]
@@ -36,9 +36,9 @@ def couple(cells, places, velocities, radii, gas, exchange, periodic=("x", "y"))
     coupling = Coupling(case, BoxSpace(case, MPI.COMM_SELF, centres, np.array([[0.0] * 3, size]), reach=1e-3))
     coupling.map(particles)
     coupling.read_gas(rows)
-    coupling.drag(particles, DT)
+    coupling.deposit_drag(particles, DT)
     held, current = np.zeros((2, len(radii), 3))
-    coupling.react(particles, rows, held, current)
+    coupling.apply_gas_force(particles, rows, held, current)
     voidage, drag = coupling.gas_input
     return np.column_stack([voidage, drag / EDGES.prod()]).reshape(*cells, 5), held
 

@@ -12,11 +12,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from fbcouple.run_folder.plain_files import checkpoint
+from fbcouple.run_folder import checkpoint
 from fbcouple.simulation import worker
 from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.tasks.checkpoints import StopSignal
-from fbcouple.simulation.tasks.history import Recorder
+from fbcouple.simulation.tasks.monitors import Monitors
 
 LONGEST = 900.0
 """Wall time [s] after which nobody will come any more."""
@@ -34,14 +34,14 @@ def hold(number: str) -> None:
 
 def hold_at_step(step: int) -> None:
     """Every rank waits behind the step, before its row is written."""
-    observe = Recorder.observe
+    after_step = Monitors.after_step
 
-    def observe_held(recorder: Recorder, sim: Simulation) -> None:
+    def after_step_held(monitors: Monitors, sim: Simulation) -> None:
         if sim.clock.steps == step:
             hold(str(sim.comm.rank))
-        observe(recorder, sim)
+        after_step(monitors, sim)
 
-    Recorder.observe = observe_held
+    Monitors.after_step = after_step_held
 
 
 def hold_in_checkpoint(name: str) -> Callable[[int], None]:

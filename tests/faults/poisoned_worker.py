@@ -16,7 +16,7 @@ import numpy as np
 
 from fbcouple.simulation import worker
 from fbcouple.simulation.simulation import Simulation
-from fbcouple.simulation.tasks.history import Recorder
+from fbcouple.simulation.tasks.monitors import Monitors
 
 CELL, PARTICLE = 7, 17
 
@@ -42,13 +42,13 @@ def nan_velocity(sim: Simulation) -> None:
 
 
 def nan_drag(sim: Simulation) -> None:
-    exert = sim.coupling.drag
+    deposit = sim.coupling.deposit_drag
 
-    def exert_wrongly(particles, dt, last_dt) -> None:
-        exert(particles, dt, last_dt)
+    def deposit_wrongly(particles, dt, last_dt) -> None:
+        deposit(particles, dt, last_dt)
         sim.coupling.drag_sums[CELL, 0] = np.nan
 
-    sim.coupling.drag = exert_wrongly
+    sim.coupling.deposit_drag = deposit_wrongly
 
 
 def nan_particle(sim: Simulation) -> None:
@@ -89,14 +89,14 @@ def voidage_over_one(sim: Simulation) -> None:
 
 def lost_momentum(sim: Simulation) -> None:
     """A particle gets more of the gas's impulse than its share."""
-    react = sim.coupling.react
+    apply = sim.coupling.apply_gas_force
 
-    def react_wrongly(particles, gas, held, current) -> float:
-        drag = react(particles, gas, held, current)
-        held[find_row(sim), 0] += 1e-6
+    def apply_wrongly(particles, gas, coupling_force, total_force) -> float:
+        drag = apply(particles, gas, coupling_force, total_force)
+        coupling_force[find_row(sim), 0] += 1e-6
         return drag
 
-    sim.coupling.react = react_wrongly
+    sim.coupling.apply_gas_force = apply_wrongly
 
 
 def solids_volume(sim: Simulation) -> None:
@@ -163,15 +163,15 @@ POISONS: dict[str, Callable[[Simulation], None]] = {
 
 
 def poison_run(name: str, step: int) -> None:
-    """Let the poison work once, behind average and before the look of the recorder."""
-    observe = Recorder.observe
+    """Let the poison work once, behind the averages and before the monitors."""
+    after_step = Monitors.after_step
 
-    def observe_poisoned(recorder: Recorder, sim: Simulation) -> None:
+    def after_step_poisoned(monitors: Monitors, sim: Simulation) -> None:
         if sim.clock.steps == step:
             (POISONS | DISKS)[name](sim)
-        observe(recorder, sim)
+        after_step(monitors, sim)
 
-    Recorder.observe = observe_poisoned
+    Monitors.after_step = after_step_poisoned
 
 
 if __name__ == "__main__":

@@ -210,10 +210,10 @@ def list_processes(parent: int) -> list[int]:
 IMPATIENT = """
 from fbcouple.cli.main import main
 from fbcouple.launcher.job import Job
-from fbcouple.paths import PULSE
+from fbcouple.paths import HEARTBEAT
 require_progress = Job._require_progress
 def require(self, job):
-    self._patience = 8.0 if (self._run / PULSE).exists() else 600.0
+    self._patience = 8.0 if (self._run / HEARTBEAT).exists() else 600.0
     require_progress(self, job)
 Job._require_progress = require
 main()

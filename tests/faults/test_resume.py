@@ -87,7 +87,7 @@ def test_one_phase(tmp_path, phase):
 
 
 def keep_sections(names: tuple[str, ...]):
-    from scene import BED  # noqa: PLC0415
+    from small_bed import BED  # noqa: PLC0415
 
     both = "snapshots_every = 1e-3\n", "particles_every = 2e-3\n", "tracked = [7, 250]\n"
     text = BED

@@ -12,7 +12,7 @@ from mpi4py import MPI
 from fbcouple.case.load import load_case
 from fbcouple.decks.render import set_up
 from fbcouple.launcher.openfoam_mesh import prepare_mesh
-from fbcouple.simulation.simulation import open_simulation
+from fbcouple.simulation.opening import open_simulation
 
 CASE = """
 title = "columns"

@@ -45,8 +45,8 @@ def compare(comm: MPI.Comm, passes: int) -> dict:
     own = Particles(strayed[mine], velocities[mine], radii[mine], masses[mine])
     coupling, my_fields, my_forces, my_drag = run_coupling(case, comm, centres[my_cells], bounds, own, gas[my_cells])
     conservation = Conservation(comm)
-    given_up = give_up(coupling, gas[my_cells][:, 6:], grid.cell_volume)
-    conservation.give(coupling.find_gas_loss(given_up), my_drag, DT)
+    momentum_loss = give_up(coupling, gas[my_cells][:, 6:], grid.cell_volume)
+    conservation.give(coupling.find_gas_loss(momentum_loss), my_drag, DT)
     conservation.receive(my_forces, DT)
     solids = comm.allreduce(float(np.sum(1.0 - coupling.voidage))) * grid.cell_volume
     return {

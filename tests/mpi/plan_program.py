@@ -51,9 +51,9 @@ def run_coupling(case, comm, centres, bounds, particles, gas):
     coupling = Coupling(case, BoxSpace(case, comm, centres, bounds, REACH))
     coupling.map(particles)
     coupling.read_gas(np.ascontiguousarray(gas[:, :6]))
-    coupling.drag(particles, DT)
+    coupling.deposit_drag(particles, DT)
     forces, current = np.zeros((2, len(particles.positions), 3))
-    drag = coupling.react(particles, np.ascontiguousarray(gas[:, 6:]), forces, current)
+    drag = coupling.apply_gas_force(particles, np.ascontiguousarray(gas[:, 6:]), forces, current)
     cells = np.column_stack(coupling.gas_input)
     return coupling, cells, forces, drag
 
@@ -145,8 +145,8 @@ def compare(comm: MPI.Comm, scatter: str, exchange: dict) -> dict:
     )
     total = comm.allreduce(my_drag)
     conservation = Conservation(comm)
-    given_up = give_up(coupling, gas[my_cells][:, 6:], grid.cell_volume)
-    conservation.give(coupling.find_gas_loss(given_up), my_drag, DT)
+    momentum_loss = give_up(coupling, gas[my_cells][:, 6:], grid.cell_volume)
+    conservation.give(coupling.find_gas_loss(momentum_loss), my_drag, DT)
     conservation.receive(my_forces, DT)
     solids = comm.allreduce(float(np.sum(1.0 - coupling.voidage))) * grid.cell_volume
     patch = coupling.plan.patch

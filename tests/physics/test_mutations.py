@@ -37,7 +37,8 @@ MUTATIONS = {
         (("fbcouple/coupling/kernels.py", "(uz - velocities[p, 2])", "(velocities[p, 2] - uz)"),), ("held-lattice",)
     ),
     "pressure gradient twice on the particles": Mutation(
-        (("fbcouple/coupling/kernels.py", "volume * push * gz", "2.0 * volume * push * gz"),), ("held-lattice",)
+        (("fbcouple/coupling/kernels.py", "volume * gradient_factor * gz", "2.0 * volume * gradient_factor * gz"),),
+        ("held-lattice",),
     ),
     "pressure gradient twice in the gas, Germano's identity with the width of the mesh": Mutation(
         (

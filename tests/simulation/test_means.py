@@ -6,7 +6,8 @@ from mpi4py import MPI
 
 from fbcouple.coupling.box.halo import Patch, Plan
 from fbcouple.geometry.grid import Grid
-from fbcouple.simulation.tasks.averages import GAS_COLUMNS, SOLIDS_COLUMNS, Means, SolidsSampler, sample_gas
+from fbcouple.simulation.tasks.means import GAS_COLUMNS, SOLIDS_COLUMNS, Means
+from fbcouple.simulation.tasks.samplers import SolidsSampler, sample_gas
 
 GLASS = 2500.0
 GRID = Grid((3, 2, 4), (0.03, 0.04, 0.08))

@@ -90,7 +90,7 @@ def check_title(case: Case, folder: Path) -> Iterator[Problem]:
 
 
 @check("gas", "particles", "exchange")
-def check_scene(case: Case, folder: Path) -> Iterator[Problem]:
+def check_phases(case: Case, folder: Path) -> Iterator[Problem]:
     """Gas, particles or both; [exchange] if and only if both."""
     if case.gas is None and case.particles is None:
         yield Problem("gas", "neither [gas] nor [particles] is given; add one of them or both.")

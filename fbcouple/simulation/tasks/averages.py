@@ -1,238 +1,94 @@
-"""Time means of solids and gas in each cell, with block-averaged standard errors.
-
-A sample of a cell is a row of densities (per cell volume, so that means add up); quantities such as velocities are
-ratios of their means. Particles count in the cell that holds their centre, as the paper averages (section 4).
-"""
+"""Time means over the averaging window: a sample of both phases in each cell, when one is due."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
-from fbcouple.coupling.box.halo import Patch, Plan
-from fbcouple.coupling.polyhedral.halo import CellPlan
-from fbcouple.coupling.polyhedral.mapping import CellMapping
-from fbcouple.errors import DivergedError
-from fbcouple.physics.compiler import njit
-
-SOLIDS_COLUMNS = 7
-"""sum V_p, sum m_p, sum m_p v (3), sum m_p v.v, sum m_p |v - cell mean|^2, each over the cell volume."""
-GAS_COLUMNS = 8
-"""eps, u (3), eps u (3), p."""
-
-_BESIDE = 1e-9
-"""Part of a block that a sample may lie behind its end by rounding."""
-
-Derive = Callable[[np.ndarray], np.ndarray]
+from fbcouple.case.bed.particle_types import largest_diameter
+from fbcouple.case.schema.sections import Averages as Options
+from fbcouple.coupling.box.halo import Plan, find_patch
+from fbcouple.coupling.discretisation import MeshSpace
+from fbcouple.simulation.clock import ALMOST, Cadence
+from fbcouple.simulation.simulation import Simulation
+from fbcouple.simulation.tasks.means import Means
+from fbcouple.simulation.tasks.samplers import CellSampler, SolidsSampler, sample_gas
+from fbcouple.simulation.tasks.task import Saved, Task
 
 
-@dataclass(frozen=True)
-class Quantity:
-    """A result formed from mean rows: `derive(rows)` gives (cells, components)."""
+class Averages(Task):
+    """The means of each phase that the case has."""
 
-    components: int
-    phase: str
-    derive: Derive
+    def __init__(self, sim: Simulation, options: Options) -> None:
+        """(collective)"""
+        window, cells = (options.start, sim.case.end_time), len(sim.owned)
+        self._cadence = Cadence(options.every, options.start)
+        self._phases: dict[str, Means] = {}
+        self._sampler: SolidsSampler | CellSampler | None = None
+        if sim.has_particles:
+            self._sampler = _open_sampler(sim)
+            self._phases["solids"] = Means("solids", cells, window, options.blocks)
+        if sim.has_gas:
+            self._phases["gas"] = Means("gas", cells, window, options.blocks)
 
+    def after_step(self, sim: Simulation) -> None:
+        """Take a sample if one is due (collective)."""
+        time = sim.clock.time
+        if not self._cadence.due(time):
+            return
+        with sim.timers("average"):
+            if self._sampler:
+                p = sim.particles
+                rows = self._sampler.sample(p.positions, p.velocities, p.radii, p.masses)
+                self._phases["solids"].add(rows, time)
+            if sim.has_gas:
+                self._phases["gas"].add(sample_gas(sim.gas.voidage, sim.gas.velocity, sim.gas.pressure), time)
 
-def _velocity(rows: np.ndarray) -> np.ndarray:
-    with np.errstate(invalid="ignore"):
-        return rows[:, 2:5] / rows[:, 1:2]
+    def collect(self, sim: Simulation) -> dict[str, np.ndarray]:
+        """Name -> mean and, with `_stderr` behind it, its standard error in the cells of all ranks, on rank 0
+        (collective)."""
+        found: dict[str, np.ndarray] = {}
+        for means in self._phases.values():
+            if means.samples:
+                found |= _gather(sim, means)
+        return found
 
+    def save(self, sim: Simulation, folder: Path) -> Saved:
+        """Counts, and sums of this rank's cells."""
+        saved = Saved({"next": self._cadence.next})
+        for phase, means in self._phases.items():
+            saved.numbers[phase], sums = means.save()
+            saved.cells |= {f"{phase}.{name}": rows for name, rows in sums.items()}
+        return saved
 
-def _agitation(rows: np.ndarray) -> np.ndarray:
-    velocity = _velocity(rows)
-    with np.errstate(invalid="ignore"):
-        return rows[:, 5:6] / rows[:, 1:2] - np.sum(velocity**2, axis=1, keepdims=True)
-
-
-def _granular_temperature(rows: np.ndarray) -> np.ndarray:
-    with np.errstate(invalid="ignore"):
-        return rows[:, 6:7] / rows[:, 1:2] / 3.0
-
-
-QUANTITIES: dict[str, Quantity] = {
-    "solids_fraction": Quantity(1, "solids", lambda rows: rows[:, :1]),
-    "solids_flux": Quantity(3, "solids", lambda rows: rows[:, 2:5]),
-    "solids_velocity": Quantity(3, "solids", _velocity),
-    "agitation": Quantity(1, "solids", _agitation),
-    "granular_temperature": Quantity(1, "solids", _granular_temperature),
-    "voidage": Quantity(1, "gas", lambda rows: rows[:, :1]),
-    "gas_velocity": Quantity(3, "gas", lambda rows: rows[:, 1:4]),
-    "gas_flux": Quantity(3, "gas", lambda rows: rows[:, 4:7]),
-    "pressure": Quantity(1, "gas", lambda rows: rows[:, 7:8]),
-}
-
-
-class Means:
-    """Running sums of one phase's rows over the averaging window, and of its quantities over blocks of the window."""
-
-    _NUMBERS = ("_samples", "_block_samples", "_block_number", "_length")
-
-    def __init__(self, phase: str, cells: int, window: tuple[float, float], blocks: int) -> None:
-        """The `window` [s] is cut into `blocks` equal blocks."""
-        columns = SOLIDS_COLUMNS if phase == "solids" else GAS_COLUMNS
-        self._quantities = {name: q for name, q in QUANTITIES.items() if q.phase == phase}
-        self._start = window[0]
-        self._length = (window[1] - window[0]) / blocks
-        self._total, self._block = np.zeros((cells, columns)), np.zeros((cells, columns))
-        self._samples = self._block_samples = self._block_number = 0
-        self._sums = {name: np.zeros((3, cells, q.components)) for name, q in self._quantities.items()}
-
-    @property
-    def samples(self) -> int:
-        """Samples taken so far."""
-        return self._samples
-
-    def add(self, rows: np.ndarray, time: float) -> None:
-        """Take a sample: `rows` (cells, columns) at `time` [s]."""
-        # A block has its end, not its start: the last sample of the window belongs to the last block.
-        block = max(math.ceil((time - self._start) / self._length - _BESIDE) - 1, 0)
-        if block != self._block_number:
-            self._close_block()
-            self._block_number = block
-        self._total += rows
-        self._block += rows
-        self._samples += 1
-        self._block_samples += 1
-
-    def save(self) -> tuple[dict[str, float], dict[str, np.ndarray]]:
-        """Counts and the length of a block, the same on every rank, and sums, a row a cell."""
-        counts = {name: getattr(self, name) for name in self._NUMBERS}
-        sums = {name: np.moveaxis(values, 1, 0) for name, values in self._sums.items()}
-        return counts, {"total": self._total, "block": self._block, **sums}
-
-    def load(self, counts: dict[str, float], sums: dict[str, np.ndarray]) -> None:
-        """Go on from what `save` gave, with the rows of this rank's cells and blocks as long as before, also where the
-        window is longer now."""
-        for name in self._NUMBERS:
-            if name in counts:  # checkpoints once had no length
-                setattr(self, name, counts[name])
-        self._total[:], self._block[:] = sums["total"], sums["block"]
-        for name, values in self._sums.items():
-            values[:] = np.moveaxis(sums[name], 0, 1)
-
-    def _close_block(self) -> None:
-        if self._block_samples:
-            for name, quantity in self._quantities.items():
-                value = quantity.derive(self._block / self._block_samples)
-                known = np.isfinite(value)
-                value = np.where(known, value, 0.0)
-                self._sums[name] += np.stack([known, value, value**2])
-        self._block[:] = 0.0
-        self._block_samples = 0
-
-    def collect(self, final: bool) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-        """Name -> mean and standard error, (cells, components) each; the error is nan before two blocks are full.
-
-        `final`: the window is over, and its last block is full.
-        """
-        if final:
-            self._close_block()
-        return {name: (self._mean(quantity), self._error(name)) for name, quantity in self._quantities.items()}
-
-    def _mean(self, quantity: Quantity) -> np.ndarray:
-        return quantity.derive(self._total / max(self._samples, 1))
-
-    def _error(self, name: str) -> np.ndarray:
-        count, total, squares = self._sums[name]
-        with np.errstate(invalid="ignore", divide="ignore"):
-            variance = np.maximum(squares / count - (total / count) ** 2, 0.0)
-            return np.where(count > 1, np.sqrt(variance / (count - 1)), np.nan)
+    def load(self, sim: Simulation, saved: Saved, folder: Path) -> None:
+        """Go on from `saved`."""
+        self._cadence.next = saved.numbers["next"]
+        for phase, means in self._phases.items():
+            own = {name.partition(".")[2]: rows for name, rows in saved.cells.items() if name.startswith(f"{phase}.")}
+            means.load(saved.numbers[phase], own)
 
 
-class SolidsSampler:
-    """Puts this rank's particles into cells and sums the cells over the ranks."""
-
-    def __init__(self, plan: Plan) -> None:
-        self._plan = plan
-        self._cell_volume = plan.patch.grid.cell_volume
-        self._field = plan.patch.make_field(SOLIDS_COLUMNS - 1)
-        self._rows = np.empty((plan.owned_count, SOLIDS_COLUMNS - 1))
-
-    def sample(
-        self, positions: np.ndarray, velocities: np.ndarray, radii: np.ndarray, masses: np.ndarray
-    ) -> np.ndarray:
-        """Rows (cells, SOLIDS_COLUMNS) of this rank's cells (collective)."""
-        patch: Patch = self._plan.patch
-        self._field.fill(0.0)
-        box = 1.0 / patch.grid.spacing, np.array(patch.low), np.array(patch.high), patch.walls
-        stray = _bin(positions, velocities, radii, masses, *box, self._field)
-        if stray >= 0:
-            raise DivergedError(f"a particle at {positions[stray]} m is outside the cells {patch.low} to {patch.high}")
-        self._plan.deposit(self._field, self._rows)
-        return _row_up(self._rows) / self._cell_volume
+def _open_sampler(sim: Simulation) -> SolidsSampler | CellSampler:
+    assert sim.case.particles is not None
+    if not sim.is_coupled:
+        reach = largest_diameter(sim.case.particles)
+        low, high = sim.liggghts.bounds
+        return SolidsSampler(Plan(sim.comm, find_patch(sim.grid, low, high, reach, 0), sim.owned))
+    space = sim.coupling.space
+    if isinstance(space, MeshSpace):
+        return CellSampler(space.mapping, space.plan, space.volumes)
+    return SolidsSampler(space.plan)
 
 
-class CellSampler:
-    """Puts this rank's particles into the cells of a mesh of polyhedra and sums the cells over the ranks."""
-
-    def __init__(self, mapping: CellMapping, plan: CellPlan, volumes: np.ndarray) -> None:
-        """`mapping` finds the cells of particles; `volumes` (cells,) [m3] of this rank's cells."""
-        self._mapping, self._plan, self._volumes = mapping, plan, volumes[:, None]
-        self._field = plan.patch.make_field(SOLIDS_COLUMNS - 1)
-        self._rows = np.empty((plan.owned_count, SOLIDS_COLUMNS - 1))
-
-    def sample(
-        self, positions: np.ndarray, velocities: np.ndarray, radii: np.ndarray, masses: np.ndarray
-    ) -> np.ndarray:
-        """Rows (cells, SOLIDS_COLUMNS) of this rank's cells (collective)."""
-        self._mapping.locate(positions, radii)
-        self._field.fill(0.0)
-        _add_up(self._mapping.cells, velocities, radii, masses, self._field)
-        self._plan.deposit(self._field, self._rows)
-        return _row_up(self._rows) / self._volumes
-
-
-def _row_up(rows: np.ndarray) -> np.ndarray:
-    """The sums of each cell (cells, SOLIDS_COLUMNS - 1), and beside them that of m |v - cell mean|^2."""
-    mass, momentum, energy = rows[:, 1:2], rows[:, 2:5], rows[:, 5:6]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        bulk = np.where(mass > 0, np.sum(momentum**2, axis=1, keepdims=True) / mass, 0.0)
-    return np.hstack([rows, energy - bulk])
-
-
-def sample_gas(voidage: np.ndarray, velocity: np.ndarray, pressure: np.ndarray) -> np.ndarray:
-    """Rows (cells, GAS_COLUMNS) from voidage (cells,), velocity (cells, 3) [m/s] and pressure (cells,) [Pa]."""
-    return np.column_stack([voidage, velocity, voidage[:, None] * velocity, pressure])
-
-
-@njit(cache=True)
-def _bin(positions, velocities, radii, masses, scale, low, high, walls, field):
-    for p in range(len(positions)):
-        i = _find_cell(positions[p, 0] * scale[0], low[0], high[0], walls[0, 0], walls[1, 0])
-        j = _find_cell(positions[p, 1] * scale[1], low[1], high[1], walls[0, 1], walls[1, 1])
-        k = _find_cell(positions[p, 2] * scale[2], low[2], high[2], walls[0, 2], walls[1, 2])
-        if i < 0 or j < 0 or k < 0:
-            return p
-        _add_particle(velocities[p], radii[p], masses[p], field[k, j, i])
-    return -1
-
-
-@njit(inline="always")
-def _add_particle(velocity, radius, mass, row):
-    square = 0.0
-    row[0] += 4.0 / 3.0 * np.pi * radius**3
-    row[1] += mass
-    for axis in range(3):
-        row[2 + axis] += mass * velocity[axis]
-        square += velocity[axis] ** 2
-    row[5] += mass * square
-
-
-@njit(cache=True)
-def _add_up(cells, velocities, radii, masses, field):
-    for p in range(len(cells)):
-        _add_particle(velocities[p], radii[p], masses[p], field[cells[p]])
-
-
-@njit(inline="always")
-def _find_cell(place, low, high, first, last):
-    """Cell in the patch, or -1 if it is not in it; a centre on a wall belongs to the cell inside."""
-    if not (first - 1.0 < place <= last + 1.0):
-        return -1
-    cell = min(max(int(np.floor(place)), first), last)
-    return cell - low if low <= cell < high else -1
+def _gather(sim: Simulation, means: Means) -> dict[str, np.ndarray]:
+    collected = means.collect(final=sim.clock.time >= sim.case.end_time * ALMOST)
+    parts = sim.comm.gather((sim.owned, collected))
+    if parts is None:
+        return {}
+    return {
+        name + suffix: sim.cells.arrange([(owned, values[name][which]) for owned, values in parts])
+        for name in collected
+        for which, suffix in enumerate(("", "_stderr"))
+    }

@@ -1,9 +1,9 @@
-"""Keeps a run: writes checkpoints at its moments, and says when it has to stop early.
+"""Writes checkpoints, and says when the run has to stop early.
 
-A moment comes every `checkpoint.moment_steps` coupling steps. There LIGGGHTS is set up anew, whether a checkpoint is
-written or not, because a run that goes on from a checkpoint starts by that; so a checkpoint changes nothing in the
-run, and a resumed run equals the uninterrupted one to the last bit. Whatever asks for a checkpoint, a cadence, a
-signal, the wall limit or `--until`, gets it at the next moment, and a run that stops stops there.
+A checkpoint may be written every `checkpoint.moment_steps` coupling steps. There LIGGGHTS is set up anew, whether a
+checkpoint is written or not, because a run that goes on from a checkpoint starts by that; so a checkpoint changes
+nothing in the run, and a resumed run equals the uninterrupted one to the last bit. Whatever asks for a checkpoint, a
+cadence, a signal, the wall limit or `--until`, gets it at the next such step, and a run that stops stops there.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 import signal
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
@@ -18,16 +19,17 @@ from typing import Any
 
 from mpi4py import MPI
 
-from fbcouple.paths import PULSE
+from fbcouple.paths import HEARTBEAT
 from fbcouple.simulation.clock import Cadence
 from fbcouple.simulation.simulation import Simulation
-from fbcouple.simulation.tasks.history import Recorder
+from fbcouple.simulation.tasks.monitors import Monitors
 from fbcouple.simulation.tasks.restart import write_checkpoint
+from fbcouple.simulation.tasks.task import Task
 
 SIGNALS = (signal.SIGTERM, signal.SIGUSR1, signal.SIGINT)
-# Room before the wall limit: this many times the longest stretch between two moments and the longest checkpoint.
+# Room before the wall limit: this many times the longest stretch between two such steps and the longest checkpoint.
 _ROOM = 2.0
-_PULSE_EVERY = 1.0
+_BEAT_EVERY = 1.0
 _ALMOST = 1.0 - 1e-9
 UNTIL = "--until"
 """Why a run stops that has come as far as it was asked to."""
@@ -59,65 +61,74 @@ class StopSignal:
         self.caught = number
 
 
-class Checkpoints:
-    """Asked after every coupling step; collective at moments only."""
+class Checkpoints(Task):
+    """The last of the tasks: it saves the others."""
 
     def __init__(
-        self, sim: Simulation, run: Path, limits: Limits, stop_signal: StopSignal, about: dict[str, Any]
+        self,
+        sim: Simulation,
+        run: Path,
+        limits: Limits,
+        stop_signal: StopSignal,
+        about: dict[str, Any],
+        monitors: Monitors,
+        tasks: Sequence[Task],
     ) -> None:
-        """`about`: what `checkpoint.describe` says of the run, on rank 0."""
+        """`about`: what `checkpoint.describe` says of the run, on rank 0; `tasks`: what is saved beside the solvers."""
         options = sim.case.checkpoint
-        self._run, self._limits = run, limits
+        self._run, self._limits, self._monitors, self._tasks = run, limits, monitors, tasks
         self._about = about
         self._steps, self._wall = options.moment_steps, options.wall_every
         self._cadence = Cadence(options.every, options.every) if options.every else None
-        self._summons = stop_signal
+        self._stop_signal = stop_signal
         stop_signal.listen()
         self._began = self._written = self._last = time.monotonic()
         self._stretch = self._writing = self._beaten = 0.0
 
-    def keep(self, sim: Simulation, recorder: Recorder) -> bool:
-        """At a moment: a checkpoint if one is due or the run has to stop; must LIGGGHTS be set up anew (collective)?"""
+    def after_step(self, sim: Simulation) -> None:
+        """Where a checkpoint may be written: write it if one is due or the run has to stop, and set LIGGGHTS up anew
+        if the run goes on (collective)."""
         self._beat(sim.comm)
         clock = sim.clock
         if clock.steps % self._steps or not clock.running:
-            return False
+            return
         due, sim.stop = self._agree(sim.comm, clock.time)
-        with sim.timers("record"):
-            if due or sim.stop:
-                self._write(sim, recorder)
-        return not sim.stop and sim.liggghts is not None
+        if due or sim.stop:
+            with sim.timers("record"):
+                self._write(sim)
+        if sim.has_particles and not sim.stop:
+            sim.initialise()
 
-    def close(self, sim: Simulation, recorder: Recorder) -> None:
+    def finish(self, sim: Simulation) -> None:
         """At the end of the case: a checkpoint, for a run that is to be made longer (collective)."""
         if not sim.stop:
-            self._write(sim, recorder)
+            self._write(sim)
 
     def _beat(self, comm: MPI.Comm) -> None:
         now = time.monotonic()
-        if comm.rank == 0 and now - self._beaten > _PULSE_EVERY:
+        if comm.rank == 0 and now - self._beaten > _BEAT_EVERY:
             self._beaten = now
-            (self._run / PULSE).touch()
+            (self._run / HEARTBEAT).touch()
 
     def _agree(self, comm: MPI.Comm, now: float) -> tuple[bool, str]:
         """Is a checkpoint due, and why has the run to stop, if it has: the same on every rank."""
-        moment = time.monotonic()
-        self._stretch = max(self._stretch, moment - self._last)
-        self._last = moment
+        clock = time.monotonic()
+        self._stretch = max(self._stretch, clock - self._last)
+        self._last = clock
         room = _ROOM * (self._stretch + self._writing)
-        late = comm.rank == 0 and moment + room > self._limits.deadline  # on the host of the launcher
-        due = moment - self._written > self._wall
-        caught, late, due = comm.allreduce((self._summons.caught, late, due), _merge)
+        late = comm.rank == 0 and clock + room > self._limits.deadline  # on the host of the launcher
+        due = clock - self._written > self._wall
+        caught, late, due = comm.allreduce((self._stop_signal.caught, late, due), _merge)
         if self._cadence and self._cadence.due(now):
             due = True
         if now >= self._limits.until * _ALMOST:
             return due, UNTIL
         return due, signal.Signals(caught).name if caught else "the wall limit" if late else ""
 
-    def _write(self, sim: Simulation, recorder: Recorder) -> None:
+    def _write(self, sim: Simulation) -> None:
         begin = time.monotonic()
-        recorder.inspect(sim)
-        sim.checkpoint = write_checkpoint(sim, recorder, self._run, self._about)
+        self._monitors.inspect(sim)
+        sim.checkpoint = write_checkpoint(sim, self._tasks, self._run, self._about)
         self._written = time.monotonic()
         self._writing = max(self._writing, self._written - begin)
 

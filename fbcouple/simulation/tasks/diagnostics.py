@@ -16,10 +16,9 @@ _DENSE = 0.2
 _CLOSEST_PACKING = 0.74048
 
 
-def measure_dem(sim: Simulation) -> dict[str, Any]:
+def measure_particles(sim: Simulation) -> dict[str, Any]:
     """Count, centre, kinetic energy and worst overlap of all particles, and those that the case tracks (collective)."""
     liggghts, comm = sim.liggghts, sim.comm
-    assert liggghts is not None
     masses, z = liggghts.masses, liggghts.positions[:, 2]
     squares = np.einsum("ij,ij->i", liggghts.velocities, liggghts.velocities)
     totals = masses.sum(), masses @ z, 0.5 * masses @ squares
@@ -38,9 +37,7 @@ def measure_height(sim: Simulation) -> dict[str, Any]:
     """Bed height above the floor, of a mesh its lowest point: from the particles in each layer of a box, from the
     solids of a mesh's cells."""
     liggghts, grid = sim.liggghts, sim.grid
-    assert liggghts is not None
     if isinstance(sim.cells, MeshCells):
-        assert sim.coupling is not None
         solids = 1.0 - sim.coupling.voidage
         profile, centres = sim.cells.find_profile(sim.comm, solids)
         return {"bed_height": find_bed_height(profile, centres - grid.origin[2])}
@@ -54,7 +51,6 @@ def measure_height(sim: Simulation) -> dict[str, Any]:
 
 def measure_voidage(sim: Simulation) -> dict[str, Any]:
     """Solids that the gas sees, beside the particles' own, and the extremes of the voidage (collective)."""
-    assert sim.coupling is not None and sim.liggghts is not None
     comm, voidage = sim.comm, sim.coupling.voidage
     solids = comm.allreduce(sim.cells.add_up(1.0 - voidage))
     volume = comm.allreduce(float((4.0 / 3.0 * np.pi * sim.liggghts.radii**3).sum()))
@@ -69,7 +65,6 @@ def measure_voidage(sim: Simulation) -> dict[str, Any]:
 
 def find_weight(sim: Simulation) -> float:
     """Weight of all particles [N]; 1 without gravity."""
-    assert sim.liggghts is not None
     return sim.comm.allreduce(float(sim.liggghts.masses.sum())) * sim.case.gravity or 1.0
 
 

@@ -14,9 +14,12 @@ import xarray as xr
 from mpi4py import MPI
 
 from fbcouple.geometry.grid import Grid
+from fbcouple.paths import FRAMES
 from fbcouple.results.writer import write_dataset
 from fbcouple.simulation.clock import Cadence
 from fbcouple.simulation.simulation import Simulation
+from fbcouple.simulation.tasks.task import Saved, Task
+from fbcouple.simulation.tasks.writing import writing
 
 Values = dict[str, np.ndarray]
 
@@ -32,13 +35,13 @@ FIELDS: dict[str, tuple[str, str]] = {
 }
 
 
-class Frames:
+class Frames(Task):
     """Writes a frame on rank 0 when one is due; rows are particles in the order of their numbers."""
 
     def __init__(self, comm: MPI.Comm, grid: Grid, owned: np.ndarray, folder: Path, every: float) -> None:
         """`owned` (n, 3): index triples of this rank's cells; `every` [s] of simulated time, from time 0 on."""
         self._comm, self._grid, self._owned, self._folder = comm, grid, owned, folder
-        self.cadence = Cadence(every)
+        self._cadence = Cadence(every)
         self.count = 0
         """Frames written so far."""
 
@@ -73,6 +76,25 @@ class Frames:
         encoding = {name: {"zlib": True, "complevel": 1} for name in data}
         write_dataset(self._folder / name_frame(self.count), frame, encoding)
 
+    def start(self, sim: Simulation) -> None:
+        """The first is that of the start (collective)."""
+        self.after_step(sim)
+
+    def after_step(self, sim: Simulation) -> None:
+        """Write a frame if one is due (collective)."""
+        if self._cadence.due(sim.time):
+            with sim.timers("record"), writing(self._folder.parent, FRAMES):
+                self.write(sim.time, *look_at(sim))
+
+    def save(self, sim: Simulation, folder: Path) -> Saved:
+        """When the next is due, and how many there are."""
+        return Saved({"next": self._cadence.next, "count": self.count})
+
+    def load(self, sim: Simulation, saved: Saved, folder: Path) -> None:
+        """Go on from `saved`: frames written later are removed."""
+        self._cadence.next = saved.numbers["next"]
+        self.cut(saved.numbers["count"])
+
     def cut(self, count: int) -> None:
         """Go on after `count` frames: those written after them are removed."""
         self.count = count
@@ -94,10 +116,9 @@ def _describe(about: tuple[str, str]) -> dict[str, str]:
 def look_at(sim: Simulation) -> tuple[np.ndarray, Values, Values]:
     """Numbers and columns of this rank's particles, and fields of its cells if there is gas, as `write` takes them."""
     liggghts = sim.liggghts
-    assert liggghts is not None
     particles = {"position": liggghts.positions, "velocity": liggghts.velocities, "diameter": 2.0 * liggghts.radii}
     fields = {}
-    if sim.gas and sim.coupling:
+    if sim.is_coupled:
         fields = {"voidage": sim.coupling.voidage[:, None], "gas_velocity": sim.gas.velocity}
     return liggghts.numbers, particles, fields
 
@@ -105,7 +126,6 @@ def look_at(sim: Simulation) -> tuple[np.ndarray, Values, Values]:
 def track(sim: Simulation) -> dict[str, list[float]]:
     """Position [m] and velocity [m/s] of each tracked particle, by number: x, y, z, v_x, v_y, v_z (collective)."""
     liggghts, wanted = sim.liggghts, np.array(sim.case.output.tracked)
-    assert liggghts is not None
     place, row = np.nonzero(wanted[:, None] == liggghts.numbers)
     motion = np.zeros((len(wanted), 6))
     motion[place] = np.hstack([liggghts.positions[row], liggghts.velocities[row]])

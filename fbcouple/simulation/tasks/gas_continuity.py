@@ -23,7 +23,7 @@ class HeightFlux:
 
     def prepare(self, sim: Simulation) -> None:
         """Remember the voidage of the gas step just taken, if a checkpoint has not, for the next (collective)."""
-        if sim.gas and isinstance(sim.cells, BoxCells) and self._step != sim.clock.steps + 1:
+        if sim.has_gas and isinstance(sim.cells, BoxCells) and self._step != sim.clock.steps + 1:
             self._before, self._step = self._add_layers(sim, sim.gas.voidage), sim.clock.steps + 1
 
     def save(self) -> dict[str, Any]:
@@ -40,7 +40,6 @@ class HeightFlux:
         gas, grid = sim.case.gas, sim.grid
         if sim.gas_report is None or self._step != sim.clock.steps or gas is None or fastest_inlet(gas) == 0.0:
             return {}
-        assert sim.gas is not None
         voidage = sim.gas.voidage
         change = self._add_layers(sim, voidage) - self._before
         flux = self._add_layers(sim, voidage * sim.gas.velocity[:, 2])

@@ -20,13 +20,13 @@ _NEAR = 1e-9
 """Relative difference of two clocks that went the same steps: at a jump the gas may be on either side."""
 
 
-class Inflow:
+class InletFlow:
     """Holds the gas of a step against the case: the superficial velocity of its inlet, times the inlet's area."""
 
     def __init__(self, sim: Simulation, run: Path) -> None:
         """The case's own files lie in `run` (collective)."""
         sizes = 0.0, 0.0
-        if sim.gas and sim.comm.rank == 0:
+        if sim.has_gas and sim.comm.rank == 0:
             region = find_region(sim.case, run)
             sizes = region.inlet, region.volume
         self._area: float

@@ -19,7 +19,7 @@ class Outlet:
         """The case's own files lie in `run` (collective)."""
         self._surface: Surface | None = None
         gas = sim.case.gas
-        self._is_open = gas is not None and sim.liggghts is not None and gas.top == "open"
+        self._is_open = gas is not None and sim.has_particles and gas.top == "open"
         if self._is_open and not sim.case.domain.is_plain_box:
             triangles = None
             if sim.comm.rank == 0:
@@ -31,7 +31,6 @@ class Outlet:
         """Number of particles at the outlet; nothing where there is none (collective)."""
         if not self._is_open:
             return {}
-        assert sim.liggghts is not None
         reaches = 2.0 * np.asarray(sim.liggghts.radii)
         if self._surface:
             near = self._surface.is_near(sim.liggghts.positions, reaches)

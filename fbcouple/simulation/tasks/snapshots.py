@@ -9,34 +9,36 @@ from mpi4py import MPI
 
 from fbcouple.geometry.grid import Grid
 from fbcouple.simulation.clock import Cadence
+from fbcouple.simulation.simulation import Simulation
+from fbcouple.simulation.tasks.task import Saved, Task
+
+_FILE = "snapshots.npz"
 
 
-class Snapshots:
-    """Takes the depth-mean voidage at regular times; rank 0 keeps it in `taken`."""
+class Snapshots(Task):
+    """Takes the depth-mean voidage at regular times, from time 0 on; rank 0 keeps it in `taken`."""
 
     def __init__(self, comm: MPI.Comm, grid: Grid, owned: np.ndarray, every: float) -> None:
-        """`owned` (n, 3): index triples of this rank's cells; `every` [s] of simulated time, from time 0 on."""
-        self._comm = comm
-        self.cadence = Cadence(every)
+        """`owned` (n, 3): index triples of this rank's cells; `every` [s] of simulated time."""
+        self._comm, self._cadence = comm, Cadence(every)
         nx, self._depth, nz = grid.cells
         self._shape = nz, nx
         self._columns = owned[:, 2] * nx + owned[:, 0]
         self.taken: list[tuple[float, np.ndarray]] = []
         """Time [s] and depth-mean voidage, float32 (z, x), of each snapshot so far; empty but on rank 0."""
 
-    def save(self, path: Path) -> None:
-        """Write the snapshots taken so far to `path` (.npz)."""
-        np.savez(path, times=[time for time, _ in self.taken], fields=[field for _, field in self.taken])
+    def start(self, sim: Simulation) -> None:
+        """The first is that of the start (collective)."""
+        self.after_step(sim)
 
-    def load(self, path: Path) -> None:
-        """Go on with the snapshots in `path`."""
-        if self._comm.rank == 0:
-            saved = np.load(path)
-            self.taken = list(zip(saved["times"].tolist(), saved["fields"], strict=True))
+    def after_step(self, sim: Simulation) -> None:
+        """Take a snapshot if one is due (collective)."""
+        with sim.timers("record"):
+            self.take(sim.coupling.voidage, sim.time)
 
     def take(self, voidage: np.ndarray, time: float) -> None:
         """Keep the depth mean of `voidage` (n,), this rank's cells, if a snapshot is due at `time` [s] (collective)."""
-        if not self.cadence.due(time):
+        if not self._cadence.due(time):
             return
         nz, nx = self._shape
         sums = np.bincount(self._columns, voidage, minlength=nz * nx)
@@ -44,3 +46,16 @@ class Snapshots:
         self._comm.Reduce(sums, total)
         if self._comm.rank == 0:
             self.taken.append((time, (total / self._depth).reshape(nz, nx).astype(np.float32)))
+
+    def save(self, sim: Simulation, folder: Path) -> Saved:
+        """When the next is due, and those taken so far in a file of their own."""
+        if sim.comm.rank == 0:
+            np.savez(folder / _FILE, times=[time for time, _ in self.taken], fields=[field for _, field in self.taken])
+        return Saved({"next": self._cadence.next}, files=[_FILE])
+
+    def load(self, sim: Simulation, saved: Saved, folder: Path) -> None:
+        """Go on from `saved`."""
+        self._cadence.next = saved.numbers["next"]
+        if sim.comm.rank == 0:
+            own = np.load(folder / _FILE)
+            self.taken = list(zip(own["times"].tolist(), own["fields"], strict=True))

@@ -71,8 +71,8 @@ class Gas:
     `state` (n, 6), of which `velocity` (n, 3) [m/s] and `pressure_gradient` (n, 3) [Pa/m] are the halves, `pressure`
     (n,) [Pa], and `voidage` (n,), what they were solved with, are refreshed in place by `step`; `centres` (n, 3) [m]
     and `volumes` (n,) [m3] are fixed.
-    `given_up` (7,) is what the cells gave to the particles in the last step, as sums: V (K u - S) [N], V alpha grad P
-    [N], V alpha [m3].
+    `momentum_loss` (7,) is what the cells gave to the particles in the last step, as sums: V (K u - S) [N], V alpha
+    grad P [N], V alpha [m3].
     """
 
     def __init__(self, case: Path, log: Path, density: float, correctors: int, rank: int | None) -> None:
@@ -93,7 +93,7 @@ class Gas:
         self.state, self.pressure, self.voidage = np.empty((n, 6)), np.empty(n), np.empty(n)
         self.velocity, self.pressure_gradient = self.state[:, :3], self.state[:, 3:]
         self._totals = np.zeros(8)
-        self.given_up = self._totals[:7]
+        self.momentum_loss = self._totals[:7]
         self._read_fields()
 
     @cached_property

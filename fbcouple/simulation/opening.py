@@ -1,0 +1,101 @@
+"""From decks in a run folder to a simulation: the solvers that the case needs are started and joined."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+from mpi4py import MPI
+
+from fbcouple.case.bed import derived
+from fbcouple.case.bed.acceleration import choose_acceleration
+from fbcouple.case.bed.particle_types import largest_diameter
+from fbcouple.case.schema.sections import Case
+from fbcouple.coupling.cells import BoxCells, Cells, MeshCells
+from fbcouple.coupling.coupling import Coupling
+from fbcouple.coupling.discretisation import BoxSpace, MeshSpace, Space
+from fbcouple.coupling.forces import ADDED_MASS
+from fbcouple.geometry.grid import Grid
+from fbcouple.geometry.polyhedra import Polyhedra
+from fbcouple.simulation.clock import Clock
+from fbcouple.simulation.simulation import Simulation
+from fbcouple.solvers.liggghts import Liggghts
+from fbcouple.solvers.openfoam.gas import Gas
+
+# Gas velocity [m/s] that the first step of a gas without inflow is chosen for; the Courant number takes over.
+_SLOWEST = 1e-3
+
+
+def open_simulation(case: Case, run: Path, comm: MPI.Comm, end: float, restart: Path | None = None) -> Simulation:
+    """Start the solvers that `case` needs on the decks in `run`, and join them (collective).
+
+    restart: LIGGGHTS' restart file in place of the start positions; OpenFOAM starts from its latest time directory.
+    """
+    logs = run / "logs"
+    gas = liggghts = coupling = None
+    if case.gas:
+        log = logs / "openfoam.log" if comm.rank == 0 else Path("/dev/null")
+        gas = Gas(run / "CFD", log, case.gas.density, case.gas.correctors, comm.rank if comm.size > 1 else None)
+    if case.particles:
+        virtual_mass = case.exchange is not None and case.exchange.virtual_mass
+        liggghts = Liggghts(Path("DEM/in.liggghts"), logs / "liggghts.log", comm, restart, remembers=virtual_mass)
+        if virtual_mass and case.gas:
+            liggghts.add_inertia(ADDED_MASS * case.gas.density)
+    polyhedra = gas.read_polyhedra() if gas and not case.domain.is_plain_box else None
+    cells = _open_cells(case, comm, gas, liggghts, polyhedra)
+    if gas and liggghts and case.particles:
+        reach = largest_diameter(case.particles)
+        space: Space
+        if polyhedra:
+            space = MeshSpace(case, comm, polyhedra, gas.volumes, liggghts.bounds, reach)
+        else:
+            space = BoxSpace(case, comm, gas.centres, liggghts.bounds, reach)
+        coupling = Coupling(case, space)
+    clock = _start_clock(case, end, _find_smallest(comm, cells))
+    accelerated = coupling is not None and choose_acceleration(case)[0]
+    return Simulation(case, comm, clock, cells, gas, liggghts, coupling, accelerated)
+
+
+def _open_cells(
+    case: Case, comm: MPI.Comm, gas: Gas | None, liggghts: Liggghts | None, polyhedra: Polyhedra | None
+) -> Cells:
+    domain = case.domain
+    if polyhedra is not None and gas:
+        low = np.min(comm.allgather(polyhedra.points.min(axis=0)), axis=0)
+        high = np.max(comm.allgather(polyhedra.points.max(axis=0)), axis=0)
+        size, origin = (tuple(corner.tolist()) for corner in (high - low, low))
+        return MeshCells(comm, Grid(domain.cells, size, origin=origin), polyhedra, gas.volumes)
+    grid = Grid(domain.cells, domain.size, derived.wraps(domain))
+    return BoxCells(grid, grid.indices(gas.centres) if gas else _own_cells(grid, liggghts))
+
+
+def _find_smallest(comm: MPI.Comm, cells: Cells) -> float:
+    """Shortest edge [m] of a cell; of a polyhedron the cube root of its volume."""
+    if isinstance(cells, BoxCells):
+        return float(cells.grid.spacing.min())
+    return comm.allreduce(float(cells.volumes.min(initial=math.inf)), MPI.MIN) ** (1.0 / 3.0)
+
+
+def _start_clock(case: Case, end: float, edge: float) -> Clock:
+    """With both phases the first step is one DEM step, and the Courant number takes over from there.
+
+    It knows nothing of a ramp's gas to come: steps are then never longer than the ramp's fastest gas allows.
+    """
+    dem_step = derived.dem_step(case.contact, case.particles) if case.contact and case.particles else None
+    first = min(case.output.record_every, case.averages.every if case.averages else math.inf)
+    longest = math.inf
+    if case.gas:
+        speed = max(derived.open_velocity(case), _SLOWEST)
+        room = case.gas.max_courant * edge / speed
+        longest = min(room if case.gas.inlet_ramp else math.inf, case.gas.max_step or math.inf)
+        first = dem_step or min(room, longest)
+    return Clock(end, dem_step, first, longest)
+
+
+def _own_cells(grid: Grid, liggghts: Liggghts | None) -> np.ndarray:
+    """Without gas the cells of the averages belong to the rank whose particles' box holds their centre."""
+    assert liggghts is not None
+    low, high = liggghts.bounds
+    axes = [np.flatnonzero((grid.centres(axis) >= low[axis]) & (grid.centres(axis) < high[axis])) for axis in range(3)]
+    return np.stack([axis.ravel() for axis in np.meshgrid(*axes, indexing="ij")], axis=1)

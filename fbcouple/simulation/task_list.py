@@ -1,0 +1,33 @@
+"""Which tasks a run has, in their order."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from fbcouple.paths import FRAMES
+from fbcouple.simulation.simulation import Simulation
+from fbcouple.simulation.tasks.averages import Averages
+from fbcouple.simulation.tasks.frames import Frames
+from fbcouple.simulation.tasks.history import History
+from fbcouple.simulation.tasks.monitors import Monitors
+from fbcouple.simulation.tasks.results_file import ResultsFile
+from fbcouple.simulation.tasks.snapshots import Snapshots
+from fbcouple.simulation.tasks.task import Task
+
+
+def list_tasks(
+    sim: Simulation, run: Path, case_text: str, made_with: dict[str, str] | None = None
+) -> tuple[Monitors, list[Task]]:
+    """The monitors, and all tasks that the case asks for, the monitors among them (collective).
+
+    `run`: the run folder; `made_with`: what results.nc says of the programs that the run is made with.
+    """
+    case, output = sim.case, sim.case.output
+    cells = sim.comm, sim.grid, sim.owned
+    averages = Averages(sim, case.averages) if case.averages else None
+    monitors = Monitors(sim, run)
+    snapshots = Snapshots(*cells, output.snapshots_every) if output.snapshots_every and sim.is_coupled else None
+    frames = Frames(*cells, run / FRAMES, output.particles_every) if output.particles_every else None
+    history = History(sim, run, monitors)
+    results = ResultsFile(run, case_text, history, averages, snapshots, made_with or {})
+    return monitors, [task for task in (averages, monitors, snapshots, frames, history, results) if task]

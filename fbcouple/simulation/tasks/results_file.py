@@ -1,0 +1,106 @@
+"""results.nc while the run goes on, by wall time, and at its end."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Any
+
+from fbcouple.case.bed.particle_types import mean_density, solids_volume
+from fbcouple.case.bed.region import find_region
+from fbcouple.case.bed.speeds import SETTLED
+from fbcouple.case.schema.sections import Case
+from fbcouple.results.writer import write_results
+from fbcouple.simulation.clock import ALMOST
+from fbcouple.simulation.simulation import Simulation
+from fbcouple.simulation.tasks.averages import Averages
+from fbcouple.simulation.tasks.history import History
+from fbcouple.simulation.tasks.snapshots import Snapshots
+from fbcouple.simulation.tasks.task import Saved, Task
+from fbcouple.simulation.tasks.writing import writing
+
+_NAME = "results.nc"
+
+
+class ResultsFile(Task):
+    """Writes what the other tasks have: history, means and snapshots, with the case and what the run cost."""
+
+    def __init__(
+        self,
+        run: Path,
+        case_text: str,
+        history: History,
+        averages: Averages | None,
+        snapshots: Snapshots | None,
+        made_with: dict[str, str],
+    ) -> None:
+        """`made_with`: what the file says of the programs that the run is made with."""
+        self._run, self._case_text, self._made_with = run, case_text, made_with
+        self._history, self._averages, self._snapshots = history, averages, snapshots
+        self._begin = self._saved = time.monotonic()
+        self._busy_begin = time.process_time()
+        self._earlier = {"core_seconds": 0.0, "cpu_seconds": 0.0}
+
+    def after_step(self, sim: Simulation) -> None:
+        """With a row of the history: write if the last writing is too long ago (collective)."""
+        if self._history.recorded_at != sim.clock.steps:
+            return
+        late = time.monotonic() - self._saved > sim.case.output.save_every
+        if sim.comm.bcast(late):
+            self._write(sim)
+
+    def start(self, sim: Simulation) -> None:
+        """The same of the row of the start (collective)."""
+        self.after_step(sim)
+
+    def finish(self, sim: Simulation) -> None:
+        """Write, whatever the time (collective)."""
+        self._write(sim)
+
+    def save(self, sim: Simulation, folder: Path) -> Saved:
+        """What the run has cost so far."""
+        return Saved(dict(self._count_costs(sim)))
+
+    def load(self, sim: Simulation, saved: Saved, folder: Path) -> None:
+        """Go on from `saved`."""
+        self._earlier = {name: saved.numbers[name] for name in self._earlier}
+
+    def _write(self, sim: Simulation) -> None:
+        means = self._averages.collect(sim) if self._averages else {}
+        about = sim.cells.describe(sim.comm)
+        if sim.comm.rank == 0:
+            taken = self._snapshots.taken if self._snapshots else ()
+            with writing(self._run, _NAME):
+                path = self._run / _NAME
+                write_results(path, sim.grid, means, self._history.rows, self._describe(sim), taken, **about)
+        self._saved = time.monotonic()
+
+    def _count_costs(self, sim: Simulation) -> dict[str, float]:
+        """Wall time times the ranks, and processor time of rank 0 times the ranks: what core-seconds are where the
+        machine does nothing else."""
+        spent = {
+            "core_seconds": time.monotonic() - self._begin,
+            "cpu_seconds": time.process_time() - self._busy_begin,
+        }
+        return {name: self._earlier[name] + seconds * sim.comm.size for name, seconds in spent.items()}
+
+    def _describe(self, sim: Simulation) -> dict[str, Any]:
+        options, bed = sim.case.averages, sim.case.particles
+        return {
+            **self._made_with,
+            "case": self._case_text,
+            "averaging_start": options.start if options else float("nan"),
+            "averaging_end": sim.time,
+            **self._count_costs(sim),
+            "ranks": sim.comm.size,
+            **(_describe_bed(sim.case, self._run) if bed else {}),
+            "complete": int(sim.time >= sim.case.end_time * ALMOST),
+        }
+
+
+def _describe_bed(case: Case, run: Path) -> dict[str, float]:
+    """Mass [kg], volume [m3] and, at rest, mean horizontal cross-section [m2] of the bed."""
+    assert case.particles is not None
+    solids = solids_volume(case.particles)
+    section = solids / SETTLED / find_region(case, run).find_level(solids / SETTLED)
+    return {"solids_mass": mean_density(case.particles) * solids, "solids_volume": solids, "bed_section": section}

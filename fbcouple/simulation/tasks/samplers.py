@@ -1,0 +1,106 @@
+"""A sample of the cells: rows of densities, from the particles and from the gas."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fbcouple.coupling.box.halo import Patch, Plan
+from fbcouple.coupling.polyhedral.halo import CellPlan
+from fbcouple.coupling.polyhedral.mapping import CellMapping
+from fbcouple.errors import DivergedError
+from fbcouple.physics.compiler import njit
+from fbcouple.simulation.tasks.means import SOLIDS_COLUMNS
+
+
+class SolidsSampler:
+    """Puts this rank's particles into cells and sums the cells over the ranks."""
+
+    def __init__(self, plan: Plan) -> None:
+        self._plan = plan
+        self._cell_volume = plan.patch.grid.cell_volume
+        self._field = plan.patch.make_field(SOLIDS_COLUMNS - 1)
+        self._rows = np.empty((plan.owned_count, SOLIDS_COLUMNS - 1))
+
+    def sample(
+        self, positions: np.ndarray, velocities: np.ndarray, radii: np.ndarray, masses: np.ndarray
+    ) -> np.ndarray:
+        """Rows (cells, SOLIDS_COLUMNS) of this rank's cells (collective)."""
+        patch: Patch = self._plan.patch
+        self._field.fill(0.0)
+        box = 1.0 / patch.grid.spacing, np.array(patch.low), np.array(patch.high), patch.walls
+        stray = _bin(positions, velocities, radii, masses, *box, self._field)
+        if stray >= 0:
+            raise DivergedError(f"a particle at {positions[stray]} m is outside the cells {patch.low} to {patch.high}")
+        self._plan.deposit(self._field, self._rows)
+        return _row_up(self._rows) / self._cell_volume
+
+
+class CellSampler:
+    """Puts this rank's particles into the cells of a mesh of polyhedra and sums the cells over the ranks."""
+
+    def __init__(self, mapping: CellMapping, plan: CellPlan, volumes: np.ndarray) -> None:
+        """`mapping` finds the cells of particles; `volumes` (cells,) [m3] of this rank's cells."""
+        self._mapping, self._plan, self._volumes = mapping, plan, volumes[:, None]
+        self._field = plan.patch.make_field(SOLIDS_COLUMNS - 1)
+        self._rows = np.empty((plan.owned_count, SOLIDS_COLUMNS - 1))
+
+    def sample(
+        self, positions: np.ndarray, velocities: np.ndarray, radii: np.ndarray, masses: np.ndarray
+    ) -> np.ndarray:
+        """Rows (cells, SOLIDS_COLUMNS) of this rank's cells (collective)."""
+        self._mapping.locate(positions, radii)
+        self._field.fill(0.0)
+        _add_up(self._mapping.cells, velocities, radii, masses, self._field)
+        self._plan.deposit(self._field, self._rows)
+        return _row_up(self._rows) / self._volumes
+
+
+def _row_up(rows: np.ndarray) -> np.ndarray:
+    """The sums of each cell (cells, SOLIDS_COLUMNS - 1), and beside them that of m |v - cell mean|^2."""
+    mass, momentum, energy = rows[:, 1:2], rows[:, 2:5], rows[:, 5:6]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        bulk = np.where(mass > 0, np.sum(momentum**2, axis=1, keepdims=True) / mass, 0.0)
+    return np.hstack([rows, energy - bulk])
+
+
+def sample_gas(voidage: np.ndarray, velocity: np.ndarray, pressure: np.ndarray) -> np.ndarray:
+    """Rows (cells, GAS_COLUMNS) from voidage (cells,), velocity (cells, 3) [m/s] and pressure (cells,) [Pa]."""
+    return np.column_stack([voidage, velocity, voidage[:, None] * velocity, pressure])
+
+
+@njit(cache=True)
+def _bin(positions, velocities, radii, masses, scale, low, high, walls, field):
+    for p in range(len(positions)):
+        i = _find_cell(positions[p, 0] * scale[0], low[0], high[0], walls[0, 0], walls[1, 0])
+        j = _find_cell(positions[p, 1] * scale[1], low[1], high[1], walls[0, 1], walls[1, 1])
+        k = _find_cell(positions[p, 2] * scale[2], low[2], high[2], walls[0, 2], walls[1, 2])
+        if i < 0 or j < 0 or k < 0:
+            return p
+        _add_particle(velocities[p], radii[p], masses[p], field[k, j, i])
+    return -1
+
+
+@njit(inline="always")
+def _add_particle(velocity, radius, mass, row):
+    square = 0.0
+    row[0] += 4.0 / 3.0 * np.pi * radius**3
+    row[1] += mass
+    for axis in range(3):
+        row[2 + axis] += mass * velocity[axis]
+        square += velocity[axis] ** 2
+    row[5] += mass * square
+
+
+@njit(cache=True)
+def _add_up(cells, velocities, radii, masses, field):
+    for p in range(len(cells)):
+        _add_particle(velocities[p], radii[p], masses[p], field[cells[p]])
+
+
+@njit(inline="always")
+def _find_cell(place, low, high, first, last):
+    """Cell in the patch, or -1 if it is not in it; a centre on a wall belongs to the cell inside."""
+    if not (first - 1.0 < place <= last + 1.0):
+        return -1
+    cell = min(max(int(np.floor(place)), first), last)
+    return cell - low if low <= cell < high else -1
