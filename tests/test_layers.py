@@ -13,7 +13,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 FLOORS = (
     ("errors",),
-    ("paths",),
+    ("paths", "version"),
     ("machine", "input_files"),
     ("physics",),
     ("geometry",),
@@ -25,6 +25,7 @@ FLOORS = (
     ("simulation",),
     ("postproc",),
     ("launcher",),
+    ("api", "live"),
     ("doctor", "batch"),
     ("bench", "study", "verify"),
     ("cli",),
@@ -121,7 +122,7 @@ def test_imports_are_found_wherever_they_stand():
 
 def test_all_files_are_read():
     assert {"fbcouple", "fbcouple.cli.main", "fbcouple.coupling.box.halo", "fbcouple.postproc.style"} <= set(GRAPH)
-    assert "fbcouple.coupling.box.halo.Plan" in GRAPH["fbcouple.simulation.simulation"]
+    assert "fbcouple.coupling.coupling.Coupling" in GRAPH["fbcouple.simulation.simulation"]
     assert "mpi4py.MPI" in reach("fbcouple.simulation.worker")
     assert len(GRAPH) > 250
 
@@ -156,14 +157,15 @@ def test_no_two_modules_need_each_other():
 
 def test_drawing_needs_no_case_and_no_run_folder():
     own = {name.split(".")[1] for name in reach("fbcouple.postproc") if name in GRAPH and name.count(".")}
-    assert own <= {"errors", "paths", "machine", "input_files", "physics", "geometry", "results", "postproc"}
+    assert own <= {"errors", "paths", "version", "machine", "input_files", "physics", "geometry", "results", "postproc"}
 
 
 def test_what_runs_in_the_ranks_does_not_know_who_started_it():
-    above = ("launcher", "cli", "doctor", "batch", "verify", "study", "bench", "decks", "postproc")
-    assert reached("fbcouple", "fbcouple.simulation") - {
-        name for name in GRAPH if name == "fbcouple" or find_room(name) not in above
-    } <= {name for name in reach("fbcouple.simulation") if name not in GRAPH}
+    above = ("launcher", "cli", "doctor", "batch", "verify", "study", "bench", "postproc", "api", "live")
+    names = reach("fbcouple.simulation")
+    assert [name for name in names if lies_in(name, *(f"fbcouple.{room}" for room in above))] == []
+        name for name in reach("fbcouple.simulation") if lies_in(name, *(f"fbcouple.{room}" for room in above))
+    ] == []
 
 
 def test_solvers_and_coupling_meet_in_the_simulation():
@@ -176,7 +178,12 @@ def test_only_the_command_line_knows_click():
 
 
 def test_only_the_command_line_and_the_progress_print_with_rich():
-    assert importers("rich") <= {"fbcouple.cli.main", "fbcouple.cli.table", "fbcouple.launcher.progress"}
+    assert importers("rich") <= {
+        "fbcouple.cli.main",
+        "fbcouple.cli.table",
+        "fbcouple.launcher.progress",
+        "fbcouple.api",
+    }
 
 
 @pytest.mark.parametrize("low", ["launcher", "decks", "results", "case", "run_folder", "postproc"])

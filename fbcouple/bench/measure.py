@@ -16,7 +16,6 @@ from fbcouple.bench.lammps import SETTLE
 from fbcouple.case.schema.sections import Case
 from fbcouple.results.writer import STAGES
 from fbcouple.simulation.loop import start, step
-from fbcouple.simulation.opening import open_simulation
 from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.task_list import list_tasks
 from fbcouple.simulation.tasks.task import Task
@@ -57,7 +56,7 @@ class Taken:
 
 def open_run(case: Case, comm: MPI.Comm, warm: float = 0.0) -> tuple[Simulation, list[Task]]:
     """Open the run in the current folder, and take it through its first steps and through `warm` [s] (collective)."""
-    sim = open_simulation(case, Path("."), comm, 1e9)
+    sim = Simulation(case, Path("."), comm, 1e9)
     _, tasks = list_tasks(sim, Path("."), Path("case.toml").read_text(encoding="utf-8-sig"))
     start(sim, tasks)
     for _ in range(_FIRST):

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from fbcouple import paths as places
+import fbcouple.paths as places
 from fbcouple.case.problems import Problem, show, suggest
 from fbcouple.errors import CaseError
 

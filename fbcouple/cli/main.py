@@ -22,7 +22,6 @@ import click
 from rich.console import Console
 from rich.text import Text
 
-from fbcouple import __version__
 from fbcouple.batch.schedulers import SCHEDULERS
 from fbcouple.cli.bench import bench
 from fbcouple.cli.doctor import doctor
@@ -35,6 +34,7 @@ from fbcouple.launcher.stop_signals import Requests
 from fbcouple.machine.output import open_standard_streams, outlive_output
 from fbcouple.paths import require_usable
 from fbcouple.run_folder.plain_files import require_plain
+from fbcouple.version import __version__
 
 DIVERGED = 4
 PROGRESS_EVERY = 5.0

@@ -9,7 +9,7 @@ import sys
 import time
 from collections.abc import Callable
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import xarray as xr
@@ -74,17 +74,11 @@ def launch(
     read_manifest(run)
     with hold(run, say) as lock, nullcontext(requests) if requests else Requests() as asked:
         try:
-            case = _read_run(run, fresh, resume)
-            require_trust(case, trusted)
-            changed = require_unchanged(case, run, trusted)
-            going_on = _choose(run, case, until, accept_update, trusted, say) if resume else Start(list_versions(case))
+            choice = Choice(fresh, resume, until, trusted, accept_update, say)
             command: list[str] = []
-            if going_on:
-                _prepare(run, case, ranks, going_on.checkpoint, Guard(lock, asked))
-                if not trusted:
-                    require_own_decks(case, run)
-                command = _word_job(run, ranks, until, deadline, going_on.checkpoint)
-                _note_run(run, ranks, command, going_on, changed)
+            if start := make_ready(run, ranks, choice, Guard(lock, asked)):
+                command = _word_job(run, ranks, until, deadline, start.checkpoint)
+                note_run(run, ranks, command, start)
         except OSError as error:
             raise SolverError(f"{run}: cannot be made ready: {error}") from error
         except StoppedError:
@@ -104,6 +98,37 @@ class Start:
     versions: Versions
     checkpoint: Checkpoint | None = None
     updates: tuple[str, ...] = ()
+    changed: tuple[str, ...] = ()
+    """Decks and files that were changed since set-up, and trusted."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """How a run is started, as `launch` says of each."""
+
+    fresh: bool = False
+    resume: bool = False
+    until: float | None = None
+    trusted: bool = False
+    accept_update: bool = False
+    say: Say = lambda text: None
+
+
+def make_ready(run: Path, ranks: int, choice: Choice, guard: Guard) -> Start | None:
+    """Check the run folder, choose the checkpoint to go on from, and make mesh and fields for `ranks` ranks.
+
+    Returns: what the run starts with; None if nothing is left to do. Raises: as `launch`.
+    """
+    case = _read_run(run, choice.fresh, choice.resume)
+    require_trust(case, choice.trusted)
+    changed = require_unchanged(case, run, choice.trusted)
+    start = _choose(run, case, choice) if choice.resume else Start(list_versions(case))
+    if start is None:
+        return None
+    _prepare(run, case, ranks, start.checkpoint, guard)
+    if not choice.trusted:
+        require_own_decks(case, run)
+    return replace(start, changed=tuple(changed))
 
 
 def _prepare(run: Path, case: Case, ranks: int, checkpoint: Checkpoint | None, guard: Guard) -> None:
@@ -150,8 +175,9 @@ def is_complete(run: Path, case: Case, say: Say = lambda text: None) -> bool:
         return False
 
 
-def _choose(run: Path, case: Case, until: float | None, accept_update: bool, trusted: bool, say: Say) -> Start | None:
+def _choose(run: Path, case: Case, choice: Choice) -> Start | None:
     """Where a run that is resumed goes on; None if there is nothing left to do."""
+    say, until = choice.say, choice.until
     if is_complete(run, case, say):
         say(f"{run}: is complete: nothing is left to do")
         return None
@@ -164,9 +190,9 @@ def _choose(run: Path, case: Case, until: float | None, accept_update: bool, tru
     versions = list_versions(case)
     if checkpoint is None:
         return Start(versions)
-    updates = _list_updates(checkpoint, versions, accept_update)
+    updates = _list_updates(checkpoint, versions, choice.accept_update)
     if not checkpoint.index.own:
-        updates = (*updates, _note_foreign(checkpoint, trusted))
+        updates = (*updates, _note_foreign(checkpoint, choice.trusted))
     return Start(versions, checkpoint, updates)
 
 
@@ -219,13 +245,14 @@ def _clear(run: Path, checkpoint: Checkpoint | None) -> None:
         remove_products(run)
 
 
-def _note_run(run: Path, ranks: int, command: list[str], start: Start, changed: list[str]) -> None:
+def note_run(run: Path, ranks: int, command: list[str], start: Start) -> None:
+    """Write into the manifest how the run was started, and with what."""
     about = {
         "ranks": ranks,
         "host": platform.node(),
         "command": command,
         "started": time.strftime("%Y-%m-%dT%H:%M:%S%z"),
-        "changed": changed,
+        "changed": list(start.changed),
         "updates": list(start.updates),
     }
     write_manifest(run, read_manifest(run) | {"run": about, "run_with": start.versions})

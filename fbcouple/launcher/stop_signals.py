@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import threading
 from types import FrameType
 from typing import Any
 
@@ -19,6 +20,8 @@ class Requests:
         self._before: dict[signal.Signals, Any] = {}
 
     def __enter__(self) -> Requests:
+        if threading.current_thread() is not threading.main_thread():
+            return self  # only the main thread hears signals: from another, ask by `stop`
         self._before = {number: signal.signal(number, self._hear) for number in SIGNALS}
         return self
 
@@ -26,6 +29,10 @@ class Requests:
         for number, handler in self._before.items():
             signal.signal(number, handler)
 
-    def _hear(self, number: int, frame: FrameType | None) -> None:
+    def stop(self, reason: str) -> None:
+        """Ask the run to stop, as a signal does."""
         self.count += 1
-        self.first = self.first or signal.Signals(number).name
+        self.first = self.first or reason
+
+    def _hear(self, number: int, frame: FrameType | None) -> None:
+        self.stop(signal.Signals(number).name)

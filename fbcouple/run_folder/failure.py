@@ -70,6 +70,14 @@ def read_failure(run: Path, launcher_words: str) -> tuple[str, int]:
     return f"the run ended without a word of its own; the MPI launcher said:\n{tail}", 3
 
 
+def read_note(run: Path) -> str:
+    """Why a rank ended the run, by its own note; "" where there is none."""
+    try:
+        return str(json.loads((run / _NOTE).read_text(encoding="utf-8"))["text"])
+    except (OSError, ValueError, LookupError, TypeError):
+        return ""
+
+
 def _find_last_error(log: Path) -> str | None:
     if not log.exists():
         return None

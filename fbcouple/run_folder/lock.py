@@ -104,6 +104,26 @@ def hold(run: Path, say: Say = lambda text: None) -> Iterator[Lock]:
             lock.free()
 
 
+def is_held(run: Path) -> bool:
+    """Is a run under way in `run`, as far as can be seen from here?"""
+    path = run / NAME
+    try:
+        with path.open("rb") as file:
+            holder = _read(file)
+            try:
+                fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+            except BlockingIOError:
+                return True
+            except OSError as error:
+                if error.errno not in NO_LOCKS:
+                    raise
+            beats = [beat.stat().st_mtime for beat in (path, run / HEARTBEAT) if beat.exists()]
+            here = holder is not None and holder["host"] == platform.node()
+            return holder is not None and not here and time.time() - max(beats) < STALE_AFTER
+    except FileNotFoundError:
+        return False
+
+
 def _take(run: Path, file: Any, lock: Lock, say: Say) -> None:
     """Raise CaseError unless this process can have the lock."""
     holder = _read(file)

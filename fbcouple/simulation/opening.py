@@ -1,9 +1,10 @@
-"""From decks in a run folder to a simulation: the solvers that the case needs are started and joined."""
+"""From decks in a run folder to the parts of a simulation: solvers are started and joined."""
 
 from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from mpi4py import MPI
@@ -19,7 +20,6 @@ from fbcouple.coupling.forces import ADDED_MASS
 from fbcouple.geometry.grid import Grid
 from fbcouple.geometry.polyhedra import Polyhedra
 from fbcouple.simulation.clock import Clock
-from fbcouple.simulation.simulation import Simulation
 from fbcouple.solvers.liggghts import Liggghts
 from fbcouple.solvers.openfoam.gas import Gas
 
@@ -27,10 +27,23 @@ from fbcouple.solvers.openfoam.gas import Gas
 _SLOWEST = 1e-3
 
 
-def open_simulation(case: Case, run: Path, comm: MPI.Comm, end: float, restart: Path | None = None) -> Simulation:
-    """Start the solvers that `case` needs on the decks in `run`, and join them (collective).
+class Parts(NamedTuple):
+    """What a simulation is made of; None is a part that the case does not need."""
 
-    restart: LIGGGHTS' restart file in place of the start positions; OpenFOAM starts from its latest time directory.
+    clock: Clock
+    cells: Cells
+    gas: Gas | None
+    liggghts: Liggghts | None
+    coupling: Coupling | None
+    accelerated: bool
+    """Does the drag of a step know what other forces did in the last one?"""
+
+
+def start_solvers(case: Case, run: Path, comm: MPI.Comm, end: float, restart: Path | None = None) -> Parts:
+    """Start the solvers that `case` needs on the decks in `run`, the current folder, and join them (collective).
+
+    end [s]: where the run ends; restart: LIGGGHTS' restart file in place of the start positions; OpenFOAM starts from
+    its latest time directory.
     """
     logs = run / "logs"
     gas = liggghts = coupling = None
@@ -54,7 +67,7 @@ def open_simulation(case: Case, run: Path, comm: MPI.Comm, end: float, restart: 
         coupling = Coupling(case, space)
     clock = _start_clock(case, end, _find_smallest(comm, cells))
     accelerated = coupling is not None and choose_acceleration(case)[0]
-    return Simulation(case, comm, clock, cells, gas, liggghts, coupling, accelerated)
+    return Parts(clock, cells, gas, liggghts, coupling, accelerated)
 
 
 def _open_cells(

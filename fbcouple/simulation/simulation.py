@@ -12,14 +12,13 @@ import numpy as np
 from mpi4py import MPI
 
 from fbcouple.case.schema.sections import Case
-from fbcouple.coupling.cells import Cells
 from fbcouple.coupling.coupling import Coupling
 from fbcouple.coupling.particles import NOBODY, Particles
 from fbcouple.errors import CaseError
 from fbcouple.geometry.grid import Grid
 from fbcouple.results.writer import STAGES
-from fbcouple.simulation.clock import Clock
 from fbcouple.simulation.conservation import Conservation
+from fbcouple.simulation.opening import start_solvers
 from fbcouple.simulation.soundness import require_finite_gas, require_sound_exchange
 from fbcouple.simulation.timers import Timers
 from fbcouple.solvers.liggghts import Liggghts
@@ -31,22 +30,13 @@ Part = TypeVar("Part")
 class Simulation:
     """The solvers of a case and the parts between them; all methods are collective."""
 
-    def __init__(
-        self,
-        case: Case,
-        comm: MPI.Comm,
-        clock: Clock,
-        cells: Cells,
-        gas: Gas | None,
-        liggghts: Liggghts | None,
-        coupling: Coupling | None,
-        accelerated: bool = False,
-    ) -> None:
-        """gas, liggghts, coupling: None where the case has no such part; accelerated: the drag of a step knows what
-        other forces did in the last one."""
-        self.case, self.comm, self.clock, self.cells = case, comm, clock, cells
-        self._gas, self._liggghts, self._coupling = gas, liggghts, coupling
-        self._accelerated = accelerated
+    def __init__(self, case: Case, run: Path, comm: MPI.Comm, end: float, restart: Path | None = None) -> None:
+        """Start the solvers on the decks in `run`, the current folder; end [s]: where the run ends; restart: LIGGGHTS'
+        restart file in place of the start positions."""
+        parts = start_solvers(case, run, comm, end, restart)
+        self.case, self.comm, self.clock, self.cells = case, comm, parts.clock, parts.cells
+        self._gas, self._liggghts, self._coupling = parts.gas, parts.liggghts, parts.coupling
+        self._accelerated = parts.accelerated
         self.conservation, self.timers = Conservation(comm), Timers(STAGES)
         self.particles: Particles = NOBODY
         """This rank's particles as they are now; valid until the next move."""

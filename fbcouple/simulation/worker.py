@@ -19,7 +19,6 @@ from fbcouple.run_folder.checkpoint import describe, find_checkpoint
 from fbcouple.run_folder.failure import write_failure
 from fbcouple.run_folder.provenance import list_makers, read_making
 from fbcouple.simulation import loop
-from fbcouple.simulation.opening import open_simulation
 from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.task_list import list_tasks
 from fbcouple.simulation.tasks.checkpoints import UNTIL, Checkpoints, Limits, StopSignal
@@ -35,7 +34,7 @@ def work(run: Path, limits: Limits, resume: Path | None, comm: MPI.Comm, stop_si
     case = load_case("case.toml")
     made = read_making(here)
     about = describe(case, here, list_makers(made.versions), made.updates) if comm.rank == 0 else {}
-    sim = open_simulation(case, here, comm, case.end_time, resume / RESTART if resume else None)
+    sim = Simulation(case, here, comm, case.end_time, resume / RESTART if resume else None)
     case_text = Path("case.toml").read_text(encoding="utf-8-sig")
     monitors, tasks = list_tasks(sim, here, case_text, made.list_attributes())
     if resume:

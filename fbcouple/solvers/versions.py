@@ -13,7 +13,6 @@ import sys
 from functools import cache
 from pathlib import Path
 
-from fbcouple import __version__
 from fbcouple.case.schema.sections import Case
 from fbcouple.errors import SolverError
 from fbcouple.machine.environment import mpi_environment
@@ -21,6 +20,7 @@ from fbcouple.paths import ABOVE, PACKAGE
 from fbcouple.run_folder.provenance import Versions
 from fbcouple.solvers.c_library import LIGGGHTS
 from fbcouple.solvers.openfoam.build import adapter_path, find_installation
+from fbcouple.version import __version__
 
 NOT_FOUND = "not found"
 _NO_PART = ("batch", "bench", "cli", "doctor", "postproc", "study", "verify")

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from fbcouple import paths as places
+import fbcouple.paths as places
 from fbcouple.case.load import load_case, write_value
 from fbcouple.case.problems import Problem, show, suggest, word_errors
 from fbcouple.case.schema.option import Section

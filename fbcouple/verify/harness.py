@@ -16,7 +16,6 @@ from fbcouple.case.companions import copy_companions
 from fbcouple.case.schema.sections import Case
 from fbcouple.decks.render import set_up
 from fbcouple.launcher.openfoam_mesh import prepare_mesh
-from fbcouple.simulation.opening import open_simulation
 from fbcouple.simulation.simulation import Simulation
 
 GLASS: dict[str, Any] = {"diameter": 1e-3, "density": 2500.0}
@@ -62,7 +61,7 @@ def open_bench(
     comm.Barrier()
     os.chdir(run)
     os.environ["PWD"] = str(run)
-    return open_simulation(case, Path("."), comm, case.end_time)
+    return Simulation(case, Path("."), comm, case.end_time)
 
 
 def _make_case(sections: dict[str, Any], positions: np.ndarray | None) -> Case:

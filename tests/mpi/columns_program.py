@@ -12,7 +12,7 @@ from mpi4py import MPI
 from fbcouple.case.load import load_case
 from fbcouple.decks.render import set_up
 from fbcouple.launcher.openfoam_mesh import prepare_mesh
-from fbcouple.simulation.opening import open_simulation
+from fbcouple.simulation.simulation import Simulation
 
 CASE = """
 title = "columns"
@@ -50,7 +50,7 @@ def main() -> None:
         prepare_mesh(case, place / "run", comm.size)
     comm.Barrier()
     os.chdir(place / "run")
-    sim = open_simulation(load_case("case.toml"), Path("."), comm, 1.0)
+    sim = Simulation(load_case("case.toml"), Path("."), comm, 1.0)
     assert sim.gas and sim.liggghts
     centres = sim.gas.centres[:, :2]
     own = sim.liggghts.bounds[:, :2].tolist(), [centres.min(axis=0).tolist(), centres.max(axis=0).tolist()]

@@ -122,7 +122,7 @@ def test_two_builds_at_once_compile_once(headers_kept, tmp_path):
     link = f'echo once >> {record}; sleep 0.5; g++ "$@"'
     compiler = f'case "$*" in *--version*) echo slow 1.0;; *-shared*) {link};; *) g++ "$@";; esac'
     program = (
-        "import pathlib, sys; from fbcouple.engines.openfoam import build;"
+        "import pathlib, sys; from fbcouple.solvers.openfoam import build;"
         "build.SOURCES = pathlib.Path(sys.argv[1]); print(build.build_adapter())"
     )
     environment = os.environ | {"CXX": str(write_program(tmp_path / "slow", compiler))}

@@ -6,9 +6,10 @@ A section that a case does not need is left out of the file: no `[gas]`, and Ope
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Literal
 
-from pydantic import Field
+from pydantic import Field, PrivateAttr
 
 from fbcouple.case.schema.option import (
     Cells,
@@ -289,6 +290,8 @@ class Exchange(Section):
 class Case(Section):
     """A whole case file."""
 
+    _origin: tuple[str, tuple[str, ...]] = PrivateAttr(("", ()))
+
     title: str = option("One line that says what this case is.", min_length=1, max_length=200)
     end_time: float = option(
         "Simulated time at which the run is complete; a run that is done goes on to a later one by --resume.",
@@ -313,3 +316,12 @@ class Case(Section):
     output: Output = Field(default_factory=Output)
     checkpoint: Checkpoint = Field(default_factory=Checkpoint)
     monitors: Monitors = Field(default_factory=Monitors)
+
+    def remember_origin(self, name: str, sets: Sequence[str]) -> None:
+        """Keep the name or path that the case was read by, and the `key=value` settings on top of it."""
+        self._origin = name, tuple(sets)
+
+    @property
+    def origin(self) -> tuple[str, tuple[str, ...]]:
+        """Name or path that the case was read by, and settings on top of it; "" for one made otherwise."""
+        return self._origin

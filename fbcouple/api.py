@@ -1,0 +1,203 @@
+"""fbcouple from Python: cases, run folders and their results.
+
+`import fbcouple` has all of it: `load_case`, `setup`, `Run`, `report`, `Simulation`, `Task`. Errors are those of the
+command line: `CaseError`, `SolverError`, `DivergedError`, `StoppedError` of `fbcouple.errors`.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+
+from fbcouple.case.load import load_case as load
+from fbcouple.case.schema.sections import Case
+from fbcouple.case.source import list_sets
+from fbcouple.decks import set_up
+from fbcouple.errors import CaseError, StoppedError
+from fbcouple.launcher.launch import is_complete, launch
+from fbcouple.launcher.progress import RunProgress
+from fbcouple.launcher.stop_signals import Requests
+from fbcouple.paths import LOG
+from fbcouple.run_folder.checkpoint import list_checkpoints
+from fbcouple.run_folder.failure import read_note
+from fbcouple.run_folder.lock import is_held
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Watch = Callable[[dict[str, Any]], None]
+"""Is given each row of the history, while a run goes on."""
+
+
+@dataclass(frozen=True)
+class Status:
+    """How far a run has come."""
+
+    state: str
+    """"set up", "running", "stopped" (with a checkpoint, to be resumed), "failed" or "complete"."""
+    time: float
+    """Simulated time of the last row of the history [s]; 0 before the first."""
+    end_time: float
+    """Simulated time at which it is complete [s]."""
+    checkpoint: Path | None
+    """The newest checkpoint."""
+    message: str
+    """Why it ended early or failed, if it did."""
+
+
+def load_case(name: str | os.PathLike[str], values: Mapping[str, Any] | None = None) -> Case:
+    """Read and check a case.
+
+    name: a shipped name (`patil/c2`), a case file, or a folder that holds a case.toml; values: key (`section.option`)
+    -> value, on top of the file.
+
+    Raises: CaseError with every mistake found: key, value, what is allowed, and how to mend it.
+    """
+    name, sets = os.fspath(name), _word_sets(values)
+    case = load(name, sets)
+    case.remember_origin(name, sets)
+    return case
+
+
+def _word_sets(values: Mapping[str, Any] | None) -> list[str]:
+    return [f"{key}={json.dumps(value)}" for key, value in (values or {}).items()]
+
+
+def setup(
+    case: Case | str | os.PathLike[str],
+    path: str | os.PathLike[str],
+    values: Mapping[str, Any] | None = None,
+    *,
+    trust: bool = False,
+    force: bool = False,
+) -> Run:
+    """Write the decks of a case into the run folder `path`.
+
+    case: what `load_case` gave, or a name for it; values: key -> value, on top of the case; trust: also with a drag
+    law that the case brings, which is run; force: also what the pre-flight numbers of `fbcouple check` call unfit.
+
+    Raises: CaseError, before anything is written, if the case is wrong or unfit, or `path` holds a run.
+    """
+    if isinstance(case, Case):
+        name, sets = case.origin
+    else:
+        name, sets = os.fspath(case), ()
+    if not name or name in list_sets():
+        what = f"{name} is a set of cases" if name else "the case was not read by fbcouple.load_case"
+        raise CaseError([f"{what}; give one that was, or a name or path."])
+    (run,) = set_up.lay_out(name, Path(path), [*sets, *_word_sets(values)], trust, force)
+    return Run(run)
+
+
+class Run:
+    """A run folder that was set up. The solvers run in processes of their own, under MPI.
+
+    Works in any thread and in a notebook; only the main thread hears signals that ask a run to stop.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        """Raises: CaseError if `path` is no run folder."""
+        self.path = Path(path)
+        if not (self.path / "case.toml").is_file():
+            raise CaseError([f"{self.path}: is not a run folder (no case.toml); write one with fbcouple.setup."])
+
+    def __repr__(self) -> str:
+        return f"Run({str(self.path)!r})"
+
+    @property
+    def case(self) -> Case:
+        """The effective case, every default filled in."""
+        return load(str(self.path))
+
+    def start(self, ranks: int = 1, *, fresh: bool = False, **options: Any) -> Status:
+        """Run to the end on `ranks` MPI ranks.
+
+        fresh: remove the results of an earlier run first; options: as for `resume`.
+        """
+        return self._launch(ranks, fresh=fresh, **options)
+
+    def resume(self, ranks: int = 1, **options: Any) -> Status:
+        """Go on from the newest good checkpoint; without one, from the start.
+
+        until [s]: stop at the first step at or after it at which a checkpoint may be written; wall_limit [s]: stop with
+        a checkpoint before this wall time is over; patience [s]: wall time without a step after which the run is taken
+        for hanging; trust, accept_update: as on the command line; progress: a bar on the terminal or in a notebook (the
+        default), False, or a function that is given each row of the history.
+
+        Raises: CaseError, SolverError with the solver's own words, DivergedError if a check of the run failed. A run
+        that stops early with a checkpoint raises nothing: its status says so.
+        """
+        return self._launch(ranks, resume=True, **options)
+
+    def _launch(
+        self,
+        ranks: int,
+        *,
+        progress: bool | Watch = True,
+        trust: bool = False,
+        until: float | None = None,
+        **options: Any,
+    ) -> Status:
+        end = min(self.case.end_time, until or math.inf)
+        watch: Watch = progress if callable(progress) else lambda row: None
+        try:
+            with Requests() as requests:
+                arguments: dict[str, Any] = {"until": until, "trusted": trust, "requests": requests} | options
+                if progress is True:
+                    with RunProgress(Console(), end) as bar:
+                        launch(self.path, ranks, bar.show, **arguments)
+                else:
+                    launch(self.path, ranks, watch, **arguments)
+        except StoppedError:
+            pass
+        return self.status()
+
+    def status(self) -> Status:
+        """How far the run has come; may be asked from another process while it is under way."""
+        case, checkpoints, rows = self.case, list_checkpoints(self.path), self.history()
+        message = read_note(self.path)
+        if is_held(self.path):
+            state = "running"
+        elif is_complete(self.path, case):
+            state, message = "complete", ""
+        elif message and not message.startswith("stopped by"):
+            state = "failed"
+        else:
+            state = "stopped" if checkpoints else "set up"
+        time = rows[-1]["time"] if rows else 0.0
+        return Status(state, time, case.end_time, checkpoints[0] if checkpoints else None, message)
+
+    def history(self) -> list[dict[str, Any]]:
+        """Rows of the history so far, also while the run is under way."""
+        log = self.path / LOG
+        lines = log.read_text(encoding="utf-8").splitlines(keepends=True) if log.is_file() else []
+        return [json.loads(line) for line in lines if line.endswith("\n")]
+
+    def results(self) -> xr.Dataset:
+        """results.nc: time means, histories, snapshots, in memory. Raises: CaseError if there is none yet."""
+        from fbcouple.results.reader import open_results  # noqa: PLC0415  (loads xarray)
+
+        return open_results(self.path).data.load()
+
+    def post(self, folder: str | os.PathLike[str] | None = None) -> list[Path]:
+        """Draw every figure that the results allow, by default into RUN/figures; returns the files."""
+        from fbcouple.postproc import draw  # noqa: PLC0415  (loads matplotlib)
+
+        return draw(self.path, Path(folder) if folder else None)
+
+
+def report(runs: Sequence[Run | str | os.PathLike[str]], path: str | os.PathLike[str]) -> list[Path]:
+    """Compare `runs` on one HTML page that stands alone, `path`, with its numbers in a JSON file beside it.
+
+    Returns: the two files. Raises: CaseError if a run cannot be read or a file cannot be written.
+    """
+    from fbcouple.postproc.report.report import write_report  # noqa: PLC0415  (loads matplotlib)
+
+    return write_report([run.path if isinstance(run, Run) else Path(run) for run in runs], Path(path))

@@ -1,0 +1,142 @@
+"""A simulation in this very process, and under mpirun in every rank of it: live views of both solvers."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from types import TracebackType
+from typing import TypeVar
+
+from mpi4py import MPI
+
+from fbcouple.case.load import load_case
+from fbcouple.errors import CaseError, FbcoupleError
+from fbcouple.launcher.launch import Choice, Start, make_ready, note_run
+from fbcouple.launcher.openfoam_mesh import Guard
+from fbcouple.launcher.stop_signals import Requests
+from fbcouple.run_folder.checkpoint import describe
+from fbcouple.run_folder.lock import hold
+from fbcouple.run_folder.manifest import read_manifest
+from fbcouple.run_folder.plain_files import require_plain
+from fbcouple.run_folder.provenance import list_makers, read_making
+from fbcouple.simulation import loop
+from fbcouple.simulation.simulation import Simulation as RankSimulation
+from fbcouple.simulation.task_list import list_tasks
+from fbcouple.simulation.tasks.checkpoints import Checkpoints, Limits, StopSignal
+from fbcouple.simulation.tasks.restart import RESTART, read_checkpoint
+from fbcouple.simulation.tasks.task import Task
+
+Made = TypeVar("Made")
+
+
+class Simulation(RankSimulation):
+    """A run folder as a simulation under your control, once per process.
+
+        with fbcouple.Simulation.open("runs/mine") as sim:
+            while sim.proceed:
+                sim.step()
+                print(sim.time, sim.gas.pressure.max(), sim.particles.velocities[:, 2].mean())
+
+    Arrays are views of this rank's cells and particles, SI units, valid until the next step. The current folder is the
+    run folder while it is open. An error inside OpenFOAM or LIGGGHTS can end the process: for anything that has to
+    survive one, use `Run`.
+    """
+
+    _is_used = False
+
+    @classmethod
+    def open(
+        cls,
+        run: str | os.PathLike[str],
+        *,
+        resume: bool = False,
+        fresh: bool = False,
+        trust: bool = False,
+        comm: MPI.Comm | None = None,
+    ) -> Simulation:
+        """Start the solvers of the run folder `run` in this process (collective over `comm`, by default all ranks).
+
+        resume: go on from the newest good checkpoint; fresh: remove what an earlier run left; trust: as on the command
+        line.
+
+        Raises: CaseError, on every rank, if a simulation was open in this process before, or `run` cannot be started.
+        """
+        if Simulation._is_used:
+            raise CaseError(["a process has one simulation, and this one had it: use Run, or another process."])
+        comm = comm or MPI.COMM_WORLD
+        path, folder, stack = Path(run).resolve(), os.getcwd(), ExitStack()
+        choice = Choice(fresh=fresh, resume=resume, trusted=trust, say=print)
+        start = _on_root(comm, lambda: _make_ready(path, comm.size, choice, stack))
+        Simulation._is_used = True
+        stack.callback(os.chdir, folder)
+        os.chdir(path)
+        case, checkpoint = load_case("case.toml"), start.checkpoint
+        place = Path("checkpoints") / checkpoint.folder.name if checkpoint else None
+        sim = cls(case, Path(), comm, case.end_time, place / RESTART if place else None)
+        sim._stack = stack
+        made = read_making(Path())
+        text = Path("case.toml").read_text(encoding="utf-8-sig")
+        monitors, sim.tasks = list_tasks(sim, Path(), text, made.list_attributes())
+        if place:
+            read_checkpoint(sim, sim.tasks, place)
+        about = describe(case, Path(), list_makers(made.versions), made.updates) if comm.rank == 0 else {}
+        sim.tasks.append(Checkpoints(sim, Path(), Limits(), StopSignal(), about, monitors, list(sim.tasks)))
+        sim.initialise()
+        return sim
+
+    tasks: list[Task]
+    """What `run` lets look at every step: averages, monitors, history, results, frames, checkpoints."""
+    _stack: ExitStack
+
+    def run(self, tasks: Sequence[Task] = ()) -> None:
+        """Take the simulation to its end, as `fbcouple run` does, with results.nc and checkpoints; `tasks` of your own
+        look at every step, too."""
+        loop.run(self, [*self.tasks[:-1], *tasks, self.tasks[-1]])
+
+    def close(self) -> None:
+        """End LIGGGHTS and give the run folder back."""
+        with self._stack:
+            if self.has_particles:
+                self.liggghts.close()
+
+    def __enter__(self) -> Simulation:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def _make_ready(run: Path, ranks: int, choice: Choice, stack: ExitStack) -> Start:
+    require_plain(run)
+    read_manifest(run)
+    lock = stack.enter_context(hold(run, choice.say))
+    try:
+        with Requests() as requests:
+            start = make_ready(run, ranks, choice, Guard(lock, requests))
+    except BaseException:
+        stack.close()
+        raise
+    if start is None:
+        stack.close()
+        raise CaseError([f"{run}: is complete; fresh=True starts again."])
+    note_run(run, ranks, ["fbcouple.Simulation.open"], start)
+    return start
+
+
+def _on_root(comm: MPI.Comm, make: Callable[[], Made]) -> Made:
+    """What `make` gives on rank 0, on all ranks; an error of it is raised on all."""
+    made: Made | FbcoupleError | None = None
+    if comm.rank == 0:
+        try:
+            made = make()
+        except FbcoupleError as error:
+            made = error
+    made = comm.bcast(made)
+    if isinstance(made, FbcoupleError):
+        raise made
+    assert made is not None
+    return made
