@@ -164,8 +164,6 @@ def test_what_runs_in_the_ranks_does_not_know_who_started_it():
     above = ("launcher", "cli", "doctor", "batch", "verify", "study", "bench", "postproc", "api", "live")
     names = reach("fbcouple.simulation")
     assert [name for name in names if lies_in(name, *(f"fbcouple.{room}" for room in above))] == []
-        name for name in reach("fbcouple.simulation") if lies_in(name, *(f"fbcouple.{room}" for room in above))
-    ] == []
 
 
 def test_solvers_and_coupling_meet_in_the_simulation():

@@ -12,11 +12,11 @@ from pathlib import Path
 
 from fbcouple.batch.schedulers import SCHEDULERS, Scheduler
 from fbcouple.case.checks.registry import needed_memory
-from fbcouple.case.drag_file import require_trust
 from fbcouple.case.load import load_case
 from fbcouple.case.problems import show
 from fbcouple.case.schema.sections import Case
 from fbcouple.case.source import FILE_NAME
+from fbcouple.case.user_code import require_trust
 from fbcouple.decks.render import make_environment
 from fbcouple.errors import CaseError
 from fbcouple.machine.environment import find_package

@@ -1,4 +1,4 @@
-"""The files that a case brings beside its case file: start positions, its own drag law, a mesh, measured lines."""
+"""The files that a case brings beside its case file: start positions, code of its own, a mesh, measured lines."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from pathlib import Path
 
 from fbcouple.case.problems import show
 from fbcouple.case.schema.sections import Case
+from fbcouple.case.user_code import list_code
 from fbcouple.errors import CaseError
 from fbcouple.geometry.foam_text import list_parts
 from fbcouple.input_files.companion_files import find_companion, is_bare
@@ -49,6 +50,6 @@ def list_companions(case: Case) -> list[str]:
     """Names of the files that `case` brings, each once."""
     names = [parse_reference(text).file for text in case.output.references]
     names += [case.particles.positions] if case.particles and case.particles.positions else []
-    names += [case.exchange.drag_file] if case.exchange and case.exchange.drag_file else []
+    names += list_code(case).values()
     names += [case.domain.mesh] if case.domain.mesh else []
     return sorted(set(names))

@@ -33,8 +33,8 @@ from fbcouple.case.bed.region import Region, find_region, list_inner_surfaces
 from fbcouple.case.bed.speeds import SETTLED, estimate_overlap
 from fbcouple.case.bed.start_numbers import describe_start
 from fbcouple.case.checks.registry import machine_memory, needed_memory
-from fbcouple.case.drag_file import OWN
 from fbcouple.case.schema.sections import Case
+from fbcouple.case.user_code import OWN
 from fbcouple.errors import CaseError
 
 PACKED = 0.42

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from numba.core.errors import NumbaError
 
-from fbcouple.case.drag_file import FUNCTION, OWN
 from fbcouple.case.schema.sections import Exchange
+from fbcouple.case.user_code import FUNCTION, OWN
 from fbcouple.errors import CaseError
 from fbcouple.physics.compiler import njit
 from fbcouple.physics.drag.laws import DRAG_LAWS

@@ -79,7 +79,7 @@ def take_settings(command: Callable[..., Any]) -> Callable[..., Any]:
 
 def take_trust(command: Callable[..., Any]) -> Callable[..., Any]:
     """Add `--trust`, without which no code that a case brings is run."""
-    text = "Run the code that the case brings (exchange.drag_file), and decks that were changed; read them first."
+    text = "Run the code that the case brings (drag_file, task_file), and decks that were changed; read them first."
     return click.option("--trust", "trusted", is_flag=True, help=text)(command)
 
 
@@ -195,8 +195,8 @@ def run_on(
     run: Path, ranks: int, resume: bool, fresh: bool, trusted: bool, requests: Requests, limits: dict[str, Any]
 ) -> None:
     """Run what lies in `run` as far as it is asked to, with a display of its progress."""
-    from fbcouple.case.drag_file import require_trust
     from fbcouple.case.load import load_case
+    from fbcouple.case.user_code import require_trust
     from fbcouple.decks.unchanged import require_unchanged
     from fbcouple.errors import StoppedError
     from fbcouple.launcher.launch import is_complete, launch

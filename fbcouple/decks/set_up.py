@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from fbcouple.case.bed.positions import start_kinds, start_positions, start_velocities
-from fbcouple.case.drag_file import require_trust
 from fbcouple.case.load import load_case
 from fbcouple.case.preflight import require_fit
 from fbcouple.case.schema.sections import Case
 from fbcouple.case.source import FILE_NAME, find_case, list_sets, list_shipped
+from fbcouple.case.user_code import require_trust
 from fbcouple.decks.render import set_up
 from fbcouple.decks.replace import refuse_foreign
 from fbcouple.errors import CaseError

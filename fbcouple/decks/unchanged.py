@@ -18,6 +18,7 @@ from fbcouple.case.bed.positions import start_kinds, start_positions, start_velo
 from fbcouple.case.changes import FREE, FREE_SECTIONS, list_changes
 from fbcouple.case.companions import list_files
 from fbcouple.case.schema.sections import Case
+from fbcouple.case.user_code import list_code
 from fbcouple.decks.render import find_box, format_particles, render_decks
 from fbcouple.errors import CaseError
 from fbcouple.paths import START, WALLS
@@ -87,8 +88,7 @@ def _list_read(case: Case, run: Path) -> Iterator[str]:
         yield START
         if case.particles.positions:
             yield case.particles.positions
-    if case.exchange and case.exchange.drag_file:
-        yield case.exchange.drag_file
+    yield from list_code(case).values()
     if case.domain.mesh:
         yield from list_files(run, case.domain.mesh)
     if (run / WALLS).exists():

@@ -15,9 +15,9 @@ from pathlib import Path
 import xarray as xr
 
 import fbcouple.run_folder.checkpoint
-from fbcouple.case.drag_file import require_trust
 from fbcouple.case.load import load_case
 from fbcouple.case.schema.sections import Case
+from fbcouple.case.user_code import require_trust
 from fbcouple.decks.unchanged import require_own_decks, require_unchanged
 from fbcouple.errors import CaseError, SolverError, StoppedError
 from fbcouple.launcher.job import Job, Watch

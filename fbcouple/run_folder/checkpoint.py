@@ -21,6 +21,7 @@ from typing import Any
 from fbcouple.case.changes import list_changes, list_values
 from fbcouple.case.companions import list_files
 from fbcouple.case.schema.sections import Case
+from fbcouple.case.user_code import list_code
 from fbcouple.errors import CaseError
 from fbcouple.geometry.saved_fields import Words, list_words
 from fbcouple.paths import WALLS
@@ -67,9 +68,8 @@ def describe(case: Case, run: Path, makers: dict[str, str], updates: list[str]) 
 
 def hash_inputs(case: Case, run: Path) -> dict[str, str]:
     """SHA-256 of the files in `run` that a run of `case` reads after its start, other than decks: law, mesh, walls."""
-    law = [case.exchange.drag_file] if case.exchange and case.exchange.drag_file else []
     mesh = list_files(run, case.domain.mesh) if case.domain.mesh else []
-    return {name: hash_file(run / name) for name in (*law, *mesh, WALLS) if (run / name).is_file()}
+    return {name: hash_file(run / name) for name in (*list_code(case).values(), *mesh, WALLS) if (run / name).is_file()}
 
 
 def begin(run: Path, step: int) -> Path:

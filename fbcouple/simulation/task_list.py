@@ -13,6 +13,7 @@ from fbcouple.simulation.tasks.monitors import Monitors
 from fbcouple.simulation.tasks.results_file import ResultsFile
 from fbcouple.simulation.tasks.snapshots import Snapshots
 from fbcouple.simulation.tasks.task import Task
+from fbcouple.simulation.user_tasks import load_tasks
 
 
 def list_tasks(
@@ -30,4 +31,8 @@ def list_tasks(
     frames = Frames(*cells, run / FRAMES, output.particles_every) if output.particles_every else None
     history = History(sim, run, monitors)
     results = ResultsFile(run, case_text, history, averages, snapshots, made_with or {})
-    return monitors, [task for task in (averages, monitors, snapshots, frames, history, results) if task]
+    own: tuple[Task | None, ...] = averages, monitors, snapshots, frames, history, results
+    tasks = [task for task in own if task]
+    if output.task_file:
+        tasks += load_tasks(run / output.task_file, tasks)
+    return monitors, tasks

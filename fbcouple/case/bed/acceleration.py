@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from fbcouple.case.drag_file import OWN
 from fbcouple.case.preflight import coupling_step, gas_step, response_times
 from fbcouple.case.schema.sections import Case
+from fbcouple.case.user_code import OWN
 
 SLOW = 0.002
 """Fluid step over tau_p up to which the drag of a step may leave the other forces out: a thousandth of it."""

@@ -15,8 +15,8 @@ from fbcouple.case.bed.number import Law, Number, judge
 from fbcouple.case.bed.particle_types import Kind, list_kinds, particle_count, solids_volume
 from fbcouple.case.bed.positions import start_positions, start_velocities
 from fbcouple.case.bed.region import Region
-from fbcouple.case.drag_file import OWN
 from fbcouple.case.schema.sections import Case, Contact
+from fbcouple.case.user_code import OWN
 from fbcouple.physics.contact import normal_damping
 
 SETTLED = 0.60

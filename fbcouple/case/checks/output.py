@@ -10,6 +10,7 @@ from fbcouple.case.checks.registry import BED, check, has_bed
 from fbcouple.case.companions import find_companion
 from fbcouple.case.problems import Problem, show
 from fbcouple.case.schema.sections import Case
+from fbcouple.case.user_code import examine_task_file
 from fbcouple.errors import CaseError
 from fbcouple.input_files.measured_lines import parse_reference, read_line
 
@@ -26,6 +27,17 @@ def check_records(case: Case, folder: Path) -> Iterator[Problem]:
     if case.end_time / case.output.record_every > MOST_RECORDS:
         text = f"{case.output.record_every:g} s is given, at least {case.end_time / MOST_RECORDS:.3g} s is allowed"
         yield Problem("output.record_every", f"{text} ({MOST_RECORDS} rows); record more seldom.")
+
+
+@check("output.task_file")
+def check_task_file(case: Case, folder: Path) -> Iterator[Problem]:
+    """A file of tasks is a Python file beside the case with a class of Task."""
+    if case.output.task_file is None:
+        return
+    try:
+        examine_task_file(find_companion(folder, case.output.task_file, ".py"))
+    except CaseError as error:
+        yield from (Problem("output.task_file", problem) for problem in error.problems)
 
 
 @check("output.snapshots_every", "gas", "particles", "end_time")

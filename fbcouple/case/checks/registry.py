@@ -16,9 +16,9 @@ from fbcouple.case.bed.particle_types import largest_diameter, particle_count
 from fbcouple.case.bed.region import find_region
 from fbcouple.case.checks.mixture import find_unsound
 from fbcouple.case.companions import find_companion
-from fbcouple.case.drag_file import OWN, examine_drag_file
 from fbcouple.case.problems import Problem, show, suggest
 from fbcouple.case.schema.sections import Case, Exchange
+from fbcouple.case.user_code import OWN, examine_drag_file
 from fbcouple.errors import CaseError
 
 MOST = 2_000_000_000

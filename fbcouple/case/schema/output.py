@@ -27,6 +27,12 @@ class Output(Section):
     tracked: Numbers = option(
         "Particles, numbered from 1 as they start, whose position and velocity the history has.", default=()
     )
+    task_file: str | None = option(
+        "Python file beside the case with tasks of your own, classes of fbcouple.Task: their methods are called after "
+        "every step. It is code, and runs with --trust only.",
+        default=None,
+        max_length=255,
+    )
     references: Texts = option(
         "Measured lines for the report: quantity@height=file, height in m, CSV beside the case (x in m, value, error).",
         default=(),
