@@ -11,7 +11,7 @@ from fbcouple.case.user_drag_law import choose_law
 from fbcouple.coupling import kernels
 from fbcouple.coupling.discretisation import Space
 from fbcouple.coupling.forces import Forces, choose_forces
-from fbcouple.coupling.kernels import DRAG_SCHEMES
+from fbcouple.coupling.kernels import DRAG_SCHEMES, Bed, Drag, GasForce, Prediction
 from fbcouple.coupling.particles import Particles
 from fbcouple.physics.jit import find_address
 
@@ -26,12 +26,11 @@ class Coupling:
     def __init__(self, case: Case, space: Space) -> None:
         """`space` has the cells; a drag file lies in the current folder (collective)."""
         assert case.gas is not None and case.exchange is not None
-        self._gas, self._options = case.gas, case.exchange
         self.space, self.plan, self.mapping = space, space.plan, space.mapping
         self._law = choose_law(case.exchange, Path())
-        self._law_address = find_address(self._law.kernel)
-        self._scheme_address = find_address(DRAG_SCHEMES[case.exchange.scheme])
         self._explicit = case.exchange.scheme == "explicit"
+        addresses = find_address(self._law.kernel), find_address(DRAG_SCHEMES[case.exchange.scheme])
+        self._drag = Drag(*addresses, self._explicit, case.gas.density, case.gas.viscosity)
         self._gradient_factor = float(case.exchange.pressure_gradient)
         self._buoyancy = self._gradient_factor * case.gas.density * case.gravity
         self.forces = None
@@ -46,7 +45,8 @@ class Coupling:
         self._gas_rows = space.make_field(8)
         self._room = -1
         self._nobody = np.empty((0, 3))
-        self._dt, self._ratio = 0.0, 1.0
+        self._dt = 0.0
+        self._prediction = Prediction(self._nobody, 1.0, self._nobody)
         self._layers = self._read_layers = len(self._gas_rows)
         self._state = np.zeros((cells, 6))
 
@@ -57,7 +57,7 @@ class Coupling:
         self._layers = self._count_layers()
         field = self._fields[1][: self._layers]
         rows = self.mapping.open(field)
-        kernels.write_volume(*self.mapping.stencil, particles.radii, rows)
+        kernels.write_volume(self.mapping.stencil, particles.radii, rows)
         self.mapping.write(rows, field)
         self._add_up(self._solids)
         np.divide(self._solids[:, 0], self.space.volumes, out=self.voidage)
@@ -78,28 +78,12 @@ class Coupling:
         self.beta = self._beta[: len(particles.positions)]
         field = self._fields[4][: self._layers]
         rows, gas_rows = self.mapping.open(field), self.mapping.read(self._gas_rows, 4)
-        drag_only, self._effective = self._nobody, particles.velocities
+        drag_only, effective = self._nobody, particles.velocities
         if particles.drag_only_velocities is not None:
-            drag_only, self._effective = particles.drag_only_velocities, self._effectives[: len(particles.positions)]
-        self._dt, self._ratio = dt, dt / (last_dt or dt)
-        kernels.deposit_drag(
-            self._law_address,
-            self._scheme_address,
-            self._explicit,
-            *self.mapping.stencil,
-            particles.velocities,
-            particles.radii,
-            particles.masses,
-            gas_rows,
-            self._gas.density,
-            self._gas.viscosity,
-            dt,
-            self.beta,
-            drag_only,
-            self._ratio,
-            self._effective,
-            rows,
-        )
+            drag_only, effective = particles.drag_only_velocities, self._effectives[: len(particles.positions)]
+        self._dt, self._prediction = dt, Prediction(drag_only, dt / (last_dt or dt), effective)
+        bed = Bed(particles.velocities, particles.radii, particles.masses)
+        kernels.deposit_drag(self._drag, self.mapping.stencil, bed, gas_rows, dt, self.beta, self._prediction, rows)
         if self.forces:
             self.forces.deposit(particles, self.mapping, gas_rows, (last_dt or dt, dt), rows)
         self.mapping.write(rows, field)
@@ -120,22 +104,10 @@ class Coupling:
         if before is not None:
             rows = rows.copy()
             rows[..., :3] = before
-        drag_only = self._nobody if particles.drag_only_velocities is None else particles.drag_only_velocities
+        bed = Bed(particles.velocities, particles.radii, particles.masses)
+        force = GasForce(self._gradient_factor, self._buoyancy, coupling_force, total_force)
         drag = kernels.apply_gas_force(
-            *self.mapping.stencil,
-            self.mapping.read(rows, 8),
-            self.beta,
-            self._effective,
-            particles.radii,
-            self._gradient_factor,
-            self._buoyancy,
-            coupling_force,
-            total_force,
-            particles.velocities,
-            particles.masses,
-            self._dt,
-            drag_only,
-            self._ratio,
+            self.mapping.stencil, bed, self.mapping.read(rows, 8), self.beta, force, self._dt, self._prediction
         )
         if self.forces:
             drag += self.forces.hand_over(

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fbcouple.case.schema.sections import Case
-from fbcouple.coupling.box.corners import corner_weights
+from fbcouple.coupling.box.corners import Stencil, corner_weights
 from fbcouple.coupling.box.mapping import Mapping
 from fbcouple.coupling.discretisation import Space
 from fbcouple.coupling.particles import Particles
@@ -142,8 +142,8 @@ class Forces:
         """
         count = len(particles.positions)
         self._velocity, fields = np.empty((count, 3)), np.empty((count, 3 * len(self._chosen)))
-        _gather(*mapping.stencil, gas, self._velocity)
-        _gather(*mapping.stencil, mapping.read(self._ready, fields.shape[1]), fields)
+        _gather(mapping.stencil, gas, self._velocity)
+        _gather(mapping.stencil, mapping.read(self._ready, fields.shape[1]), fields)
         self._force = np.zeros((count, 3))
         slip = self._velocity - particles.velocities
         for number, chosen in enumerate(self._chosen):
@@ -157,7 +157,7 @@ class Forces:
             moved = -(added / last_dt)[:, None] * (particles.velocities - particles.last_velocities)
             source -= moved
             self.moved = moved.sum(axis=0)
-        _scatter(*mapping.stencil, np.column_stack([self._inertia, source]), rows)
+        _scatter(mapping.stencil, np.column_stack([self._inertia, source]), rows)
 
     def hand_over(self, mapping: Way, gas: np.ndarray, coupling_force: np.ndarray, total_force: np.ndarray) -> float:
         """Add the forces, with the new gas velocity in `gas`, to `coupling_force` and `total_force` (n, 3) [N].
@@ -165,7 +165,7 @@ class Forces:
         Returns the sum of their magnitudes.
         """
         velocity = np.empty_like(self._velocity)
-        _gather(*mapping.stencil, gas, velocity)
+        _gather(mapping.stencil, gas, velocity)
         force = self._inertia[:, None] * (velocity - self._velocity) + self._force
         coupling_force += force
         total_force += force
@@ -173,8 +173,9 @@ class Forces:
 
 
 @compiled
-def _gather(base, upper, offsets, field, rows):
+def _gather(stencil: Stencil, field, rows):
     """Set `rows` (n, c) to the first columns of `field` (places, >= c) at the particles."""
+    base, upper, offsets = stencil.base, stencil.upper, stencil.offsets
     for p in range(len(base)):
         weights = corner_weights(upper[p, 0], upper[p, 1], upper[p, 2])
         rows[p, :] = 0.0
@@ -184,8 +185,9 @@ def _gather(base, upper, offsets, field, rows):
 
 
 @compiled
-def _scatter(base, upper, offsets, rows, field):
+def _scatter(stencil: Stencil, rows, field):
     """Add `rows` (n, c) of the particles to `field` (places, c)."""
+    base, upper, offsets = stencil.base, stencil.upper, stencil.offsets
     for p in range(len(base)):
         weights = corner_weights(upper[p, 0], upper[p, 1], upper[p, 2])
         for c in range(8):

@@ -7,10 +7,11 @@ symmetric filter: sum over particles of beta~ (u at p - v) equals sum over cells
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
-from fbcouple.coupling.box.corners import add_four, corner_weights, read_four
+from fbcouple.coupling.box.corners import Stencil, add_four, corner_weights, read_four
 from fbcouple.physics.elementary import decay
 from fbcouple.physics.jit import SCHEME, call_law, call_scheme, compile_as, compiled, inlined
 
@@ -21,14 +22,61 @@ gets: the change of one step comes back as -alpha/eps (1 - y/x) of it, which wou
 above alpha/eps = 3 only, which no bed reaches."""
 
 
+class Drag(NamedTuple):
+    """How the drag of a case is found: addresses of a law and of a scheme (`physics.jit`), and the gas."""
+
+    law: int
+    scheme: int
+    is_explicit: bool
+    density: float
+    """Of the gas [kg/m3]."""
+    viscosity: float
+    """Dynamic, of the gas [Pa s]."""
+
+
+class Bed(NamedTuple):
+    """This rank's particles."""
+
+    velocities: np.ndarray
+    """(n, 3) [m/s]."""
+    radii: np.ndarray
+    """(n,) [m]."""
+    masses: np.ndarray
+    """(n,) [kg]."""
+
+
+class Prediction(NamedTuple):
+    """What the drag of a step knows of other forces."""
+
+    drag_only: np.ndarray
+    """(n, 3) [m/s]: the velocity that drag alone would have made in the last step; (0, 3) where nobody asks."""
+    ratio: float
+    """The step to come over the last."""
+    effective: np.ndarray
+    """(n, 3) [m/s]: the velocity that the drag acts on; that of the particles where nobody asks."""
+
+
+class GasForce(NamedTuple):
+    """The force of the gas on the particles, in place."""
+
+    gradient_factor: float
+    """1 with the pressure-gradient force, 0 without."""
+    buoyancy: float
+    """Weight of the displaced gas [N/m3]."""
+    coupling: np.ndarray
+    """(n, 3) [N]: what the DEM steps hold."""
+    total: np.ndarray
+    """(n, 3) [N]: the force of the last DEM step, which the next half kick starts from."""
+
+
 @compiled
-def write_volume(base, upper, offsets, radii, field):
+def write_volume(stencil: Stencil, radii, field):
     """Add the particles' volumes [m3] to patch `field` (places, 1)."""
-    for p in range(len(base)):
+    for p in range(len(stencil.base)):
         volume = 4.0 / 3.0 * np.pi * radii[p] ** 3
-        weights = corner_weights(upper[p, 0], upper[p, 1], upper[p, 2])
+        weights = corner_weights(stencil.upper[p, 0], stencil.upper[p, 1], stencil.upper[p, 2])
         for c in range(8):
-            field[base[p] + offsets[c], 0] += weights[c] * volume
+            field[stencil.base[p] + stencil.offsets[c], 0] += weights[c] * volume
 
 
 DRAG_SCHEMES: dict[str, Callable[..., None]] = {}
@@ -83,39 +131,37 @@ def predict(velocities, drag_only, ratio, dt_over_tau, effective):
 
 
 @compiled
-def deposit_drag(
-    law, scheme, explicit, base, upper, offsets, velocities, radii, masses, gas, density, viscosity, dt, beta,
-    drag_only, ratio, effective, field
-):  # fmt: skip
+def deposit_drag(drag: Drag, stencil: Stencil, bed: Bed, gas, dt, beta, prediction: Prediction, field):
     """Add beta~ [kg/s] and beta~ w [N] of every particle to patch `field` (places, 4); beta~ stays in `beta` (n,).
 
-    `law` and `scheme` are addresses. w is the velocity that the drag acts on: v, or where `drag_only` (n, 3) [m/s] is
-    given, the velocity that drag alone would have made in the last step, the one that makes beta~ exact for other
-    forces too (see `predict`), which goes into `effective` (n, 3); the step to come is `ratio` times the last. `gas`
-    (places, >= 4) starts with the filtered gas velocity and the voidage as the cells have it. The explicit scheme has
-    no implicit part: it adds 0 and beta (v - u).
+    w is the velocity that the drag acts on: v, or, where `prediction.drag_only` is given, what makes beta~ exact for
+    other forces too (see `predict`), which goes into `prediction.effective`. `gas` (places, >= 4) starts with the
+    filtered gas velocity and the voidage as the cells have it; `dt` [s] is the step to come. The explicit scheme has no
+    implicit part: it adds 0 and beta (v - u).
     Particles go through in blocks that fit the cache.
     """
+    base, upper, offsets = stencil.base, stencil.upper, stencil.offsets
     eps, slip, size = np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK)
     ux, uy, uz = np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK)
-    left = 1.0 if explicit else 0.0
+    left = 1.0 if drag.is_explicit else 0.0
     for first in range(0, len(base), _BLOCK):
         n = min(_BLOCK, len(base) - first)
-        at, up, v = base[first : first + n], upper[first : first + n], velocities[first : first + n]
+        at, up, v = base[first : first + n], upper[first : first + n], bed.velocities[first : first + n]
         for q in range(n):
             weights = corner_weights(up[q, 0], up[q, 1], up[q, 2])
             ux[q], uy[q], uz[q], eps[q] = read_four(gas, np.uint64(0), at[q], offsets, weights)
         for q in range(n):
             rx, ry, rz = ux[q] - v[q, 0], uy[q] - v[q, 1], uz[q] - v[q, 2]
             slip[q] = np.sqrt(rx * rx + ry * ry + rz * rz)
-            size[q] = 2.0 * radii[first + q]
-        b = beta[first : first + n]
-        call_law(law, eps[:n], slip[:n], size[:n], density, viscosity, b)
-        if len(drag_only):
+            size[q] = 2.0 * bed.radii[first + q]
+        b, masses = beta[first : first + n], bed.masses[first : first + n]
+        call_law(drag.law, eps[:n], slip[:n], size[:n], drag.density, drag.viscosity, b)
+        if len(prediction.drag_only):
             for q in range(n):
-                size[q] = dt * b[q] / masses[first + q]
-            v = predict(v, drag_only[first : first + n], ratio, size[:n], effective[first : first + n])
-        call_scheme(scheme, b, masses[first : first + n], dt)
+                size[q] = dt * b[q] / masses[q]
+            drag_only, effective = prediction.drag_only[first : first + n], prediction.effective[first : first + n]
+            v = predict(v, drag_only, prediction.ratio, size[:n], effective)
+        call_scheme(drag.scheme, b, masses, dt)
         for q in range(n):
             weights = corner_weights(up[q, 0], up[q, 1], up[q, 2])
             values = (
@@ -128,41 +174,37 @@ def deposit_drag(
 
 
 @compiled
-def apply_gas_force(
-    base, upper, offsets, gas, beta, effective, radii, gradient_factor, buoyancy, coupling_force, total_force,
-    velocities, masses, dt, drag_only, ratio
-):  # fmt: skip
+def apply_gas_force(stencil: Stencil, bed: Bed, gas, beta, force: GasForce, dt, prediction: Prediction):
     """Put each particle under the force of the gas [N]: beta~ (u - w) - V (gradient_factor grad P) + V buoyancy.
 
-    `effective` (n, 3) is w [m/s], the particle's velocity or what `predict` made of it.
-    `gas` (places, 8) holds filtered gas velocity, voidage, pressure gradient and nothing; `gradient_factor` is 1 with
-    the pressure-gradient force and 0 without; `buoyancy` [N/m3] is the weight of the displaced gas. The force goes into
-    `coupling_force` (n, 3), which the DEM steps hold, and its change into `total_force` (n, 3), the force of the last
-    DEM step, which the next half kick starts from. Returns the summed drag magnitude [N]. `drag_only` (n, 3), or (0, 3)
-    where nobody asks, becomes what drag alone makes of `velocities` (n, 3) in the step of `dt` [s] that comes, less the
-    part of the last one's other forces that `predict` is to keep; this step is `ratio` times the last.
+    `prediction.effective` is w [m/s]. `gas` (places, 8) holds filtered gas velocity, voidage, pressure gradient and
+    nothing. The force goes into `force.coupling`, and its change into `force.total`. Returns the summed drag magnitude
+    [N]. `prediction.drag_only`, where it is given, becomes what drag alone makes of the velocities in the step of `dt`
+    [s] that comes, less the part of the last one's other forces that `predict` is to keep.
     """
+    upper, offsets, drag_only, effective = stencil.upper, stencil.offsets, prediction.drag_only, prediction.effective
+    velocities, coupling, total_force = bed.velocities, force.coupling, force.total
     total = 0.0
-    for p in range(len(base)):
+    for p in range(len(stencil.base)):
         weights = corner_weights(upper[p, 0], upper[p, 1], upper[p, 2])
-        ux, uy, uz, _ = read_four(gas, np.uint64(0), base[p], offsets, weights)
-        gx, gy, gz, _ = read_four(gas, np.uint64(4), base[p], offsets, weights)
-        volume = 4.0 / 3.0 * np.pi * radii[p] ** 3
+        ux, uy, uz, _ = read_four(gas, np.uint64(0), stencil.base[p], offsets, weights)
+        gx, gy, gz, _ = read_four(gas, np.uint64(4), stencil.base[p], offsets, weights)
+        volume = 4.0 / 3.0 * np.pi * bed.radii[p] ** 3
         dx = beta[p] * (ux - effective[p, 0])
         dy = beta[p] * (uy - effective[p, 1])
         dz = beta[p] * (uz - effective[p, 2])
-        fx = dx - volume * gradient_factor * gx
-        fy = dy - volume * gradient_factor * gy
-        fz = dz - volume * gradient_factor * gz + volume * buoyancy
-        total_force[p, 0] += fx - coupling_force[p, 0]
-        total_force[p, 1] += fy - coupling_force[p, 1]
-        total_force[p, 2] += fz - coupling_force[p, 2]
-        coupling_force[p, 0] = fx
-        coupling_force[p, 1] = fy
-        coupling_force[p, 2] = fz
+        fx = dx - volume * force.gradient_factor * gx
+        fy = dy - volume * force.gradient_factor * gy
+        fz = dz - volume * force.gradient_factor * gz + volume * force.buoyancy
+        total_force[p, 0] += fx - coupling[p, 0]
+        total_force[p, 1] += fy - coupling[p, 1]
+        total_force[p, 2] += fz - coupling[p, 2]
+        coupling[p, 0] = fx
+        coupling[p, 1] = fy
+        coupling[p, 2] = fz
         total += np.sqrt(dx * dx + dy * dy + dz * dz)
         if len(drag_only):
-            share, kept = dt / masses[p], (1.0 - BLENDING) * ratio
+            share, kept = dt / bed.masses[p], (1.0 - BLENDING) * prediction.ratio
             drag_only[p, 0] = velocities[p, 0] + share * dx - kept * (velocities[p, 0] - drag_only[p, 0])
             drag_only[p, 1] = velocities[p, 1] + share * dy - kept * (velocities[p, 1] - drag_only[p, 1])
             drag_only[p, 2] = velocities[p, 2] + share * dz - kept * (velocities[p, 2] - drag_only[p, 2])

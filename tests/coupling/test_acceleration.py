@@ -10,7 +10,7 @@ from fbcouple.case.bed.acceleration import SLOW, choose_acceleration
 from fbcouple.case.checks.registry import find_problems
 from fbcouple.case.load import load_case
 from fbcouple.case.preflight import coupling_step, response_times
-from fbcouple.coupling.kernels import NEW, foresee
+from fbcouple.coupling.kernels import BLENDING, predict
 
 STIFFNESS = [1e-6, 1e-3, 0.0999, 0.1001, 1.0, 10.0, 1e3]
 
@@ -18,7 +18,7 @@ STIFFNESS = [1e-6, 1e-3, 0.0999, 0.1001, 1.0, 10.0, 1e3]
 def aim_for(x, velocity, drift, ratio=1.0):
     """Foresee one particle of unit mass over a unit step, `ratio` times the last, with dt beta/m = x: aim and beta~."""
     aim = np.empty((1, 3))
-    foresee(np.full((1, 3), velocity), np.full((1, 3), velocity - drift / NEW / ratio), ratio, np.array([x]), aim)
+    predict(np.full((1, 3), velocity), np.full((1, 3), velocity - drift / BLENDING / ratio), ratio, np.array([x]), aim)
     return aim[0, 0], -np.expm1(-x)
 
 
@@ -45,14 +45,14 @@ def test_what_is_known_of_other_forces_is_half_new(rng):
     """No new one: half of what was known is left, and the drag acts on v + c d."""
     bed = Bed(rng, filter_passes=0)
     first = rng.standard_normal(bed.particles.velocities.shape)
-    bed.particles = replace(bed.particles, drag_only_velocities=bed.particles.velocities - first / NEW)
+    bed.particles = replace(bed.particles, drag_only_velocities=bed.particles.velocities - first / BLENDING)
     bed.prepare()
     force, _ = bed.react(bed.velocity, 0.0 * bed.pressure_gradient)
     # The particles move as drag alone would have it.
     lift = bed.volumes[:, None] * np.array([0.0, 0.0, 9.81 * 1.165])
     moved = bed.particles.velocities + DT * (force - lift) / bed.particles.masses[:, None]
-    known = NEW * (moved - bed.particles.drag_only_velocities)
-    assert known == pytest.approx((1.0 - NEW) * first, rel=1e-9, abs=1e-12)
+    known = BLENDING * (moved - bed.particles.drag_only_velocities)
+    assert known == pytest.approx((1.0 - BLENDING) * first, rel=1e-9, abs=1e-12)
 
 
 def test_the_gas_loses_what_the_particles_get(rng):

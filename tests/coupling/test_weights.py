@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from fbcouple.coupling.box.corners import corner_offsets
+from fbcouple.coupling.box.corners import Stencil, corner_offsets
 from fbcouple.coupling.box.halo import Patch, find_patch
 from fbcouple.coupling.box.trilinear import Weights
 from fbcouple.coupling.kernels import write_volume
@@ -58,7 +58,8 @@ def test_weights_sum_to_one_and_are_not_negative(whole, rng, cells):
     for place in scatter(patch.grid, rng, 40):
         weights.locate(place[None])
         field = patch.make_field(1)
-        write_volume(weights.base, weights.upper, corner_offsets(patch), radius, field.reshape(-1, 1))
+        stencil = Stencil(weights.base, weights.upper, corner_offsets(patch))
+        write_volume(stencil, radius, field.reshape(-1, 1))
         assert field.min() >= 0.0 and field.sum() == pytest.approx(1.0, abs=1e-15 * 8)
         assert weights.upper.min() >= 0.0 and weights.upper.max() <= 1.0
 

@@ -34,10 +34,16 @@ MUTATIONS = {
         tuple(f"fixed-bed-{law}" for law in DRAG_LAWS),
     ),
     "drag of the wrong sign": Mutation(
-        (("fbcouple/coupling/kernels.py", "(uz - velocities[p, 2])", "(velocities[p, 2] - uz)"),), ("held-lattice",)
+        (("fbcouple/coupling/kernels.py", "(uz - effective[p, 2])", "(effective[p, 2] - uz)"),), ("held-lattice",)
     ),
     "pressure gradient twice on the particles": Mutation(
-        (("fbcouple/coupling/kernels.py", "volume * gradient_factor * gz", "2.0 * volume * gradient_factor * gz"),),
+        (
+            (
+                "fbcouple/coupling/kernels.py",
+                "volume * force.gradient_factor * gz",
+                "2.0 * volume * force.gradient_factor * gz",
+            ),
+        ),
         ("held-lattice",),
     ),
     "pressure gradient twice in the gas, Germano's identity with the width of the mesh": Mutation(
@@ -122,6 +128,12 @@ def run_checks(place: Path, checks: tuple[str, ...]) -> tuple[int, set[str]]:
     assert done.returncode in (PASSED, FAILED), done.stdout + done.stderr
     rows = json.loads((place / "checks.json").read_text())["checks"]
     return done.returncode, {row["name"].split(":")[0] for row in rows if not row["passed"]}
+
+
+@pytest.mark.parametrize("name", MUTATIONS)
+def test_what_a_mistake_changes_is_there(name):
+    for file, old, _ in MUTATIONS[name].changes:
+        assert old in (ROOT / file).read_text(), f"{file} no longer has what this mutation changes: {old}"
 
 
 @pytest.mark.slow

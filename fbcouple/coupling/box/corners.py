@@ -6,7 +6,7 @@ find that; the two functions here say it to the compiler (LLVM).
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from llvmlite import ir
@@ -19,6 +19,17 @@ _FOUR = ir.VectorType(ir.DoubleType(), 4)
 _UNSET = ir.Constant(_FOUR, ir.Undefined)
 _LANES = ir.Constant(ir.VectorType(ir.IntType(32), 4), [0] * 4)
 _FAST = ("fast",)
+
+
+class Stencil(NamedTuple):
+    """Where the eight values around each particle are in a field of flat places."""
+
+    base: np.ndarray
+    """(n,): the place of the lower cell."""
+    upper: np.ndarray
+    """(n, 3): weight of the cell above it along each axis."""
+    offsets: np.ndarray
+    """(8,): steps from the lower cell to the corners."""
 
 
 def corner_offsets(patch: Patch) -> np.ndarray:

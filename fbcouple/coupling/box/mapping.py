@@ -17,12 +17,11 @@ import numpy as np
 
 from fbcouple.case.bed.particle_types import largest_diameter
 from fbcouple.case.schema.sections import Case
-from fbcouple.coupling.box.corners import corner_offsets
+from fbcouple.coupling.box.corners import Stencil, corner_offsets
 from fbcouple.coupling.box.halo import Patch
 from fbcouple.coupling.box.stencils import CUT, block_offsets, divide, gather, satellites, scatter, spread_out
 from fbcouple.coupling.box.trilinear import Weights, report_stray
 
-Stencil = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Of the kernels in momentum.py: lower place (n,), weights of the upper places (n, 3), steps to the corners (8,)."""
 
 
@@ -123,7 +122,7 @@ class Trilinear(Mapping):
 
     @property
     def stencil(self) -> Stencil:
-        return self._weights.base, self._weights.upper, self._offsets
+        return Stencil(self._weights.base, self._weights.upper, self._offsets)
 
     @property
     def layers(self) -> int:
@@ -177,7 +176,7 @@ class _Gathered(Mapping):
 
     @property
     def stencil(self) -> Stencil:
-        return self._own[: self._count], self._upper[: self._count], self._corners
+        return Stencil(self._own[: self._count], self._upper[: self._count], self._corners)
 
     @property
     def layers(self) -> int:

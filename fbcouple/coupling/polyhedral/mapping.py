@@ -18,7 +18,7 @@ from abc import ABC, abstractmethod
 import numpy as np
 from scipy import sparse
 
-from fbcouple.coupling.box.mapping import Stencil
+from fbcouple.coupling.box.corners import Stencil
 from fbcouple.coupling.particles import report_outside
 from fbcouple.coupling.polyhedral.halo import CellPatch
 from fbcouple.geometry.locator import Locator
@@ -108,7 +108,7 @@ class CellMapping(ABC):
     @property
     def stencil(self) -> Stencil:
         """For the kernels of forces each particle stands on a cell of its own."""
-        return self._own[: self._count], self._upper[: self._count], self._corners
+        return Stencil(self._own[: self._count], self._upper[: self._count], self._corners)
 
     @property
     def cells(self) -> np.ndarray:
