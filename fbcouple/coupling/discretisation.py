@@ -11,10 +11,12 @@ from mpi4py import MPI
 
 from fbcouple.case.bed.derived import wraps
 from fbcouple.case.schema.sections import Case
+from fbcouple.coupling.box.cells import BoxCells
 from fbcouple.coupling.box.diffusion import Diffusion, find_margin
 from fbcouple.coupling.box.filter import filtered
 from fbcouple.coupling.box.halo import Plan, find_patch
 from fbcouple.coupling.box.mapping import VOIDAGE_METHODS, Mapping, find_spread
+from fbcouple.coupling.polyhedral.cells import MeshCells
 from fbcouple.coupling.polyhedral.halo import CellPlan
 from fbcouple.coupling.polyhedral.mapping import CELL_METHODS, CellFilter, CellGeometry, CellMapping
 from fbcouple.geometry.grid import Grid
@@ -83,3 +85,5 @@ class MeshSpace:
 
 
 Space = BoxSpace | MeshSpace
+Cells = BoxCells | MeshCells
+"""Both have the same methods, and attributes `grid`, `owned` and `shape`; nobody asks which of the two they are."""

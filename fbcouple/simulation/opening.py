@@ -13,9 +13,8 @@ from fbcouple.case.bed import derived
 from fbcouple.case.bed.acceleration import choose_acceleration
 from fbcouple.case.bed.particle_types import largest_diameter
 from fbcouple.case.schema.sections import Case
-from fbcouple.coupling.cells import BoxCells, Cells, MeshCells
 from fbcouple.coupling.coupling import Coupling
-from fbcouple.coupling.discretisation import BoxSpace, MeshSpace, Space
+from fbcouple.coupling.discretisation import BoxCells, BoxSpace, Cells, MeshCells, MeshSpace, Space
 from fbcouple.coupling.forces import ADDED_MASS
 from fbcouple.geometry.grid import Grid
 from fbcouple.geometry.polyhedra import Polyhedra
@@ -65,7 +64,7 @@ def start_solvers(case: Case, run: Path, comm: MPI.Comm, end: float, restart: Pa
         else:
             space = BoxSpace(case, comm, gas.centres, liggghts.bounds, reach)
         coupling = Coupling(case, space)
-    clock = _start_clock(case, end, _find_smallest(comm, cells))
+    clock = _start_clock(case, end, cells.find_shortest_edge(comm))
     accelerated = coupling is not None and choose_acceleration(case)[0]
     return Parts(clock, cells, gas, liggghts, coupling, accelerated)
 
@@ -81,13 +80,6 @@ def _open_cells(
         return MeshCells(comm, Grid(domain.cells, size, origin=origin), polyhedra, gas.volumes)
     grid = Grid(domain.cells, domain.size, derived.wraps(domain))
     return BoxCells(grid, grid.indices(gas.centres) if gas else _own_cells(grid, liggghts))
-
-
-def _find_smallest(comm: MPI.Comm, cells: Cells) -> float:
-    """Shortest edge [m] of a cell; of a polyhedron the cube root of its volume."""
-    if isinstance(cells, BoxCells):
-        return float(cells.grid.spacing.min())
-    return comm.allreduce(float(cells.volumes.min(initial=math.inf)), MPI.MIN) ** (1.0 / 3.0)
 
 
 def _start_clock(case: Case, end: float, edge: float) -> Clock:

@@ -9,11 +9,10 @@ import numpy as np
 from fbcouple.case.bed.particle_types import largest_diameter
 from fbcouple.case.schema.sections import Averages as Options
 from fbcouple.coupling.box.halo import Plan, find_patch
-from fbcouple.coupling.discretisation import MeshSpace
 from fbcouple.simulation.clock import ALMOST, Cadence
 from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.tasks.means import Means
-from fbcouple.simulation.tasks.samplers import CellSampler, SolidsSampler, sample_gas
+from fbcouple.simulation.tasks.samplers import SAMPLERS, CellSampler, SolidsSampler, sample_gas
 from fbcouple.simulation.tasks.task import Saved, Task
 
 
@@ -76,10 +75,7 @@ def _open_sampler(sim: Simulation) -> SolidsSampler | CellSampler:
         reach = largest_diameter(sim.case.particles)
         low, high = sim.liggghts.bounds
         return SolidsSampler(Plan(sim.comm, find_patch(sim.grid, low, high, reach, 0), sim.owned))
-    space = sim.coupling.space
-    if isinstance(space, MeshSpace):
-        return CellSampler(space.mapping, space.plan, space.volumes)
-    return SolidsSampler(space.plan)
+    return SAMPLERS[type(sim.coupling.space)](sim.coupling.space)
 
 
 def _gather(sim: Simulation, means: Means) -> dict[str, np.ndarray]:

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from fbcouple.coupling.cells import MeshCells
 from fbcouple.geometry.overlap import find_max_overlap
 from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.tasks.frames import track
@@ -34,19 +33,10 @@ def measure_particles(sim: Simulation) -> dict[str, Any]:
 
 
 def measure_height(sim: Simulation) -> dict[str, Any]:
-    """Bed height above the floor, of a mesh its lowest point: from the particles in each layer of a box, from the
-    solids of a mesh's cells."""
-    liggghts, grid = sim.liggghts, sim.grid
-    if isinstance(sim.cells, MeshCells):
-        solids = 1.0 - sim.coupling.voidage
-        profile, centres = sim.cells.find_profile(sim.comm, solids)
-        return {"bed_height": find_bed_height(profile, centres - grid.origin[2])}
-    layers, height = grid.cells[2], grid.size[2]
-    volumes = 4.0 / 3.0 * np.pi * liggghts.radii**3
-    layer = np.clip((liggghts.positions[:, 2] / height * layers).astype(int), 0, layers - 1)
-    sums = sim.comm.allreduce(np.bincount(layer, volumes, minlength=layers))
-    profile = sums / (grid.cell_volume * grid.cells[0] * grid.cells[1])
-    return {"bed_height": find_bed_height(profile, grid.centres(2))}
+    """Bed height [m] above the floor, of a mesh its lowest point (collective)."""
+    voidage = sim.coupling.voidage if sim.is_coupled else None
+    profile, heights = sim.cells.find_profile(sim.comm, sim.liggghts.positions, sim.liggghts.radii, voidage)
+    return {"bed_height": find_bed_height(profile, heights)}
 
 
 def measure_voidage(sim: Simulation) -> dict[str, Any]:

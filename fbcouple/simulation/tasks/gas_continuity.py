@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from fbcouple.case.bed.derived import fastest_inlet
-from fbcouple.coupling.cells import BoxCells
 from fbcouple.simulation.simulation import Simulation
 
 
@@ -23,8 +22,11 @@ class HeightFlux:
 
     def prepare(self, sim: Simulation) -> None:
         """Remember the voidage of the gas step just taken, if a checkpoint has not, for the next (collective)."""
-        if sim.has_gas and isinstance(sim.cells, BoxCells) and self._step != sim.clock.steps + 1:
-            self._before, self._step = self._add_layers(sim, sim.gas.voidage), sim.clock.steps + 1
+        if not sim.has_gas or self._step == sim.clock.steps + 1:
+            return
+        before = sim.cells.add_layers(sim.comm, sim.gas.voidage)
+        if before is not None:
+            self._before, self._step = before, sim.clock.steps + 1
 
     def save(self) -> dict[str, Any]:
         """What `load` needs to go on from here."""
@@ -41,8 +43,11 @@ class HeightFlux:
         if sim.gas_report is None or self._step != sim.clock.steps or gas is None or fastest_inlet(gas) == 0.0:
             return {}
         voidage = sim.gas.voidage
-        change = self._add_layers(sim, voidage) - self._before
-        flux = self._add_layers(sim, voidage * sim.gas.velocity[:, 2])
+        solids, flux = (
+            sim.cells.add_layers(sim.comm, values) for values in (voidage, voidage * sim.gas.velocity[:, 2])
+        )
+        assert solids is not None and flux is not None, "only cells with layers were prepared for"
+        change = solids - self._before
         floor = grid.size[0] * grid.size[1]
         change *= grid.cell_volume / sim.moved / floor
         flux *= grid.cell_volume / grid.spacing[2] / floor
@@ -50,7 +55,3 @@ class HeightFlux:
         errors = np.abs(flux - (inflow - np.cumsum(change) + change / 2)) / fastest_inlet(gas)
         worst = int(errors.argmax())
         return {"gas_flux_error": float(errors[worst]), "gas_flux_height": float(grid.centres(2)[worst])}
-
-    def _add_layers(self, sim: Simulation, values: np.ndarray) -> np.ndarray:
-        """Sum of a value per cell over each layer and all ranks."""
-        return sim.comm.allreduce(np.bincount(sim.owned[:, 2], values, minlength=sim.grid.cells[2]))

@@ -13,9 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from fbcouple.coupling.cells import MeshCells
 from fbcouple.errors import DivergedError
-from fbcouple.geometry.overlap import find_bounds, find_worst_overlap
+from fbcouple.geometry.overlap import find_worst_overlap
 from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.soundness import (
     VOIDAGE,
@@ -78,16 +77,10 @@ def require_finite(sim: Simulation) -> None:
 
 
 def require_inside(sim: Simulation) -> None:
-    """Raise DivergedError if a particle of this rank has its centre behind a wall of the box; in a mesh of another
-    shape its cell is looked for in every step."""
-    if isinstance(sim.cells, MeshCells):
-        return
-    positions, size = sim.liggghts.positions, np.array(sim.case.domain.size)
-    walled = ~np.array(sim.grid.periodic)
-    low, high = find_bounds(positions)
-    if (walled & ((low < 0.0) | (high > size))).any():
-        outside = (((positions < 0.0) | (positions > size)) & walled).any(axis=1)
-        name = name_particle(sim.liggghts, int(outside.argmax()))
+    """Raise DivergedError if a particle of this rank has its centre behind a wall of the box."""
+    row = sim.cells.find_outside(sim.liggghts.positions)
+    if row is not None:
+        name = name_particle(sim.liggghts, row)
         raise DivergedError(f"at t = {sim.time:.6g} s {name} is outside the box, behind a wall")
 
 

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 
 from fbcouple.coupling.box.halo import Patch, Plan
+from fbcouple.coupling.discretisation import BoxSpace, MeshSpace
 from fbcouple.coupling.polyhedral.halo import CellPlan
 from fbcouple.coupling.polyhedral.mapping import CellMapping
 from fbcouple.errors import DivergedError
@@ -53,6 +57,13 @@ class CellSampler:
         _add_up(self._mapping.cells, velocities, radii, masses, self._field)
         self._plan.deposit(self._field, self._rows)
         return _row_up(self._rows) / self._volumes
+
+
+SAMPLERS: dict[type, Callable[[Any], SolidsSampler | CellSampler]] = {
+    BoxSpace: lambda space: SolidsSampler(space.plan),
+    MeshSpace: lambda space: CellSampler(space.mapping, space.plan, space.volumes),
+}
+"""Who samples the particles in the cells of each discretisation."""
 
 
 def _row_up(rows: np.ndarray) -> np.ndarray:

@@ -1,36 +1,16 @@
-"""The gas cells of this rank as records and results see them: those of a box, or of a mesh of polyhedra."""
+"""The gas cells of this rank in a mesh of polyhedra, as records and results see them."""
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 from mpi4py import MPI
 
+from fbcouple.coupling.box.cells import Part
 from fbcouple.geometry.grid import Grid
 from fbcouple.geometry.polyhedra import Polyhedra
-
-Part = tuple[np.ndarray, np.ndarray]
-"""Numbers of a rank's cells, as `owned`, and their rows of values (n, components)."""
-
-
-class BoxCells:
-    """Cells of a box: `owned` (n, 3) are index triples, of the `shape` of the grid."""
-
-    def __init__(self, grid: Grid, owned: np.ndarray) -> None:
-        self.grid, self.owned, self.shape = grid, owned, grid.cells
-
-    def add_up(self, densities: np.ndarray) -> float:
-        """Sum over this rank's cells of values per volume (n,)."""
-        return float(densities.sum()) * self.grid.cell_volume
-
-    def arrange(self, parts: list[Part]) -> np.ndarray:
-        """The values of all ranks, (z, y, x) or (component, z, y, x)."""
-        return self.grid.spread(parts)
-
-    def describe(self, comm: MPI.Comm) -> dict[str, Any]:
-        """What results say of the cells beside the grid: nothing."""
-        return {}
 
 
 class MeshCells:
@@ -38,6 +18,8 @@ class MeshCells:
 
     `grid` is the regular grid that results are sampled on.
     """
+
+    has_layers = False
 
     def __init__(self, comm: MPI.Comm, grid: Grid, cells: Polyhedra, volumes: np.ndarray) -> None:
         self.grid, self.owned, self.volumes = grid, cells.ids[:, None], volumes
@@ -52,12 +34,27 @@ class MeshCells:
         """Sum over this rank's cells of values per volume (n,)."""
         return float(densities @ self.volumes)
 
-    def find_profile(self, comm: MPI.Comm, densities: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Mean of values per volume (n,) over the cells whose centres are in each layer of the grid, and the layers'
-        middles [m]; layers without a cell are left out (collective)."""
-        sums = comm.allreduce(self._sort(densities * self.volumes))
+    def find_shortest_edge(self, comm: MPI.Comm) -> float:
+        """Cube root of the smallest volume of a cell [m] (collective)."""
+        return comm.allreduce(float(self.volumes.min(initial=math.inf)), MPI.MIN) ** (1.0 / 3.0)
+
+    def find_outside(self, positions: np.ndarray) -> int | None:
+        """None: the cell of every particle is looked for in every step, and one without a cell ends the run there."""
+        return None
+
+    def add_layers(self, comm: MPI.Comm, values: np.ndarray) -> np.ndarray | None:
+        """None: polyhedra have no layers."""
+        return None
+
+    def find_profile(
+        self, comm: MPI.Comm, positions: np.ndarray, radii: np.ndarray, voidage: np.ndarray | None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Mean solids fraction of the cells whose centres are in each layer of the grid, from `voidage` (n,), and the
+        middles of the layers above the lowest point [m]; layers without a cell are left out (collective)."""
+        assert voidage is not None, "a mesh of polyhedra has gas"
+        sums = comm.allreduce(self._sort((1.0 - voidage) * self.volumes))
         filled = self._layer_volumes > 0.0
-        return sums[filled] / self._layer_volumes[filled], self.grid.centres(2)[filled]
+        return sums[filled] / self._layer_volumes[filled], self.grid.centres(2)[filled] - self.grid.origin[2]
 
     def _sort(self, amounts: np.ndarray) -> np.ndarray:
         return np.bincount(self._layer, amounts, minlength=self.grid.cells[2])
@@ -106,6 +103,3 @@ class MeshCells:
             cells = locator.find_cells(places[near])
             found[near] = np.where(cells >= 0, self._cells.ids[cells], -1)
         return found.reshape(nz, ny, nx)
-
-
-Cells = BoxCells | MeshCells

@@ -1,0 +1,62 @@
+"""The gas cells of this rank in a box, as records and results see them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from mpi4py import MPI
+
+from fbcouple.geometry.grid import Grid
+from fbcouple.geometry.overlap import find_bounds
+
+Part = tuple[np.ndarray, np.ndarray]
+"""Numbers of a rank's cells, as `owned`, and their rows of values (n, components)."""
+
+
+class BoxCells:
+    """Cells of a box: `owned` (n, 3) are index triples, of the `shape` of the grid."""
+
+    has_layers = True
+
+    def __init__(self, grid: Grid, owned: np.ndarray) -> None:
+        self.grid, self.owned, self.shape = grid, owned, grid.cells
+
+    def add_up(self, densities: np.ndarray) -> float:
+        """Sum over this rank's cells of values per volume (n,)."""
+        return float(densities.sum()) * self.grid.cell_volume
+
+    def arrange(self, parts: list[Part]) -> np.ndarray:
+        """The values of all ranks, (z, y, x) or (component, z, y, x)."""
+        return self.grid.spread(parts)
+
+    def describe(self, comm: MPI.Comm) -> dict[str, Any]:
+        """What results say of the cells beside the grid: nothing."""
+        return {}
+
+    def find_shortest_edge(self, comm: MPI.Comm) -> float:
+        """Shortest edge [m] of a cell."""
+        return float(self.grid.spacing.min())
+
+    def find_outside(self, positions: np.ndarray) -> int | None:
+        """Row of the first of `positions` (n, 3) [m] that is behind a wall; None if none is."""
+        size, walled = np.array(self.grid.size), ~np.array(self.grid.periodic)
+        low, high = find_bounds(positions)
+        if not (walled & ((low < 0.0) | (high > size))).any():
+            return None
+        return int((((positions < 0.0) | (positions > size)) & walled).any(axis=1).argmax())
+
+    def add_layers(self, comm: MPI.Comm, values: np.ndarray) -> np.ndarray | None:
+        """Sum of a value per cell (n,) over each layer of cells and all ranks (collective)."""
+        return comm.allreduce(np.bincount(self.owned[:, 2], values, minlength=self.grid.cells[2]))
+
+    def find_profile(
+        self, comm: MPI.Comm, positions: np.ndarray, radii: np.ndarray, voidage: np.ndarray | None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Mean solids fraction of each layer of cells, from the particles whose centres are in it, and the middles of
+        the layers above the floor [m]; the gas's `voidage` (n,) is not asked (collective)."""
+        layers, height = self.grid.cells[2], self.grid.size[2]
+        volumes = 4.0 / 3.0 * np.pi * radii**3
+        layer = np.clip((positions[:, 2] / height * layers).astype(int), 0, layers - 1)
+        sums = comm.allreduce(np.bincount(layer, volumes, minlength=layers))
+        return sums / (self.grid.cell_volume * self.grid.cells[0] * self.grid.cells[1]), self.grid.centres(2)
