@@ -2,7 +2,7 @@
 
 import os
 
-__version__ = "0.1.0"
+from fbcouple.version import __version__ as __version__
 
 # Results are written beside their name and renamed, so nobody meets a file that is being written; HDF5's own locks only
 # keep them from being read or written on file systems that have none.

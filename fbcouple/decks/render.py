@@ -12,7 +12,6 @@ import numpy as np
 from jinja2 import FileSystemLoader, StrictUndefined
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 
-from fbcouple import __version__
 from fbcouple.case.bed.lattice import lattice_kinds, lattice_positions
 from fbcouple.case.bed.particle_types import largest_diameter, list_kinds, particle_count
 from fbcouple.case.bed.region import read_mesh
@@ -28,6 +27,7 @@ from fbcouple.geometry.stl import write_surface
 from fbcouple.paths import START, TEMPLATES, WALLS
 from fbcouple.run_folder.manifest import hash_file, write_manifest
 from fbcouple.solvers.versions import list_own_versions
+from fbcouple.version import __version__
 
 # deck file in the run folder -> (template, part of the case that needs it)
 DECKS: dict[str, tuple[str, str]] = {

@@ -18,7 +18,6 @@ from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
 
-from fbcouple import __version__
 from fbcouple.decks.render import DECKS
 from fbcouple.doctor.checks import Row
 from fbcouple.doctor.disclosure import Vocabulary, list_environment, mask_values
@@ -26,6 +25,7 @@ from fbcouple.errors import CaseError, SolverError
 from fbcouple.machine.unexpected import LAST_ERROR
 from fbcouple.paths import cache_folder
 from fbcouple.solvers.versions import find_commit
+from fbcouple.version import __version__
 
 LARGEST_FILE = 1_000_000
 """Bytes of a file that are taken; of a longer one its beginning and its end."""

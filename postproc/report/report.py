@@ -12,7 +12,6 @@ from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from fbcouple import __version__
 from fbcouple.errors import CaseError
 from fbcouple.paths import TEMPLATES
 from fbcouple.postproc.differences import Difference, Point, compare, core_hours, draw_error_against_time
@@ -31,6 +30,7 @@ from fbcouple.postproc.report.experiment import (
 )
 from fbcouple.postproc.report.pictures import make_picture
 from fbcouple.results.reader import NotDrawableError, Results, open_runs
+from fbcouple.version import __version__
 
 _FIRST = (
     "solids_fraction",
