@@ -26,6 +26,7 @@ from fbcouple.cli.arguments import take_case, take_case_or_set, take_settings, t
 from fbcouple.cli.bench import bench
 from fbcouple.cli.doctor import doctor
 from fbcouple.cli.group import Commands, finish
+from fbcouple.cli.options import options
 from fbcouple.cli.pictures import claims, post, report
 from fbcouple.cli.study import study
 from fbcouple.cli.table import print_table
@@ -95,7 +96,8 @@ def cli() -> None:
 @cli.command()
 def cases() -> None:
     """List the shipped cases, and the sets of cases, which `setup` takes in place of a case."""
-    from fbcouple.case.source import list_sets, list_shipped, read_case
+    from fbcouple.case.base import read_case
+    from fbcouple.case.source import list_sets, list_shipped
 
     # Not by load_case: a shipped case may be too large for this machine.
     rows = [(name, str(read_case(path, name)["title"])) for name, path in list_shipped().items()]
@@ -114,7 +116,7 @@ def check(case: str, sets: tuple[str, ...], trusted: bool) -> None:
     from fbcouple.case.source import find_case
     from fbcouple.decks.set_up import read_own_law
 
-    loaded = load_case(case, sets)
+    loaded = load_case(case, sets, click.echo)
     brings_code = loaded.exchange is not None and loaded.exchange.drag_file is not None
     law = read_own_law(loaded, find_case(case).parent) if brings_code and trusted else None
     numbers = estimate(loaded, law, find_case(case).parent)
@@ -149,7 +151,7 @@ def setup(case: str, output: Path | None, sets: tuple[str, ...], explained: bool
     from fbcouple.decks.needs import explain
     from fbcouple.decks.set_up import lay_out
 
-    for run, loaded in lay_out(case, output, sets, trusted, forced).items():
+    for run, loaded in lay_out(case, output, sets, trusted, forced, click.echo).items():
         if explained:
             rows = [(part.name, "in" if part.is_in else "out", part.why) for part in explain(loaded)]
             print_table(["part", "", "why"], rows)
@@ -297,7 +299,7 @@ def verify(ctx: click.Context, names: tuple[str, ...], fast: bool, file: Path | 
         ctx.exit(DIVERGED)
 
 
-for command in (post, report, claims, study, bench, doctor):
+for command in (options, post, report, claims, study, bench, doctor):
     cli.add_command(command)
 
 
