@@ -18,7 +18,7 @@ NO_READER = 128 + signal.SIGPIPE
 
 
 WORKFLOW = {
-    "Prepare": ("cases", "options", "check", "setup"),
+    "Prepare": ("cases", "options", "init", "check", "setup"),
     "Run": ("run", "batch"),
     "Results": ("post", "report", "claims"),
     "Studies and checks": ("study", "bench", "verify"),

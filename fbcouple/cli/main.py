@@ -26,6 +26,7 @@ from fbcouple.cli.arguments import take_case, take_case_or_set, take_settings, t
 from fbcouple.cli.bench import bench
 from fbcouple.cli.doctor import doctor
 from fbcouple.cli.group import Commands, finish
+from fbcouple.cli.init import init
 from fbcouple.cli.options import options
 from fbcouple.cli.pictures import claims, post, report
 from fbcouple.cli.study import study
@@ -299,7 +300,7 @@ def verify(ctx: click.Context, names: tuple[str, ...], fast: bool, file: Path | 
         ctx.exit(DIVERGED)
 
 
-for command in (options, post, report, claims, study, bench, doctor):
+for command in (options, init, post, report, claims, study, bench, doctor):
     cli.add_command(command)
 
 
