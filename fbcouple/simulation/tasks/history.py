@@ -240,6 +240,7 @@ class Recorder:
         options, now, bed = sim.case.averages, sim.clock.time, sim.case.particles
         return {
             **self._made_with,
+            "title": sim.case.title,
             "case": self._case_text,
             "averaging_start": options.start if options else float("nan"),
             "averaging_end": now,
