@@ -1,3 +1,3 @@
-"""The version of fbcouple: here alone."""
+"""The version, in this one place: the build of the package reads it here, and it needs no other module."""
 
 __version__ = "0.1.0"

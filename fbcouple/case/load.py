@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,22 +16,26 @@ import fbcouple.case.checks.output
 import fbcouple.case.checks.positions
 import fbcouple.case.checks.region
 import fbcouple.case.checks.voidage  # noqa: F401  (each registers its checks)
+from fbcouple.case.base import read_case
 from fbcouple.case.bed.start_sizes import adopt_sizes
 from fbcouple.case.checks.registry import list_problems
+from fbcouple.case.fit_averages import fit_averages
 from fbcouple.case.presets import apply_preset
 from fbcouple.case.problems import Problem, show, word_errors
 from fbcouple.case.schema.option import as_tuple
 from fbcouple.case.schema.reference import list_sections
 from fbcouple.case.schema.sections import Case
-from fbcouple.case.source import FILE_NAME, apply_settings, find_case, read_case
+from fbcouple.case.source import FILE_NAME, apply_settings, find_case
 from fbcouple.errors import CaseError
 
 
-def load_case(name: str, sets: Sequence[str] = ()) -> Case:
+def load_case(name: str, sets: Sequence[str] = (), say: Callable[[str], None] | None = None) -> Case:
     """Read, set, validate and check a case.
 
     name: a shipped name (`patil/c2`), a case file, or a folder that holds a case.toml.
     sets: `key.path=value` texts that go on top of the file.
+    say: takes a sentence on what is fitted to `sets` (averages, where the run ends before they start); None: nothing
+    is fitted, and such a case is an error.
 
     Raises: CaseError with every mistake found, one text each: place, key, given, allowed, how to mend it.
     """
@@ -39,6 +43,8 @@ def load_case(name: str, sets: Sequence[str] = ()) -> Case:
     place = _word_place(name, path)
     raw = read_case(path, place)
     set_keys, problems = apply_settings(raw, sets)
+    if say and (fitted := fit_averages(raw, set_keys)):
+        say(f"{place}: {fitted}")
     apply_preset(raw)
     unread = len(problems)
     case, spoiled = _validate(raw, problems)

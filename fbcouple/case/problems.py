@@ -13,7 +13,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from fbcouple.case.schema.option import Section
-from fbcouple.case.schema.reference import list_options, list_sections
+from fbcouple.case.schema.reference import FILE_KEYS, list_options, list_sections
 from fbcouple.case.schema.sections import Case
 
 _LONGEST = 60
@@ -99,7 +99,13 @@ def _look_up(raw: dict[str, Any], parts: list[str]) -> Any:
 
 
 def _find_meant(parts: list[str], root: type[Section]) -> str | None:
-    return suggest(parts[-1], list_sections(root)[parts[0] if len(parts) > 1 else ""].model_fields)
+    return suggest(parts[-1], _list_keys(parts[0] if len(parts) > 1 else "", root))
+
+
+def _list_keys(section: str, root: type[Section]) -> list[str]:
+    """Keys that may stand in `section` of a file ("": at its top)."""
+    of_file = FILE_KEYS if root is Case and not section else ()
+    return [*of_file, *list_sections(root)[section].model_fields]
 
 
 @lru_cache
@@ -110,7 +116,7 @@ def _find_owners(root: type[Section]) -> dict[str, str]:
 
 def _word_unknown(parts: list[str], wanted: str | None, root: type[Section]) -> Problem:
     section = parts[0] if len(parts) > 1 else ""
-    known = ", ".join(list_sections(root)[section].model_fields)
+    known = ", ".join(_list_keys(section, root))
     owner = f"[{section}]" if section else f"a {root.__name__.lower()} file"
     guess = wanted or _find_owners(root).get(parts[-1])
     hint = f"; did you mean `{guess}`" if guess else "; remove it"

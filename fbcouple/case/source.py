@@ -1,4 +1,4 @@
-"""Where a case comes from: shipped cases and sets of them, case files, and what `base` and `--set` do to them."""
+"""Where a case comes from: shipped cases and sets of them, case files, and what `--set` puts on top of them."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from typing import Any
 
 import fbcouple.paths as places
 from fbcouple.case.problems import Problem, show, suggest
+from fbcouple.case.schema.reference import FILE_KEYS
 from fbcouple.errors import CaseError
 
 FILE_NAME = "case.toml"
@@ -18,9 +19,6 @@ SETS_NAME = "sets.toml"
 STUDIES = "studies"
 """Folder of the shipped studies, whose files are no cases."""
 LARGEST_FILE = 5_000_000
-BASE = "base"
-"""Key at the top of a case file: the shipped case that the file's own keys go on top of, section by section."""
-MOST_BASES = 5
 _DECIMAL_COMMA = re.compile(r"(?:=|\[|,\s)\s*([+-]?\d+,\d+(?:[eE][+-]?\d+)?)(?![\w.])")
 
 
@@ -108,35 +106,6 @@ def read_toml(path: Path, place: str) -> dict[str, Any]:
     raise CaseError([f"{place}: {problem}"])
 
 
-def read_case(path: Path, place: str) -> dict[str, Any]:
-    """Read a case file, and what it leaves out from the shipped case that its `base` names, if it names one.
-
-    A section of the file goes on top of the section of its base, key by key; anything else replaces what stood there.
-
-    Raises: CaseError naming `place`.
-    """
-    raw = read_toml(path, place)
-    for _ in range(MOST_BASES):
-        if BASE not in raw:
-            return raw
-        base = raw.pop(BASE)
-        shipped = list_shipped()
-        if not isinstance(base, str) or base not in shipped:
-            close = suggest(base, shipped) if isinstance(base, str) else None
-            hint = f"did you mean `{close}`" if close else "`fbcouple cases` lists them"
-            raise CaseError([f"{place}: {BASE}: {show(base)} is given, the name of a shipped case is allowed; {hint}."])
-        raw = _put_on_top(read_toml(shipped[base], base), raw)
-    raise CaseError([f"{place}: {BASE}: more than {MOST_BASES} cases stand on each other; name one lower down."])
-
-
-def _put_on_top(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
-    merged = below | above
-    for key in below.keys() & above.keys():
-        if isinstance(below[key], dict) and isinstance(above[key], dict):
-            merged[key] = below[key] | above[key]
-    return merged
-
-
 def _word_not_toml(words: str, lines: list[str]) -> str:
     """The place first, which the reader gives behind its words; a text of the file within them may be of any length."""
     what, _, where = words.rpartition(" (at ")
@@ -174,6 +143,8 @@ def apply_settings(raw: dict[str, Any], sets: Sequence[str]) -> tuple[set[str], 
             problems.append(
                 Problem(show(setting), "is not a setting; write key=value or section.key=value, as gas.density=1.2.")
             )
+        elif key.strip() in FILE_KEYS:
+            problems.append(Problem(key.strip(), "is read from case files alone; write it into one."))
         elif not _is_text(setting):
             problems.append(Problem(show(setting), "is not UTF-8 text; use characters that your terminal can encode."))
         elif not text.strip():

@@ -10,6 +10,8 @@ from typing import Any
 
 import click
 
+from fbcouple.cli.arguments import take_case, take_settings
+from fbcouple.cli.group import WholeSentences
 from fbcouple.cli.table import print_table
 
 Row = dict[str, Any]
@@ -34,20 +36,20 @@ def write(file: Path | None, tables: dict[str, list[Row]]) -> None:
         file.write_text(json.dumps({"machine": describe_machine()} | tables, indent=1) + "\n", encoding="utf-8")
 
 
-@click.group()
+@click.group(cls=WholeSentences)
 def bench() -> None:
-    """Where the time goes, beside what the solvers alone take, and how it scales."""
+    """Measure where the time goes, next to the solvers alone, and how it scales."""
 
 
 @bench.command()
-@click.argument("case")
+@take_case
 @click.option("-n", "--ranks", type=click.IntRange(min=1), default=1, show_default=True, help="MPI ranks.")
 @click.option("--seconds", type=click.FloatRange(min=0.1), default=20.0, show_default=True, help="Wall time measured.")
-@click.option("--warm", type=click.FloatRange(min=0.0), default=0.0, help="Simulated time before it [s].")
-@click.option("--set", "sets", multiple=True, metavar="KEY=VALUE", help="Put a value on top of the case file.")
+@click.option("--warm", type=click.FloatRange(min=0.0), default=0.0, help="Simulated time before the measurement [s].")
+@take_settings
 @take_file
 def overhead(case: str, ranks: int, seconds: float, warm: float, sets: tuple[str, ...], file: Path | None) -> None:
-    """Seconds of each stage and rank of CASE, beside LIGGGHTS and the gas solver alone on the same steps."""
+    """Measure each stage and rank of CASE, next to LIGGGHTS and the gas solver alone on the same steps."""
     from fbcouple.bench.suite import measure_overhead
 
     found = measure_overhead(case, sets, ranks, warm, seconds)
@@ -57,20 +59,22 @@ def overhead(case: str, ranks: int, seconds: float, warm: float, sets: tuple[str
 
 
 @bench.command()
-@click.argument("case")
-@click.option("--warm", type=click.FloatRange(min=0.0), default=0.0, help="Simulated time before it [s].")
+@take_case
+@click.option("--warm", type=click.FloatRange(min=0.0), default=0.0, help="Simulated time before the measurement [s].")
 @click.option(
     "--steps",
     type=click.IntRange(min=1),
     default=200,
     show_default=True,
-    help="Steps a turn; the cheapest tenth counts.",
+    help="Steps per repeat; the cheapest tenth counts.",
 )
-@click.option("--repeats", type=click.IntRange(min=1), default=3, show_default=True, help="Turns; the cheapest counts.")
-@click.option("--set", "sets", multiple=True, metavar="KEY=VALUE", help="Put a value on top of the case file.")
+@click.option(
+    "--repeats", type=click.IntRange(min=1), default=3, show_default=True, help="Repeats; the cheapest counts."
+)
+@take_settings
 @take_file
 def parts(case: str, warm: float, steps: int, repeats: int, sets: tuple[str, ...], file: Path | None) -> None:
-    """What CASE costs without each of its parts: friction, damping, filter, sub-grid model, gas, particles ..."""
+    """Measure CASE without each of its parts: friction, damping, filter, sub-grid model, gas, particles and more."""
     from fbcouple.bench.suite import measure_parts
 
     rows = measure_parts(case, sets, warm, steps, repeats)
@@ -79,12 +83,12 @@ def parts(case: str, warm: float, steps: int, repeats: int, sets: tuple[str, ...
 
 
 @bench.command()
-@click.argument("case")
+@take_case
 @click.option("-n", "--ranks", type=click.IntRange(min=1), default=1, show_default=True, help="MPI ranks.")
-@click.option("--set", "sets", multiple=True, metavar="KEY=VALUE", help="Put a value on top of the case file.")
+@take_settings
 @take_file
 def memory(case: str, ranks: int, sets: tuple[str, ...], file: Path | None) -> None:
-    """Bytes that each rank of CASE keeps a particle and a cell, beside the solvers' own."""
+    """Measure the memory of each rank of CASE per particle and cell, next to the solvers' own."""
     from fbcouple.bench.suite import measure_memory
 
     rows = measure_memory(case, sets, ranks)
@@ -93,14 +97,20 @@ def memory(case: str, ranks: int, sets: tuple[str, ...], file: Path | None) -> N
 
 
 @bench.command()
-@click.argument("case")
+@take_case
 @click.option("-n", "--ranks", type=click.IntRange(min=1), default=1, show_default=True, help="MPI ranks.")
-@click.option("--warm", type=click.FloatRange(min=0.0), default=0.01, show_default=True, help="Time before it [s].")
+@click.option(
+    "--warm",
+    type=click.FloatRange(min=0.0),
+    default=0.01,
+    show_default=True,
+    help="Simulated time before the measurement [s].",
+)
 @click.option("--steps", type=click.IntRange(min=5), default=20, show_default=True, help="Fluid steps measured.")
-@click.option("--set", "sets", multiple=True, metavar="KEY=VALUE", help="Put a value on top of the case file.")
+@take_settings
 @take_file
 def peers(case: str, ranks: int, warm: float, steps: int, sets: tuple[str, ...], file: Path | None) -> None:
-    """CASE through stock DPMFoam, beside this program, per simulated second; its particles alone through LAMMPS."""
+    """Run CASE in stock DPMFoam and in this program, and its particles alone in LAMMPS, for comparison."""
     from fbcouple.bench.lammps import explain_absence
     from fbcouple.bench.peers import NOT_COMPARABLE
     from fbcouple.bench.suite import measure_peers
@@ -116,18 +126,24 @@ def peers(case: str, ranks: int, warm: float, steps: int, sets: tuple[str, ...],
 
 
 @bench.command()
-@click.argument("case")
+@take_case
 @click.option(
     "--skin",
     "skins",
     type=click.FloatRange(min=0.05, max=10.0),
     multiple=True,
-    help="Skin in diameters; several times.  [default: 0.2, 0.3, 0.4, 0.5, 0.7]",
+    help="Skin in diameters; may be given several times.  [default: 0.2, 0.3, 0.4, 0.5, 0.7]",
 )
 @click.option("-n", "--ranks", type=click.IntRange(min=1), default=1, show_default=True, help="MPI ranks.")
-@click.option("--warm", type=click.FloatRange(min=0.0), default=0.01, show_default=True, help="Time before it [s].")
+@click.option(
+    "--warm",
+    type=click.FloatRange(min=0.0),
+    default=0.01,
+    show_default=True,
+    help="Simulated time before the measurement [s].",
+)
 @click.option("--steps", type=click.IntRange(min=1), default=100, show_default=True, help="Fluid steps measured.")
-@click.option("--set", "sets", multiple=True, metavar="KEY=VALUE", help="Put a value on top of the case file.")
+@take_settings
 @take_file
 def skin(
     case: str,
@@ -138,7 +154,7 @@ def skin(
     sets: tuple[str, ...],
     file: Path | None,
 ) -> None:
-    """LIGGGHTS in CASE with neighbour lists of several skins: which is the fastest for `contact.skin`."""
+    """Measure LIGGGHTS in CASE with several skins of the neighbour lists, to choose `contact.skin`."""
     from fbcouple.bench.suite import measure_skins
 
     rows = measure_skins(case, sets, skins or (0.2, 0.3, 0.4, 0.5, 0.7), ranks, warm, steps)
@@ -149,17 +165,30 @@ def skin(
 
 
 @bench.command()
-@click.argument("case")
-@click.option("-n", "--ranks", "counts", type=click.IntRange(min=1), multiple=True, help="Ranks to run; several times.")
-@click.option("--warm", type=click.FloatRange(min=0.0), default=0.01, show_default=True, help="Time before it [s].")
-@click.option("--steps", type=click.IntRange(min=1), default=50, show_default=True, help="Fluid steps a repeat.")
+@take_case
+@click.option(
+    "-n",
+    "--ranks",
+    "counts",
+    type=click.IntRange(min=1),
+    multiple=True,
+    help="Number of MPI ranks; may be given several times.",
+)
+@click.option(
+    "--warm",
+    type=click.FloatRange(min=0.0),
+    default=0.01,
+    show_default=True,
+    help="Simulated time before the measurement [s].",
+)
+@click.option("--steps", type=click.IntRange(min=1), default=50, show_default=True, help="Fluid steps per repeat.")
 @click.option("--repeats", type=click.IntRange(min=1), default=3, show_default=True, help="The fastest counts.")
-@click.option("--set", "sets", multiple=True, metavar="KEY=VALUE", help="Put a value on top of the case file.")
+@take_settings
 @take_file
 def strong(
     case: str, counts: tuple[int, ...], warm: float, steps: int, repeats: int, sets: tuple[str, ...], file: Path | None
 ) -> None:
-    """Strong scaling of CASE: the same steps on each number of ranks."""
+    """Measure the strong scaling of CASE: the same steps on each number of ranks."""
     from fbcouple.bench.suite import measure_strong
 
     rows = measure_strong(case, sets, counts or (1, 2), warm, steps, repeats)
@@ -169,11 +198,20 @@ def strong(
 
 @bench.command()
 @click.option("--cells", type=click.IntRange(min=10), default=12, show_default=True, help="Cells along an edge.")
-@click.option("-n", "--ranks", "counts", type=click.IntRange(min=1), multiple=True, help="Ranks to run; several times.")
-@click.option("--steps", type=click.IntRange(min=1), default=20, show_default=True, help="Fluid steps a repeat.")
+@click.option(
+    "-n",
+    "--ranks",
+    "counts",
+    type=click.IntRange(min=1),
+    multiple=True,
+    help="Number of MPI ranks; may be given several times.",
+)
+@click.option("--steps", type=click.IntRange(min=1), default=20, show_default=True, help="Fluid steps per repeat.")
 @click.option("--repeats", type=click.IntRange(min=1), default=3, show_default=True, help="The fastest counts.")
-@click.option("--tetrahedra", is_flag=True, help="Cut each cell into six, as the paper's are, with 11 particles each.")
-@click.option("--traffic-only", is_flag=True, help="Run nothing: only messages and bytes of the exchange plans.")
+@click.option(
+    "--tetrahedra", is_flag=True, help="Cut each cell into six tetrahedra with 11 particles each, as in the paper."
+)
+@click.option("--traffic-only", is_flag=True, help="Run nothing; only count messages and bytes of the halo exchange.")
 @take_file
 def scaling(
     cells: int,
@@ -184,7 +222,7 @@ def scaling(
     traffic_only: bool,
     file: Path | None,
 ) -> None:
-    """The canonical box, strong and weak, by eqs 46-47; messages and bytes of the plan of hexahedra to 64 ranks."""
+    """Measure strong and weak scaling of the canonical box (eqs 46-47), and count its messages up to 64 ranks."""
     from fbcouple.bench.suite import count_traffic, measure_scaling
 
     tables = {}

@@ -14,13 +14,13 @@ from fbcouple.run_folder.plain_files import require_plain
 
 
 @click.command()
-@click.option("--fix", "mends", is_flag=True, help="Mend what can be mended without the package manager first.")
-@click.option("--bundle", "bundles", is_flag=True, help="Write one archive for a bug report, with RUN if one is given.")
+@click.option("--fix", "mends", is_flag=True, help="First repair what needs no package manager.")
+@click.option("--bundle", "bundles", is_flag=True, help="Write an archive for a bug report, with RUN if one is given.")
 @click.argument("run", required=False, type=click.Path(path_type=Path))
 def doctor(mends: bool, bundles: bool, run: Path | None) -> None:
-    """Tell what is installed, what fits together and how to mend the rest; exit code 0 only if a run can work.
+    """Check the installation and how to repair it; exit code 0 only if a run can work.
 
-    With --bundle the versions, and the case, decks, manifest and logs of RUN, go into an archive without secrets.
+    With --bundle, write versions, and of RUN the case, decks, manifest and logs, to an archive without secrets.
     """
     if run and not bundles:
         raise click.UsageError("RUN goes into the archive of --bundle")

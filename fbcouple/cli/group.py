@@ -17,8 +17,42 @@ INTERRUPTED = 130
 NO_READER = 128 + signal.SIGPIPE
 
 
-class Commands(click.Group):
+WORKFLOW = {
+    "Prepare": ("cases", "options", "init", "check", "setup"),
+    "Run": ("run", "batch"),
+    "Results": ("post", "report", "claims"),
+    "Studies and checks": ("study", "bench", "verify"),
+    "Machine": ("doctor",),
+}
+"""Headings of the list of commands in `fbcouple --help`, in the order of the work."""
+LONGEST_SENTENCE = 1000
+
+
+class WholeSentences(click.Group):
+    """A group whose list of commands gives the first sentence of each in full, over several lines where needed."""
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the list of commands under their headings."""
+        for heading, names in self.list_headings(ctx).items():
+            found = [(name, self.get_command(ctx, name)) for name in names]
+            rows = [(name, command.get_short_help_str(LONGEST_SENTENCE)) for name, command in found if command]
+            if rows:
+                with formatter.section(heading):
+                    formatter.write_dl(rows)
+
+    def list_headings(self, ctx: click.Context) -> dict[str, list[str]]:
+        """Heading -> names of the commands below it."""
+        return {"Commands": self.list_commands(ctx)}
+
+
+class Commands(WholeSentences):
     """The commands, with errors of fbcouple turned into one line a problem on stderr and their exit code."""
+
+    def list_headings(self, ctx: click.Context) -> dict[str, list[str]]:
+        """The headings of the workflow; a command that is on none of them comes last."""
+        placed = [name for names in WORKFLOW.values() for name in names]
+        others = [name for name in self.list_commands(ctx) if name not in placed]
+        return {heading: list(names) for heading, names in WORKFLOW.items()} | {"Others": others}
 
     def invoke(self, ctx: click.Context) -> Any:
         try:

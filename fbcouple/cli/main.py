@@ -13,7 +13,6 @@ import io
 import math
 import re
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from shlex import quote
 from typing import Any
@@ -23,9 +22,12 @@ from rich.console import Console
 from rich.text import Text
 
 from fbcouple.batch.schedulers import SCHEDULERS
+from fbcouple.cli.arguments import take_case, take_case_or_set, take_settings, take_trust
 from fbcouple.cli.bench import bench
 from fbcouple.cli.doctor import doctor
 from fbcouple.cli.group import Commands, finish
+from fbcouple.cli.init import init
+from fbcouple.cli.options import options
 from fbcouple.cli.pictures import claims, post, report
 from fbcouple.cli.study import study
 from fbcouple.cli.table import print_table
@@ -34,7 +36,6 @@ from fbcouple.launcher.stop_signals import Requests
 from fbcouple.machine.output import open_standard_streams, outlive_output
 from fbcouple.paths import require_usable
 from fbcouple.run_folder.plain_files import require_plain
-from fbcouple.version import __version__
 
 DIVERGED = 4
 PROGRESS_EVERY = 5.0
@@ -71,28 +72,33 @@ def read_duration(ctx: click.Context, parameter: click.Parameter, value: str | N
     return float(plain) if plain else int(hours) * 3600.0 + int(minutes) * 60.0 + int(seconds)
 
 
-def take_settings(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add `--set key.path=value`, which may be given several times."""
-    text = "Put a value on top of the case file, as particles.mass=0.125; may be given several times."
-    return click.option("--set", "sets", multiple=True, metavar="KEY=VALUE", help=text)(command)
+def print_version(ctx: click.Context, parameter: click.Parameter, is_asked: bool) -> None:
+    """Print the version, in a checkout with its commit, and end."""
+    if is_asked and not ctx.resilient_parsing:
+        from fbcouple.solvers.versions import word_own_version
+
+        click.echo(f"fbcouple, version {word_own_version()}")
+        ctx.exit()
 
 
-def take_trust(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add `--trust`, without which no code that a case brings is run."""
-    text = "Run the code that the case brings (drag_file, task_file), and decks that were changed; read them first."
-    return click.option("--trust", "trusted", is_flag=True, help=text)(command)
-
-
-@click.group(cls=Commands)
-@click.version_option(__version__)
+@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.option(
+    "--version",
+    is_flag=True,
+    expose_value=False,
+    is_eager=True,
+    callback=print_version,
+    help="Show the version, with the commit in a checkout, and exit.",
+)
 def cli() -> None:
     """CFD-DEM of fluidized beds: OpenFOAM and LIGGGHTS from one case file to figures."""
 
 
 @cli.command()
 def cases() -> None:
-    """List the shipped cases, and the sets of them that `setup` takes in place of a case."""
-    from fbcouple.case.source import list_sets, list_shipped, read_case
+    """List the shipped cases, and the sets of cases, which `setup` takes in place of a case."""
+    from fbcouple.case.base import read_case
+    from fbcouple.case.source import list_sets, list_shipped
 
     # Not by load_case: a shipped case may be too large for this machine.
     rows = [(name, str(read_case(path, name)["title"])) for name, path in list_shipped().items()]
@@ -101,17 +107,17 @@ def cases() -> None:
 
 
 @cli.command()
-@click.argument("case")
+@take_case
 @take_settings
 @take_trust
 def check(case: str, sets: tuple[str, ...], trusted: bool) -> None:
-    """Tell every mistake of CASE at once, and the pre-flight numbers; starts no solver."""
+    """Report every mistake in CASE at once and the pre-flight numbers; start no solver."""
     from fbcouple.case.load import load_case
     from fbcouple.case.preflight import estimate
     from fbcouple.case.source import find_case
     from fbcouple.decks.set_up import read_own_law
 
-    loaded = load_case(case, sets)
+    loaded = load_case(case, sets, click.echo)
     brings_code = loaded.exchange is not None and loaded.exchange.drag_file is not None
     law = read_own_law(loaded, find_case(case).parent) if brings_code and trusted else None
     numbers = estimate(loaded, law, find_case(case).parent)
@@ -132,18 +138,21 @@ def check(case: str, sets: tuple[str, ...], trusted: bool) -> None:
 
 
 @cli.command()
-@click.argument("case")
+@take_case_or_set
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Run folder; by default runs/<name of the case>.")
 @take_settings
 @click.option("--explain", "explained", is_flag=True, help="List what is in the decks, what is left out, and why.")
-@click.option("--force", "forced", is_flag=True, help="Also what the pre-flight numbers of `check` call unfit.")
+@click.option("--force", "forced", is_flag=True, help="Also if a pre-flight number of `check` is unfit.")
 @take_trust
 def setup(case: str, output: Path | None, sets: tuple[str, ...], explained: bool, forced: bool, trusted: bool) -> None:
-    """Write the run folder of CASE: effective case, decks, start positions. Of a set, one folder of run folders."""
+    """Write the run folder of CASE: effective case, decks, start positions.
+
+    A set of cases gives one folder of run folders.
+    """
     from fbcouple.decks.needs import explain
     from fbcouple.decks.set_up import lay_out
 
-    for run, loaded in lay_out(case, output, sets, trusted, forced).items():
+    for run, loaded in lay_out(case, output, sets, trusted, forced, click.echo).items():
         if explained:
             rows = [(part.name, "in" if part.is_in else "out", part.why) for part in explain(loaded)]
             print_table(["part", "", "why"], rows)
@@ -157,15 +166,15 @@ def setup(case: str, output: Path | None, sets: tuple[str, ...], explained: bool
     "--until",
     type=click.FloatRange(min=0.0, min_open=True),
     callback=require_finite,
-    help="Stop at the first moment for a checkpoint at or after this simulated time [s].",
+    help="Stop at the first possible checkpoint at or after this simulated time [s].",
 )
-@click.option("--resume", is_flag=True, help="Go on from the newest good checkpoint; without one, from the start.")
-@click.option("--fresh", is_flag=True, help="Start again and remove the results of an earlier run.")
+@click.option("--resume", is_flag=True, help="Continue from the newest good checkpoint; without one, from the start.")
+@click.option("--fresh", is_flag=True, help="Start again from zero and remove the results of the earlier run.")
 @click.option(
     "--wall-limit",
     callback=read_duration,
     metavar="SECONDS|H:MM:SS",
-    help="Stop with a checkpoint before this wall time is over.",
+    help="Stop with a checkpoint before this wall time is used up.",
 )
 @click.option(
     "--patience",
@@ -173,17 +182,19 @@ def setup(case: str, output: Path | None, sets: tuple[str, ...], explained: bool
     callback=require_finite,
     default=600.0,
     show_default=True,
-    help="Wall time [s] without a coupling step after which the run is taken for hanging and ended.",
+    help="Wall time [s] without a coupling step after which the run counts as hanging and is ended.",
 )
-@click.option("--accept-update", is_flag=True, help="Resume also what another version of fbcouple or a solver began.")
+@click.option(
+    "--accept-update", is_flag=True, help="Resume also a run that another version of fbcouple or of a solver began."
+)
 @take_trust
 @outlive_output
 def run(run: Path, ranks: int, resume: bool, fresh: bool, trusted: bool, **limits: Any) -> None:
-    """Run the simulation that lies in the folder RUN; exit code 75 if it stopped early, for --resume to go on."""
+    """Run the simulation in the folder RUN; exit code 75 if it stopped early and can continue with --resume."""
     require_plain(run)
     require_run(run)
     if resume and fresh:
-        raise click.UsageError("--resume goes on, --fresh starts again: give one of them")
+        raise click.UsageError("--resume continues, --fresh starts again: give one of them")
     with Requests() as requests:  # from here to the last word, a signal is a request to stop
         run_on(run, ranks, resume, fresh, trusted, requests, limits)
         if requests.first:
@@ -240,28 +251,37 @@ def require_run(run: Path) -> None:
     "--time", "limit", required=True, metavar="HH:MM:SS", callback=read_clock, help="Wall-time limit of a job."
 )
 @click.option("-n", "--ranks", type=click.IntRange(min=1), default=1, show_default=True, help="MPI ranks.")
-@click.option("--notice", type=click.IntRange(min=1), default=300, show_default=True, help="Stop SECONDS before it.")
+@click.option(
+    "--notice",
+    type=click.IntRange(min=1),
+    default=300,
+    show_default=True,
+    metavar="SECONDS",
+    help="Stop this long before the limit.",
+)
 @click.option("--memory", type=click.IntRange(min=1), help="Memory of all ranks [MiB]; by default estimated.")
 @click.option("--module", "modules", multiple=True, help="Load this module first; may be given several times.")
 @click.option("--queue", help="Partition or queue.")
 @click.option("--account", help="Account or project.")
-@click.option("--chain", type=click.IntRange(min=1), help="Hand in so many jobs, one after the other; no requeueing.")
+@click.option(
+    "--chain", type=click.IntRange(min=1), help="Submit this many jobs, one after the other, without requeueing."
+)
 @take_trust
 def batch(place: Path, scheduler: str, **request: Any) -> None:
-    """Write the job script of RUN for a batch system; of a folder of runs, an array job."""
+    """Write the job script of RUN for a batch system; an array job for a folder of runs."""
     from fbcouple.batch.jobs import Request, write_job
 
     job, submit = write_job(place, scheduler, Request(**request))
-    click.echo(f"{job}: read it; {submit} hands it in")
+    click.echo(f"{job}: read it, then submit it with {submit}")
 
 
 @cli.command()
 @click.argument("names", nargs=-1, metavar="[NAME]...")
-@click.option("--fast", is_flag=True, help="Only the subset that every test run does.")
+@click.option("--fast", is_flag=True, help="Run only the fast checks.")
 @click.option("--json", "file", type=click.Path(path_type=Path, dir_okay=False), help="Write the table to FILE.")
 @click.pass_context
 def verify(ctx: click.Context, names: tuple[str, ...], fast: bool, file: Path | None) -> None:
-    """Run small checks with the real solvers against analytic and published numbers; exit code 4 if one fails."""
+    """Check both solvers and the coupling against analytic and published numbers; exit code 4 if a check fails."""
     import json
 
     from fbcouple.verify.suite import choose_checks, run_checks
@@ -280,7 +300,7 @@ def verify(ctx: click.Context, names: tuple[str, ...], fast: bool, file: Path | 
         ctx.exit(DIVERGED)
 
 
-for command in (post, report, claims, study, bench, doctor):
+for command in (options, init, post, report, claims, study, bench, doctor):
     cli.add_command(command)
 
 

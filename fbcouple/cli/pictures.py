@@ -19,10 +19,12 @@ from fbcouple.run_folder.plain_files import require_plain
     "--output",
     "folder",
     type=click.Path(path_type=Path, file_okay=False),
-    help="Folder for them; by default figures in the run folder (and vtk there).",
+    help="Folder of the figures; by default figures in the run folder (and vtk there).",
 )
-@click.option("--animate", "moving", is_flag=True, help="Also figures/bed.gif, of the frames (output.particles_every).")
-@click.option("--vtk", "exported", is_flag=True, help="Also RUN/vtk, means and frames for ParaView.")
+@click.option(
+    "--animate", "moving", is_flag=True, help="Also draw figures/bed.gif from the frames (output.particles_every)."
+)
+@click.option("--vtk", "exported", is_flag=True, help="Also write RUN/vtk: means and frames for ParaView.")
 def post(run: Path, folder: Path | None, moving: bool, exported: bool) -> None:
     """Draw the figures of RUN from its results.nc and its frames."""
     require_plain(run)
@@ -46,7 +48,7 @@ def post(run: Path, folder: Path | None, moving: bool, exported: bool) -> None:
     "-o",
     "--output",
     type=click.Path(path_type=Path, dir_okay=False),
-    help="HTML file; by default report.html in the run folder, or here for several runs.",
+    help="HTML file; by default report.html in the run folder, for several runs in the current folder.",
 )
 @click.option(
     "--reference",
@@ -57,7 +59,7 @@ def post(run: Path, folder: Path | None, moving: bool, exported: bool) -> None:
     "several times.",
 )
 def report(runs: tuple[Path, ...], output: Path | None, references: tuple[str, ...]) -> None:
-    """Put RUNs on one HTML page that stands alone, compared with the first of them, and the numbers in a JSON file."""
+    """Write one self-contained HTML page on RUNs, compared with the first of them, and its numbers as JSON."""
     for run in runs:
         require_plain(run)
     from fbcouple.postproc.report.report import write_report
@@ -71,7 +73,7 @@ def report(runs: tuple[Path, ...], output: Path | None, references: tuple[str, .
 @click.argument("runs", nargs=-1, required=True, metavar="RUN...", type=click.Path(path_type=Path))
 @click.option("--json", "file", type=click.Path(path_type=Path, dir_okay=False), help="Write the table to FILE.")
 def claims(runs: tuple[Path, ...], file: Path | None) -> None:
-    """Tell which statements of the reference paper hold in these RUNs, and which they cannot decide."""
+    """Check which statements of the reference paper hold in RUNs, and which these runs cannot decide."""
     for run in runs:
         require_plain(run)
     import json

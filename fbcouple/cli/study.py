@@ -8,6 +8,7 @@ from pathlib import Path
 
 import click
 
+from fbcouple.cli.group import WholeSentences
 from fbcouple.cli.table import print_table
 from fbcouple.machine.output import outlive_output
 
@@ -30,13 +31,13 @@ take_jobs = click.option(
     type=click.IntRange(min=1),
     default=1,
     show_default=True,
-    help='Runs side by side; they share the machine, so take costs from `cost = "cpu"` of a study.',
+    help='Runs side by side; they share the machine, so measure costs as CPU time (`cost = "cpu"` in the study).',
 )
 
 
-@click.group()
+@click.group(cls=WholeSentences)
 def study() -> None:
-    """What accuracy costs, and what blows up."""
+    """Run studies: error against run time, and stability."""
 
 
 @study.command("list")
@@ -52,12 +53,14 @@ def list_shipped() -> None:
 @click.argument("name", metavar="STUDY")
 @take_output
 @click.option("--dry", is_flag=True, help="Only list the members.")
-@click.option("--done", "only_done", is_flag=True, help="Run nothing: tables and plot of the members that are done.")
+@click.option(
+    "--done", "only_done", is_flag=True, help="Run nothing; write tables and plot of the members that are done."
+)
 @click.option("--only", multiple=True, metavar="MEMBER", help="Run only this member; may be given several times.")
 @take_jobs
 @outlive_output
 def error_vs_time(name: str, output: Path | None, dry: bool, only_done: bool, only: tuple[str, ...], jobs: int) -> None:
-    """Run the members of STUDY that are not done, and tell what accuracy costs."""
+    """Run the members of STUDY that are not done, and tabulate error against run time."""
     from fbcouple.study.error_vs_time import plan_members, run_members, tabulate
     from fbcouple.study.picture import draw
     from fbcouple.study.schema import Study
@@ -87,11 +90,11 @@ def error_vs_time(name: str, output: Path | None, dry: bool, only_done: bool, on
 @study.command()
 @click.argument("name", metavar="STUDY")
 @take_output
-@click.option("--dry", is_flag=True, help="Only list the scenes.")
+@click.option("--dry", is_flag=True, help="Only list the cases.")
 @take_jobs
 @outlive_output
 def stability(name: str, output: Path | None, dry: bool, jobs: int) -> None:
-    """Run the stiff and extreme scenes of STUDY that are not done, and tell which exchange form stands which."""
+    """Run the stiff and extreme cases of STUDY that are not done, and tabulate which exchange scheme is stable."""
     from fbcouple.study.indicators import list_limits
     from fbcouple.study.map import draw_map
     from fbcouple.study.scenes import list_scenes

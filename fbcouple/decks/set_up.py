@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -20,11 +20,17 @@ from fbcouple.paths import require_usable
 
 
 def lay_out(
-    name: str, output: Path | None, sets: Sequence[str], trusted: bool, forced: bool = False
+    name: str,
+    output: Path | None,
+    sets: Sequence[str],
+    trusted: bool,
+    forced: bool = False,
+    say: Callable[[str], None] | None = None,
 ) -> dict[Path, Case]:
     """Write the run folder of the case `name`, or of each member of the set `name` in one folder.
 
-    output: the folder; None: runs/<name>; forced: also what the pre-flight numbers call unfit.
+    output: the folder; None: runs/<name>; forced: also what the pre-flight numbers call unfit; say: takes what
+    is fitted to `sets` (see `load_case`).
 
     Returns: run folder -> its case.
     Raises: CaseError, before anything is written, if a case is wrong, unfit, or brings code that is not `trusted`.
@@ -34,7 +40,7 @@ def lay_out(
     require_usable(place)
     runs: dict[Path, tuple[Case, Path]] = {}
     for member in members or [name]:
-        case, source = load_case(member, sets), find_case(member)
+        case, source = load_case(member, sets, say), find_case(member)
         require_trust(case, trusted)
         law = read_own_law(case, source.parent)
         if not forced:

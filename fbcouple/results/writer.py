@@ -14,6 +14,7 @@ import xarray as xr
 
 from fbcouple.geometry.grid import Grid
 from fbcouple.geometry.ragged import Ragged
+from fbcouple.results.conventions import follow_conventions, leave_unfilled
 
 STAGES = ("dem", "cfd", "map", "drag", "react", "average", "record", "wait")
 
@@ -139,7 +140,7 @@ def write_results(
         times = np.array([time for time, _ in snapshots])
         coordinates["snapshot_time"] = ("snapshot_time", times, {"units": "s", "long_name": "time of a snapshot"})
         encoding["voidage_snapshots"] = {"zlib": True, "complevel": 1}
-    write_dataset(path, xr.Dataset(data, coordinates, {"Conventions": "CF-1.10"} | attributes), encoding)
+    write_dataset(path, follow_conventions(xr.Dataset(data, coordinates, attributes)), encoding)
 
 
 def _lay_out_tracks(history: list[dict[str, Any]]) -> dict[str, Any]:
@@ -158,7 +159,7 @@ def write_dataset(path: Path, dataset: xr.Dataset, encoding: dict[str, Any]) -> 
     """Write `dataset` as netCDF under a temporary name, bring it to the disk, and move it into place."""
     fresh = path.with_suffix(".tmp")
     try:
-        dataset.to_netcdf(fresh, encoding=encoding)
+        dataset.to_netcdf(fresh, encoding=leave_unfilled(dataset, encoding))
         with fresh.open("rb") as file:
             os.fsync(file.fileno())
         fresh.replace(path)

@@ -9,6 +9,7 @@ from fbcouple.run_folder.manifest import read_manifest
 
 Versions = dict[str, str]
 """Program or library -> its version, in words."""
+_PROGRAMS = ("fbcouple", "OpenFOAM", "LIGGGHTS")
 _NO_PART = ("commit", "python", "machine", "MPI")
 """Versions that a run's numbers do not depend on."""
 
@@ -24,8 +25,10 @@ class Making:
     """With what else than before it went on from a checkpoint, a line each time."""
 
     def list_attributes(self) -> dict[str, str]:
-        """What results.nc says of it."""
-        lines = {"changed_since_set_up": ", ".join(self.changed), "updates": "\n".join(self.updates)}
+        """What results.nc says of it; `source` is the sentence that the CF conventions ask for."""
+        programs = [f"{name} {self.versions[name]}" for name in _PROGRAMS if name in self.versions]
+        lines = {"source": "; ".join(programs), "changed_since_set_up": ", ".join(self.changed)}
+        lines["updates"] = "\n".join(self.updates)
         return self.versions | {name: text for name, text in lines.items() if text}
 
 

@@ -23,6 +23,7 @@ from fbcouple.solvers.openfoam.build import adapter_path, find_installation
 from fbcouple.version import __version__
 
 NOT_FOUND = "not found"
+NO_CHECKOUT = "not a checkout"
 _NO_PART = ("batch", "bench", "cli", "doctor", "postproc", "study", "verify")
 """Folders of the package that have no part in a run's numbers."""
 _LIBRARIES = ("numpy", "numba", "scipy")
@@ -67,12 +68,18 @@ def hash_sources() -> str:
     return hashlib.sha256(texts).hexdigest()[:16]
 
 
+def word_own_version() -> str:
+    """The version of fbcouple, with the commit where it lies in a checkout."""
+    commit = find_commit()
+    return __version__ if commit in (NO_CHECKOUT, NOT_FOUND) else f"{__version__}, commit {commit}"
+
+
 def find_commit() -> str:
     """The commit of the checkout that this fbcouple lies in, and whether files were changed since; or that it is in
     none."""
     checkout = ABOVE
     if not (checkout / ".git").exists() or not (checkout / "pyproject.toml").is_file():
-        return "not a checkout"
+        return NO_CHECKOUT
     return _ask("git", "-C", str(checkout), "describe", "--always", "--abbrev=12", "--dirty", "--exclude=*")
 
 

@@ -122,30 +122,6 @@ def test_own_file_on_a_shipped_base(tmp_path):
     assert load_case(str(tmp_path)) == case
 
 
-@pytest.mark.parametrize(
-    ("base", "words"),
-    [
-        ('"patil/c22"', "did you mean `patil/c2`"),
-        ('"../../secret"', "the name of a shipped case is allowed"),
-        ('"case.toml"', "the name of a shipped case is allowed"),
-        ("3", "3 is given, the name of a shipped case is allowed"),
-        ('["patil/c2"]', "the name of a shipped case is allowed"),
-    ],
-)
-def test_base_that_is_no_shipped_case(tmp_path, base, words):
-    (tmp_path / "case.toml").write_text(f"base = {base}\n")
-    (problem,) = problems_of(tmp_path)
-    assert "case.toml: base: " in problem and words in problem
-
-
-def test_bases_that_go_round_are_told(tmp_path, monkeypatch):
-    monkeypatch.setattr("fbcouple.paths.CASES", tmp_path)
-    (tmp_path / "a.toml").write_text('base = "b"\n')
-    (tmp_path / "b.toml").write_text('base = "a"\n')
-    (problem,) = problems_of("a")
-    assert "more than 5 cases stand on each other" in problem
-
-
 def test_mistake_in_what_stands_on_a_base(tmp_path):
     (tmp_path / "case.toml").write_text('base = "patil/c2"\ngas = 3\n[contact]\nfrction = 0.1\n')
     problems = problems_of(tmp_path)

@@ -75,13 +75,18 @@ def test_everything_says_its_unit_and_what_it_is(path):
         time = data["time"].attrs
         assert time.get("units") == "s" or "[s]" in time["long_name"]
         for name, (unit, text) in MEANS.items():
-            assert data[name].attrs == {"units": unit, "long_name": text}
+            assert data[name].attrs == {
+                "units": unit,
+                "long_name": text,
+                "ancillary_variables": f"{name}_stderr",
+            } | ({"cell_methods": "time: mean"} if text.startswith("time-mean") else {})
             error = data[f"{name}_stderr"].attrs
             assert error["units"] == unit and error["long_name"].startswith("standard error") and text in str(error)
 
 
 def test_attributes(path):
     with xr.open_dataset(path) as data:
+        assert "written by fbcouple" in data.attrs.pop("history")
         assert data.attrs == {"Conventions": "CF-1.10", "case": 'title = "µ"\n', "averaging_start": 1.0, "complete": 1}
 
 

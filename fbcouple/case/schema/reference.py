@@ -43,6 +43,30 @@ class Option:
     sentence: str
 
 
+BASE = "base"
+UNSET = "unset"
+FILE_KEYS = {
+    BASE: Option(
+        BASE,
+        "a text in quotes",
+        "1",
+        None,
+        False,
+        "Case that this file goes on top of, section by section: the name of a shipped case, or the relative path of a "
+        ".toml file in the folder of this file or in a folder above it.",
+    ),
+    UNSET: Option(
+        UNSET,
+        "a list, each entry a key or a section in quotes",
+        "1",
+        (),
+        False,
+        'Keys and sections that are not taken over from `base`, as ["gas.closed_nozzle", "start"].',
+    ),
+}
+"""Keys at the top of a case file that say where the other keys come from; no case has them once it is read."""
+
+
 @cache
 def list_sections(root: type[Section] = Case) -> dict[str, type[Section]]:
     """Return the sections of a case file (or of what `root` describes) by name; "" stands for the top of the file."""
@@ -92,3 +116,22 @@ def _word_list(rules: dict[str, Any]) -> str:
         kinds = " and ".join(word_rules(rule) for rule in rules["items"]["prefixItems"])
         return f"a list of rows, each of {kinds}"
     return f"a list, each entry {word_rules(rules['items'])}"
+
+
+def find_options(name: str) -> list[Option]:
+    """Return the options that `name` means: all (""), those of a section, or a single one by its dotted key, or by the
+    last part of it. The list is empty if there is none."""
+    known = FILE_KEYS | list_options()
+    if not name:
+        return list(known.values())
+    if name in known:
+        return [known[name]]
+    if name in list_sections():
+        return [option for key, option in known.items() if key.startswith(f"{name}.")]
+    return [option for key, option in known.items() if key.rpartition(".")[2] == name]
+
+
+def list_names() -> list[str]:
+    """Every name that `find_options` knows: sections, dotted keys and last parts of keys."""
+    keys = [*FILE_KEYS, *list_options()]
+    return [*filter(None, list_sections()), *keys, *dict.fromkeys(key.rpartition(".")[2] for key in keys)]

@@ -15,6 +15,7 @@ from mpi4py import MPI
 
 from fbcouple.geometry.grid import Grid
 from fbcouple.paths import FRAMES
+from fbcouple.results.conventions import follow_conventions
 from fbcouple.results.writer import write_dataset
 from fbcouple.simulation.clock import Cadence
 from fbcouple.simulation.simulation import Simulation
@@ -71,10 +72,10 @@ class Frames(Task):
         coordinates: dict[str, Any] = {"component": ["x", "y", "z"], "time": time}
         for axis, name in enumerate("xyz"):
             coordinates[name] = (name, self._grid.centres(axis), {"units": "m", "long_name": f"cell centre {name}"})
-        frame = xr.Dataset(data, coordinates, {"Conventions": "CF-1.10"})
+        frame = xr.Dataset(data, coordinates, {"title": "Particles and gas at a single moment"})
         frame["time"].attrs = {"units": "s", "long_name": "simulated time"}
         encoding = {name: {"zlib": True, "complevel": 1} for name in data}
-        write_dataset(self._folder / name_frame(self.count), frame, encoding)
+        write_dataset(self._folder / name_frame(self.count), follow_conventions(frame), encoding)
 
     def start(self, sim: Simulation) -> None:
         """The first is that of the start (collective)."""

@@ -88,6 +88,7 @@ class ResultsFile(Task):
         options, bed = sim.case.averages, sim.case.particles
         return {
             **self._made_with,
+            "title": sim.case.title,
             "case": self._case_text,
             "averaging_start": options.start if options else float("nan"),
             "averaging_end": sim.time,

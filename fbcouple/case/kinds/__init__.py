@@ -1,0 +1,1 @@
+"""Kinds of cases that `fbcouple init` writes."""

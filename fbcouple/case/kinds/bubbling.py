@@ -1,0 +1,131 @@
+"""A bubbling bed: a narrow box, a quarter full, fluidized over its whole floor at twice U_mf."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from pathlib import Path
+
+from fbcouple.case.bed.drag_balance import minimum_fluidization
+from fbcouple.case.bed.region import find_region
+from fbcouple.case.bed.speeds import SETTLED, estimate_overlap
+from fbcouple.case.kinds.registry import Wanted, kind
+from fbcouple.case.schema.sections import Case
+
+SIZE = (40.0, 8.0, 100.0)
+"""Width, depth and height of the box, in diameters, where none are given."""
+FILLED = 0.25
+"""Height of the bed at rest over that of the box."""
+CELL = 2.0
+"""Width of a cell that is aimed at, in diameters."""
+EXCESS = 2.0
+"""Superficial velocity over U_mf, where none is given."""
+OVERLAP = 0.03
+"""Overlap of a contact, in diameters, that the spring is chosen for."""
+COLUMN = 32
+"""Column of the comments behind values."""
+_TRIAL_STIFFNESS = 1000.0
+
+TEXT = """\
+# A bubbling bed, written by `fbcouple init`. All values are in SI units.
+# `fbcouple options` lists every option, `fbcouple options gas.walls` one of them.
+# For completion in an editor with Taplo, write the schema beside this file with
+# `fbcouple options --schema > fbcouple.schema.json` and make this the first line: #:schema ./fbcouple.schema.json
+
+title = "Bubbling bed: {diameter_mm:.4g} mm, {density:.4g} kg/m3, gas at {velocity:.4g} m/s"
+end_time = 2.0                  # s; try the case first with --set end_time=0.1
+accuracy = "standard"           # steps and tolerances: "draft" is faster, "reference" finer
+
+[domain]
+size = {size}     # m: width, depth and height; z is up
+# As many cells along each edge as are at least {cell:g} diameters ({cell:g} x {diameter:.4g} m) wide:
+# narrower ones hold too few particles for an average, wider ones do not resolve bubbles.
+cells = {cells}
+# periodic = ["y"]              # in place of the walls in front and behind
+
+[gas]                           # air at 20 degrees Celsius and 1 bar
+density = 1.2                   # kg m-3
+viscosity = 1.8e-5              # Pa s
+# Superficial velocity over the whole floor. {velocity_words}
+inlet_velocity = {velocity:.4g}       # m s-1
+
+[particles]
+diameter = {diameter:.6g}               # m
+density = {density:.6g}                  # kg m-3, of the material
+# Mass for a bed at rest that fills {filled:g} of the height of the box, at a solids fraction of {settled:g}.
+mass = {mass:.4g}               # kg
+rotation = true
+
+[contact]
+# Normal spring: soft, for long steps, with an overlap of two particles of about {overlap:g} diameters at the
+# fastest speed that is expected (`fbcouple check` gives both).
+stiffness = {stiffness:g}                # N m-1
+restitution = 0.9
+wall_restitution = 0.9
+friction = 0.3
+wall_friction = 0.3
+
+[start]                         # a loose lattice, shifted at random; it settles in the first 0.2 s
+
+[exchange]
+drag = "huilin-gidaspow"
+filter_passes = 1               # smooths what particles give to cells that are less than 3 diameters wide
+
+[averages]
+start = 0.5                     # s: what happens before is the start-up
+
+[output]
+record_every = 0.01             # s, between rows of the history: bed height, pressure drop ...
+snapshots_every = 0.01          # s, of the voidage, for bubbles
+particles_every = 0.25          # s, of all particles, for pictures
+"""
+
+
+@kind("bubbling")
+def write_bubbling(wanted: Wanted) -> str:
+    """Return the text of a case file of a bubbling bed; U_mf and the overlap are those that `fbcouple check` gives."""
+    trial = wanted.velocity or 1.0
+    case = _read(_fill(wanted, trial, _TRIAL_STIFFNESS, ""))
+    onset = minimum_fluidization(case)
+    velocity = wanted.velocity or _round(EXCESS * onset)
+    words = f"U_mf is {onset:.3g} m s-1"
+    words = f"This is {velocity / onset:.3g} U_mf; {words}." if wanted.velocity is None else f"{words}."
+    case = _read(_fill(wanted, velocity, _TRIAL_STIFFNESS, words))
+    (overlap,) = estimate_overlap(case, find_region(case, Path()), None, Path())
+    stiffness = _round(_TRIAL_STIFFNESS * (float(overlap.value) / OVERLAP) ** 2)
+    return _fill(wanted, velocity, stiffness, words)
+
+
+def _fill(wanted: Wanted, velocity: float, stiffness: float, words: str) -> str:
+    size = wanted.size or tuple(_round(edge * wanted.diameter, 3) for edge in SIZE)
+    cells = [max(1, math.floor(edge / (CELL * wanted.diameter) + 1e-6)) for edge in size]
+    text = TEXT.format(
+        diameter=wanted.diameter,
+        diameter_mm=1e3 * wanted.diameter,
+        density=wanted.density,
+        size=f"[{', '.join(f'{edge:.6g}' for edge in size)}]",
+        cells=cells,
+        cell=CELL,
+        velocity=velocity,
+        velocity_words=words,
+        filled=FILLED,
+        settled=SETTLED,
+        mass=wanted.density * SETTLED * FILLED * math.prod(size),
+        stiffness=stiffness,
+        overlap=OVERLAP,
+    )
+    return "\n".join(_align(line) for line in text.split("\n"))
+
+
+def _align(line: str) -> str:
+    """Put the comment behind a value into its column."""
+    value, mark, comment = line.partition("  #")
+    return f"{value.rstrip():<{COLUMN}}# {comment.strip()}" if mark and not line.startswith("#") else line
+
+
+def _read(text: str) -> Case:
+    return Case.model_validate(tomllib.loads(text))
+
+
+def _round(value: float, digits: int = 2) -> float:
+    return float(f"{value:.{digits}g}")

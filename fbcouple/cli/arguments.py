@@ -1,0 +1,46 @@
+"""Arguments and options that several commands take, each declared once."""
+
+# ruff: noqa: PLC0415  (completion loads the cases only when it is asked for)
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import click
+from click.shell_completion import CompletionItem
+
+Command = Callable[..., Any]
+
+
+def complete_case(ctx: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """Shipped cases that begin with `incomplete`; the shell adds files where there is none."""
+    from fbcouple.case.source import list_shipped
+
+    names = [name for name in list_shipped() if name.startswith(incomplete)]
+    # The item for files goes first: the shell clears its list when it meets it.
+    return [CompletionItem(incomplete, type="file"), *map(CompletionItem, names)]
+
+
+def complete_case_or_set(ctx: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """As `complete_case`, with the sets of cases that `setup` takes."""
+    from fbcouple.case.source import list_sets
+
+    sets = [CompletionItem(name) for name in list_sets() if name.startswith(incomplete)]
+    return [*complete_case(ctx, parameter, incomplete), *sets]
+
+
+take_case = click.argument("case", shell_complete=complete_case)
+take_case_or_set = click.argument("case", shell_complete=complete_case_or_set)
+
+
+def take_settings(command: Command) -> Command:
+    """Add `--set key.path=value`, which may be given several times."""
+    text = "Put a value on top of the case file, as particles.mass=0.125; may be given several times."
+    return click.option("--set", "sets", multiple=True, metavar="KEY=VALUE", help=text)(command)
+
+
+def take_trust(command: Command) -> Command:
+    """Add `--trust`, without which no code that a case brings is run."""
+    text = "Run the code that the case brings (drag_file, task_file), and decks that were changed; read them first."
+    return click.option("--trust", "trusted", is_flag=True, help=text)(command)

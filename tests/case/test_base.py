@@ -1,0 +1,153 @@
+"""Cases on top of cases: bases by name and by path, and what is unset."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from fbcouple.case.load import load_case
+from fbcouple.errors import CaseError
+from fbcouple.paths import CASES
+
+
+def problems_of(name: object, *sets: str) -> list[str]:
+    with pytest.raises(CaseError) as caught:
+        load_case(str(name), sets)
+    return caught.value.problems
+
+
+@pytest.fixture
+def common(tmp_path: Path) -> Path:
+    """A case of one's own, in a folder above those of its variants."""
+    path = tmp_path / "common.toml"
+    path.write_text((CASES / "patil/c2/case.toml").read_text())
+    (tmp_path / "beds/wide").mkdir(parents=True)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("variant", "base"),
+    [("case.toml", "common.toml"), ("beds/case.toml", "../common.toml"), ("beds/wide/v.toml", "../../common.toml")],
+)
+def test_base_is_a_case_of_ones_own(common, tmp_path, variant, base):
+    (tmp_path / variant).write_text(f'base = "{base}"\ntitle = "mine"\n[particles]\ndensity = 2000\n')
+    mine, its = load_case(str(tmp_path / variant)).model_dump(), load_case(str(common)).model_dump()
+    assert (mine["title"], mine["particles"].pop("density")) == ("mine", 2000)
+    assert its["particles"].pop("density") == 2500
+    assert mine | {"title": ""} == its | {"title": ""}
+
+
+def test_bases_stand_on_each_other(common, tmp_path):
+    (tmp_path / "beds/slip.toml").write_text('base = "../common.toml"\nend_time = 3\n[gas]\nwalls = "slip"\n')
+    (tmp_path / "beds/wide/case.toml").write_text('base = "../slip.toml"\n[gas]\ninlet_velocity = 1.5\n')
+    case = load_case(str(tmp_path / "beds/wide"))
+    assert (case.end_time, case.gas.walls, case.gas.inlet_velocity, case.gas.density) == (3.0, "slip", 1.5, 1.165)
+
+
+def test_base_of_ones_own_stands_on_a_shipped_one(tmp_path):
+    (tmp_path / "a.toml").write_text('base = "patil/c2"\nend_time = 4\n')
+    (tmp_path / "b.toml").write_text('base = "a.toml"\ntitle = "b"\n')
+    case = load_case(str(tmp_path / "b.toml"))
+    assert (case.end_time, case.title, case.particles.mass) == (4.0, "b", 0.075)
+
+
+@pytest.mark.parametrize(
+    ("base", "words"),
+    [
+        ('"patil/c22"', "did you mean `patil/c2`"),
+        ('"../../secret"', "the name of a shipped case, or the path of a .toml file"),
+        ("3", "3 is given, the name of a shipped case, or the path"),
+        ('["patil/c2"]', "`fbcouple cases` lists the shipped cases"),
+        ('"beds/wide/v.toml"', "in the folder of this file or above it, is allowed"),
+        ('"/etc/pyproject.toml"', "in the folder of this file or above it, is allowed"),
+        ('"../elsewhere/v.toml"', "in the folder of this file or above it, is allowed"),
+        ('"none.toml"', "cannot be read: No such file or directory"),
+        ('"folder.toml"', "is not a plain file"),
+        ('"link.toml"', "is a link that leads out of its folder"),
+    ],
+)
+def test_base_that_is_none(common, tmp_path, base, words):
+    folder = tmp_path / "beds/mine"
+    (folder / "folder.toml").mkdir(parents=True)
+    (folder / "link.toml").symlink_to(common)
+    (folder / "beds/wide").mkdir(parents=True)
+    (folder / "beds/wide/v.toml").write_text(common.read_text())
+    (folder / "case.toml").write_text(f"base = {base}\n")
+    (problem,) = problems_of(folder)
+    assert problem.startswith(f"{folder}/case.toml: base: ") and words in problem
+
+
+def test_bases_in_a_circle_are_an_error(tmp_path, monkeypatch):
+    (tmp_path / "a.toml").write_text('base = "b.toml"\n')
+    (tmp_path / "b.toml").write_text('base = "a.toml"\n')
+    monkeypatch.chdir(tmp_path)
+    (problem,) = problems_of("a.toml")
+    assert problem.startswith("b.toml: base: ") and "in a circle (a.toml -> b.toml -> a.toml)" in problem
+    (tmp_path / "a.toml").write_text('base = "a.toml"\n')
+    assert "in a circle (a.toml -> a.toml)" in problems_of("a.toml")[0]
+
+
+def test_too_many_bases_are_an_error(tmp_path):
+    for number in range(8):
+        (tmp_path / f"{number}.toml").write_text(f'base = "{number + 1}.toml"\n')
+    (problem,) = problems_of(tmp_path / "0.toml")
+    assert "more than 5 cases stand on each other" in problem
+
+
+def test_mistake_in_a_base_names_its_file(tmp_path):
+    (tmp_path / "beds").mkdir()
+    (tmp_path / "common.toml").write_text("end_time = 1,5\n")
+    (tmp_path / "beds/case.toml").write_text('base = "../common.toml"\n')
+    (problem,) = problems_of(tmp_path / "beds")
+    assert problem.startswith(f"{tmp_path}/common.toml: line 1") and "1,5 has a decimal comma" in problem
+
+
+def write_unset(folder: Path, unset: str, more: str = "") -> Path:
+    (folder / "case.toml").write_text(f'base = "patil/c2"\nunset = {unset}\n{more}')
+    return folder
+
+
+def test_unset_takes_inherited_keys_and_sections_away(tmp_path):
+    case = load_case(str(write_unset(tmp_path, '["gas.closed_nozzle", "averages", "accuracy"]')))
+    assert case.gas.closed_nozzle is None and case.averages is None and case.accuracy == "none"
+    assert load_case("patil/c2").gas.closed_nozzle == (5, 4)
+
+
+def test_unset_section_is_replaced_as_a_whole(tmp_path):
+    case = load_case(str(write_unset(tmp_path, '["output"]', "[output]\ntracked = [1]\n")))
+    assert (case.output.tracked, case.output.snapshots_every) == ((1,), None)
+
+
+@pytest.mark.parametrize(
+    ("unset", "words"),
+    [
+        ('["gas.closed_nozle"]', "did you mean `gas.closed_nozzle`"),
+        ('["gas.inlet_ramp"]', '"gas.inlet_ramp" is not set by patil/c2'),
+        ('["checkpoint"]', '"checkpoint" is not set by patil/c2'),
+        ('"gas.closed_nozzle"', "a list of keys and sections in quotes is allowed"),
+        ("[1]", "a list of keys and sections in quotes is allowed"),
+    ],
+)
+def test_unset_that_is_wrong(tmp_path, unset, words):
+    (problem,) = problems_of(write_unset(tmp_path, unset))
+    assert problem.startswith(f"{tmp_path}/case.toml: unset: ") and words in problem
+
+
+def test_unset_of_what_the_case_needs_is_missed(tmp_path):
+    (problem,) = problems_of(write_unset(tmp_path, '["particles.density"]'))
+    assert "particles.density: is missing" in problem
+
+
+def test_unset_without_a_base(tmp_path):
+    (tmp_path / "case.toml").write_text((CASES / "patil/c2/case.toml").read_text().replace("end", "unset = []\nend", 1))
+    (problem,) = problems_of(tmp_path)
+    assert "unset: is given without `base`" in problem
+
+
+def test_misspelt_and_misplaced_keys_of_the_file(tmp_path):
+    (tmp_path / "case.toml").write_text('base = "patil/c2"\nunsett = []\n')
+    assert "did you mean `unset`" in problems_of(tmp_path)[0]
+    assert problems_of("patil/c2", "base=patil/c1") == [
+        "--set: base: is read from case files alone; write it into one."
+    ]
