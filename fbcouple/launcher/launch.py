@@ -57,6 +57,7 @@ def launch(
     trusted: bool = False,
     accept_update: bool = False,
     requests: Requests | None = None,
+    begin: Callable[[], None] = lambda: None,
 ) -> None:
     """Run the case in `run` on `ranks` MPI ranks to its end; `watch` sees each history row.
 
@@ -64,7 +65,8 @@ def launch(
     that is whole; wall_limit [s]: wall time by which it has to be over; patience [s]: wall time without a coupling step
     after which it is taken for hanging; say: told what is refused; trusted: also with decks and files that were changed
     since set-up, or from another's checkpoint; accept_update: resume also what another version of fbcouple or of a
-    solver began; requests: to stop, by default the signals that come while it is under way.
+    solver began; requests: to stop, by default the signals that come while it is under way; begin: called
+    once nothing refuses the run any more and there is something to do.
 
     Raises CaseError if `run` is no run folder, was changed, holds what neither `fresh` nor `resume` speaks of, or has
     only damaged checkpoints; SolverError with the solver's own last words; DivergedError if a check of the run failed;
@@ -81,6 +83,7 @@ def launch(
             going_on = _choose(run, case, until, accept_update, trusted, say) if resume else Start(list_versions(case))
             command: list[str] = []
             if going_on:
+                begin()
                 _prepare(run, case, ranks, going_on.checkpoint, Guard(lock, asked))
                 if not trusted:
                     require_own_decks(case, run)
