@@ -13,8 +13,9 @@ from click.testing import CliRunner
 from fbcouple.cli.main import cli
 from fbcouple.errors import CaseError
 from fbcouple.postproc import COMPARISONS, FIGURES
-from fbcouple.postproc.report.report import show, write_report
+from fbcouple.postproc.report.report import write_report
 from fbcouple.postproc.report.tables import make_plain
+from fbcouple.postproc.report.wording import show
 from fbcouple.results.writer import HISTORIES
 from tests.postproc.frames_of_bed import write_frames
 from tests.postproc.whole_run import BUBBLE, HEIGHT_FREQUENCY, PRESSURE_FREQUENCY, RISE, SIZE, write_whole
