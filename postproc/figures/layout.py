@@ -5,7 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
@@ -17,13 +17,14 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from fbcouple.postproc.figures.heights import find_tops
-from fbcouple.postproc.style import FONT_SIZE, PAGE, SKY, colours, extend, inset_axes, new_figure
+from fbcouple.postproc.style import COLUMN, FONT_SIZE, PAGE, SKY, colours, extend, inset_axes, new_figure
 from fbcouple.results.reader import Results
 
 MOST_ACROSS = 5
 """Maps in one row; more of them stand in rows below, on the same scale."""
 LEFT, BOTTOM, BAR_GAP, BAR, RIGHT, TOP, GAP = 0.52, 0.42, 0.12, 0.13, 0.62, 0.12, 0.14  # inches
 LINE = 0.14  # inches, a line of a map's own title
+WIDEST = COLUMN - LEFT - BAR_GAP - BAR - RIGHT  # inches, a map that stands alone in a column of a journal
 OWN_SCALE = 0.42  # inches between maps of boxes of different heights, each with its own scale
 ENTRY = 0.16  # inches, a line of the legend
 LETTER = 0.53 * (FONT_SIZE - 1) / 72  # inches, the width of a mean letter
@@ -44,7 +45,7 @@ class Panel:
 class Line:
     """A line that is drawn onto maps: its style, and in words what it is."""
 
-    style: str
+    style: Literal["-", "--"]
     words: str
 
 
@@ -68,7 +69,7 @@ def draw_panels(
     shapes = [top * panel.results.size[2] / panel.results.size[0] for panel, top in zip(panels, tops, strict=True)]
     gap = GAP if len({panel.results.size[2] for panel in panels}) == 1 else OWN_SCALE
     room = (PAGE - LEFT - BAR_GAP - BAR - RIGHT - (columns - 1) * gap) / columns
-    across = min(3.0, 5.2 / max(shapes), room)
+    across = min(WIDEST, 5.2 / max(shapes), room)
     titles = [textwrap.fill(panel.title, max(int(across / LETTER), 8), drop_whitespace=True) for panel in panels]
     titles = [panel.title if "\n" in panel.title else title for panel, title in zip(panels, titles, strict=True)]
     up, above = across * max(shapes), LINE * max(title.count("\n") + bool(title) for title in titles)
@@ -158,7 +159,7 @@ def _draw_bar(
 ) -> None:
     """The colour bar of all maps; `scale`: up to where each is shown, and the limits of the colours."""
     tops, limits = scale
-    arrays = [np.ma.asarray(mesh.get_array()) for mesh in meshes]
+    arrays: list[Any] = [np.ma.asarray(mesh.get_array()) for mesh in meshes]
     shown = [values[: round(top * len(values))] for values, top in zip(arrays, tops, strict=True)]
     arrows = extend(np.concatenate([np.ma.compressed(values) for values in shown]), *limits)
     ticks = MaxNLocator(7, steps=[1, 2, 5, 10])

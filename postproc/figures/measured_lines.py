@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -45,7 +46,7 @@ def draw_measured_lines(
 
 def _draw_line(axes: Axes, runs: Sequence[Results], measured: Measured) -> None:
     points, reference = measured.points, measured.reference
-    look = {"fmt": "o", "color": INK, "markersize": 3, "elinewidth": 0.7}
+    look: dict[str, Any] = {"fmt": "o", "color": INK, "markersize": 3, "elinewidth": 0.7}
     axes.errorbar(1e3 * points.x, points.value, points.error, label="measured", **look)
     for number, run in enumerate(runs):
         if run.label not in measured.runs:
