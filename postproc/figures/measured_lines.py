@@ -51,10 +51,10 @@ def _draw_line(axes: Axes, runs: Sequence[Results], measured: Measured) -> None:
     for number, run in enumerate(runs):
         if run.label not in measured.runs:
             continue
-        look = {key: LINES[number % len(LINES)][key] for key in ("color", "linestyle")}
+        drawn: dict[str, Any] = {key: LINES[number % len(LINES)][key] for key in ("color", "linestyle")}
         try:
             label = wrap_label(run.label, 26)
-            axes.plot(1e3 * run.data["x"].values, line_of(run, reference), label=label, **look)
+            axes.plot(1e3 * run.data["x"].values, line_of(run, reference), label=label, **drawn)
         except NotDrawableError:
             continue  # the table says so
     unit = QUANTITIES[reference.quantity].replace(" ", "\u00a0")
