@@ -152,7 +152,7 @@ class Run:
                 arguments: dict[str, Any] = {"until": until, "trusted": trust, "requests": requests} | options
                 if progress is True:
                     with RunProgress(Console(), end) as bar:
-                        launch(self.path, ranks, bar.show, **arguments)
+                        launch(self.path, ranks, bar.show, begin=bar.start, **arguments)
                 else:
                     launch(self.path, ranks, watch, **arguments)
         except StoppedError:

@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 from scipy.interpolate import CubicSpline
 
-from fbcouple.postproc.figures.profiles import PROFILE_HEIGHT
+from fbcouple.postproc.figures.heights import list_heights
 from fbcouple.postproc.scales import velocity_scale
-from fbcouple.postproc.style import GREY, LINES, PAGE, inset_axes, new_figure
+from fbcouple.postproc.style import GREY, LINES, PAGE, lay_out, wrap_label
 from fbcouple.results.reader import NotDrawableError, Results, at_height, depth_average
 
 Field = Callable[[Results, str], xr.DataArray]
 FIELDS: dict[str, Field] = {}
 """What is compared, dimensionless, on (z, x) or one of them; the suffix "_stderr" asks for its standard error."""
+MARKS = "os^DvPX*<>h"
+"""With the eight colours of lines 88 different looks."""
+FLUX_PROFILE = "profile of the vertical solids flux over ρ U_f"
+"""Taken at the first of the base's heights of profiles."""
 
 
 @dataclass(frozen=True)
@@ -76,9 +83,9 @@ def _gas_flux(results: Results, suffix: str) -> xr.DataArray:
     return depth_average(results.mean(f"gas_flux{suffix}").sel(component="z", drop=True)) / velocity_scale(results)[0]
 
 
-@field(f"profile of the vertical solids flux over ρ U_f at z/H = {PROFILE_HEIGHT:g}")
+@field(FLUX_PROFILE)
 def _flux_profile(results: Results, suffix: str) -> xr.DataArray:
-    return at_height(_vertical_flux(results, suffix), results.level(PROFILE_HEIGHT))
+    return at_height(_vertical_flux(results, suffix), results.corner[2] + list_heights(results)[0])
 
 
 @field("profile over the height of the solids fraction")
@@ -104,6 +111,8 @@ def compare(runs: Sequence[Results]) -> tuple[list[Difference], list[str]]:
 
 def find_difference(run: Results, base: Results, name: str) -> Difference:
     """Norms of field `name` of `run` minus that of `base`, both on the coarser of their grids along each axis."""
+    if name == FLUX_PROFILE:
+        run, base = (replace(each, view=replace(each.view, heights=list_heights(base)[:1])) for each in (run, base))
     one, other = _bring_together(FIELDS[name](run, ""), FIELDS[name](base, ""), run.size)
     apart = one - other
     root = float(np.sqrt(np.mean(other**2)))
@@ -167,39 +176,58 @@ class Point:
 
 
 def draw_error_against_time(points: Sequence[Point], base: float | None) -> Figure:
-    """Draw each error above 0 against run time: a colour an error, a mark a run; dotted: the cost of `base`."""
+    """Draw each error above 0 against run time: a colour and a mark of its own an error, a name above it a run.
+
+    base: run time of the run that the others are compared with, as a dotted line.
+    """
     shown = [point for point in points if point.value > 0.0]
     if not shown:
         raise NotDrawableError(["no error above 0 to draw against run time."])
-    errors, runs = list(dict.fromkeys(p.error for p in shown)), list(dict.fromkeys(p.run for p in shown))
-    body = max(2.9, 0.6 + 0.16 * (len(errors) + len(runs)))
+    errors = list(dict.fromkeys(point.error for point in shown))
+    costs = {point.run: point.cost for point in shown}
+    names = {error: wrap_label(error, 44) for error in errors}
+    lines = sum(name.count("\n") + 1 for name in names.values())
     note = "" if base is None else "dotted line: run time of the run that the others are compared with"
-    picture = new_figure("Error against run time", PAGE, body, note)
-    axes = inset_axes(picture, 0.72, 0.42, 3.0, body - 0.52)
-    for point in shown:
-        colour = LINES[errors.index(point.error) % len(LINES)]["color"]
-        axes.plot(point.cost, point.value, color=colour, marker=LINES[runs.index(point.run) % len(LINES)]["marker"])
-    for error in errors:
+    body = max(2.9 + 0.13 * len(costs), 0.6 + 0.15 * lines)
+    picture = lay_out("Error against run time", PAGE, body, note)
+    axes = picture.subplots()
+    for number, error in enumerate(errors):
         line = sorted((point.cost, point.value) for point in shown if point.error == error)
-        axes.plot(*zip(*line, strict=True), color=LINES[errors.index(error) % len(LINES)]["color"], linewidth=0.7)
-        axes.plot([], [], color=LINES[errors.index(error) % len(LINES)]["color"], label=error)
-    for run in runs:
-        axes.plot(
-            [],
-            [],
-            color="none",
-            markeredgecolor="black",
-            marker=LINES[runs.index(run) % len(LINES)]["marker"],
-            markerfacecolor="black",
-            label=run,
-        )
+        look = {"color": LINES[number % len(LINES)]["color"], "marker": MARKS[number % len(MARKS)]}
+        axes.plot(*zip(*line, strict=True), linewidth=0.7, markersize=4, label=names[error], **look)
     axes.set(xscale="log", yscale="log", xlabel="Core-hours per simulated second", ylabel="Error [–]")
+    axes.margins(x=0.12, y=0.08)
     axes.grid(which="major", linewidth=0.4)
     for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        axis.set_major_formatter("{x:g}")
-        axis.set_minor_formatter(NullFormatter())
+        _mark_decades(axis)
+    _name_runs(axes, costs)
     if base is not None:
         axes.axvline(base, color=GREY, linestyle=":", linewidth=1.0)
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=1.8)
     return picture
+
+
+def _mark_decades(axis: Axis) -> None:
+    """Ticks at 1, 2 and 5, of a long axis at each ten only, so that their numbers keep clear of each other."""
+    low, high = axis.get_view_interval()
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 30.0 * low else (1.0,)))
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter(NullFormatter())
+
+
+def _name_runs(axes: Axes, costs: dict[str, float]) -> None:
+    """The name of each run above its run time, each on a line of its own."""
+    low, high = axes.get_xlim()
+    for row, (run, cost) in enumerate(sorted(costs.items(), key=lambda item: item[1])):
+        is_left = cost < math.sqrt(low * high)
+        axes.axvline(cost, color=GREY, linewidth=0.4, zorder=0)
+        axes.annotate(
+            f"| {run}" if is_left else f"{run} |",
+            (cost, 1.0),
+            (0, 3 + 9 * row),
+            xycoords=axes.get_xaxis_transform(),
+            textcoords="offset points",
+            ha="left" if is_left else "right",
+            size="small",
+            parse_math=False,
+        )

@@ -7,12 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fbcouple.postproc.figures.profiles import vertical_flux
+from fbcouple.postproc.figures.profiles import Profile, vertical_flux
 from fbcouple.results.reader import NotDrawableError, Results, depth_average
 
 BLOCKS = 10
 DENSE = 0.2
 """Solids fraction of the dense bed (section 4.2)."""
+FLUX_HEIGHT = 0.092
+"""z/H of the measured profiles of the flux (section 4.1)."""
 FREEBOARD = 0.375
 """z/H above which the paper sees no particles (section 4.2)."""
 WALL_STRIP = 5e-3
@@ -106,16 +108,20 @@ def bed_agitation(results: Results) -> Measured:
     )
 
 
+def _flux_profile(results: Results) -> Profile:
+    return vertical_flux(results, FLUX_HEIGHT * results.size[2])
+
+
 def middle_flux(results: Results) -> Measured:
     """Vertical solids flux over rho U_f at z/H = 0.092, mean of the middle third of the width."""
-    profile = vertical_flux(results)
+    profile = _flux_profile(results)
     middle = np.abs(profile.position - 0.5) < 1.0 / 6.0
     return Measured(float(profile.value[middle].mean()), _error(profile.stderr, middle))
 
 
 def wall_flux(results: Results) -> Measured:
     """Vertical solids flux over rho U_f at z/H = 0.092 in the cells next to the side walls, mean of both."""
-    profile = vertical_flux(results)
+    profile = _flux_profile(results)
     ends = np.zeros(len(profile.value), dtype=bool)
     ends[[0, -1]] = True
     return Measured(float(profile.value[ends].mean()), _error(profile.stderr, ends))

@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import Colormap
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from fbcouple.postproc.files import write_whole
 from fbcouple.results.reader import Results
@@ -85,6 +86,19 @@ def new_figure(heading: str, width: float, body: float, note: str) -> Figure:
 
     It stands on an Agg canvas of its own, with no global state behind it.
     """
+    return _write_heading(heading, width, body, note)[0]
+
+
+def lay_out(heading: str, width: float, body: float, note: str) -> Figure:
+    """As `new_figure`, for axes that find their own places below heading and note (`Figure.subplots`), so that no
+    label is cut, however long."""
+    figure, below = _write_heading(heading, width, body, note)
+    figure.set_layout_engine(ConstrainedLayoutEngine(rect=(0.0, 0.0, 1.0, below), w_pad=0.06, h_pad=0.05))
+    return figure
+
+
+def _write_heading(heading: str, width: float, body: float, note: str) -> tuple[Figure, float]:
+    """The figure, and the share of its height that is left below its words."""
     left, line = 0.08, FONT_SIZE * 1.2 / 72
     title = textwrap.wrap(heading, int((width - 2 * left) / (FONT_SIZE * 0.53 / 72)))
     words = textwrap.wrap(note, int((width - 2 * left) / ((FONT_SIZE - 1) * 0.53 / 72)), break_long_words=False)
@@ -94,7 +108,7 @@ def new_figure(heading: str, width: float, body: float, note: str) -> Figure:
     figure.text(left / width, 1 - 0.07 / height, "\n".join(title), va="top", parse_math=False)
     below = 1 - (0.10 + len(title) * line) / height
     figure.text(left / width, below, "\n".join(words), va="top", color=GREY, size=FONT_SIZE - 1)
-    return figure
+    return figure, (body + 0.02) / height
 
 
 def inset_axes(figure: Figure, left: float, bottom: float, width: float, height: float) -> Axes:
@@ -120,7 +134,12 @@ def averaging_text(results: Results) -> str:
     return text if results.complete else f"{text}; run not complete".lstrip("; ")
 
 
+def wrap_label(text: str, letters: int = 30) -> str:
+    """A label of a legend in lines of at most so many letters, a long name broken where it must be."""
+    return textwrap.fill(text, letters)
+
+
 def save(figure: Figure, path: Path, title: str) -> Path:
-    """Write `figure` as PNG to `path`. Raises: CaseError if it cannot be written."""
-    look: dict[str, Any] = {"format": "png", "dpi": DPI, "metadata": {"Title": title}}
+    """Write `figure` to `path` in the format of its ending. Raises: CaseError if it cannot be written."""
+    look: dict[str, Any] = {"format": path.suffix[1:], "dpi": DPI, "metadata": {"Title": title}}
     return write_whole(path, lambda place: figure.savefig(place, **look))

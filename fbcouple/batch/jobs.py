@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fbcouple.batch.schedulers import SCHEDULERS, Scheduler
+from fbcouple.case.bed.particle_types import particle_count
+from fbcouple.case.bed.region import find_region
 from fbcouple.case.checks.registry import needed_memory
 from fbcouple.case.load import load_case
 from fbcouple.case.problems import show
@@ -26,6 +28,9 @@ from fbcouple.run_folder.plain_files import require_plain
 _RANK_MEMORY = 400
 _MARGIN = 1.5
 _SHORTEST = 60
+# Share of a rank below which messages and waiting take longer than another rank saves.
+_FEW_CELLS = 500
+_FEW_PARTICLES = 3000
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._/+:=@-]{0,99}")
 _PATH = re.compile(r"/[A-Za-z0-9._/+:=@,-]{1,3000}")
 
@@ -119,6 +124,21 @@ def estimate_memory(cases: list[Case], ranks: int) -> int:
     """Memory [MiB] that the largest of `cases` needs on `ranks` ranks, all of them together."""
     largest = max(needed_memory(case) for case in cases)
     return math.ceil(_RANK_MEMORY * ranks + _MARGIN * largest / 2**20)
+
+
+def list_warnings(place: Path, request: Request) -> list[str]:
+    """What of `request` is of little use for the runs in `place`: more ranks than there is work for."""
+    warnings = []
+    for run in find_runs(place) if request.ranks > 1 else []:
+        case = load_case(str(run))
+        cells = find_region(case, run).cells if case.gas else 0
+        particles = particle_count(case.particles) if case.particles else 0
+        useful = max(cells // _FEW_CELLS, particles // _FEW_PARTICLES, 1)
+        if request.ranks > useful:
+            work = f"{cells} cells and {particles} particles on {request.ranks} ranks"
+            share = f"{cells // request.ranks} and {particles // request.ranks} a rank"
+            warnings.append(f"{run}: {work} ({share}): more than about {useful} ranks make it no faster.")
+    return warnings
 
 
 def _require_sound(place: Path, runs: list[Path], system: Scheduler, scheduler: str, request: Request) -> None:

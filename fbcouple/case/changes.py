@@ -10,9 +10,10 @@ from fbcouple.case.problems import show
 from fbcouple.case.schema.reference import list_options
 from fbcouple.case.schema.sections import Case
 
-FREE = ("end_time", "output.save_every")
+FREE = ("end_time", "output.save_every", "output.profile_heights")
 FREE_SECTIONS = ("monitors", "checkpoint")
-"""What may be changed in a run folder at any time: what ends a run, what stops it, how often files are saved."""
+"""What may be changed in a run folder at any time: what ends a run, what stops it, how often files are saved, and
+what figures show."""
 
 Values = dict[str, Any]
 """Option, by its dotted key -> value, as JSON has it."""

@@ -221,7 +221,12 @@ def run_on(
     go_on = f"`fbcouple run {quote(str(run))} -n {ranks} --resume`"
     try:
         with RunProgress(console, end) as progress:
-            options: dict[str, Any] = {"fresh": fresh, "resume": resume, "requests": requests} | limits
+            options: dict[str, Any] = {
+                "fresh": fresh,
+                "resume": resume,
+                "requests": requests,
+                "begin": progress.start,
+            } | limits
             launch(run, ranks, watch=progress.show, say=click.echo, trusted=trusted, **options)
     except StoppedError as error:
         raise StoppedError(f"{run}: {error}; go on with {go_on}") from error
@@ -269,9 +274,12 @@ def require_run(run: Path) -> None:
 @take_trust
 def batch(place: Path, scheduler: str, **request: Any) -> None:
     """Write the job script of RUN for a batch system; an array job for a folder of runs."""
-    from fbcouple.batch.jobs import Request, write_job
+    from fbcouple.batch.jobs import Request, list_warnings, write_job
 
-    job, submit = write_job(place, scheduler, Request(**request))
+    asked = Request(**request)
+    job, submit = write_job(place, scheduler, asked)
+    for warning in list_warnings(place, asked):
+        click.echo(f"warning: {warning}")
     click.echo(f"{job}: read it, then submit it with {submit}")
 
 

@@ -4,12 +4,32 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import click
 
 from fbcouple.cli.table import print_table
 from fbcouple.run_folder.plain_files import require_plain
+
+
+def require_lengths(ctx: click.Context, parameter: click.Parameter, values: tuple[float, ...]) -> tuple[float, ...]:
+    """Refuse infinity and nan, which click takes for numbers."""
+    if not all(math.isfinite(value) for value in values):
+        raise click.BadParameter("give lengths in m")
+    return values
+
+
+take_heights = click.option(
+    "--height",
+    "heights",
+    multiple=True,
+    metavar="METRES",
+    type=click.FloatRange(min=0.0, min_open=True),
+    callback=require_lengths,
+    help="Height of profiles above the floor [m]; may be given several times. By default those of the case "
+    "(output.profile_heights), else that of the bed's centre of mass.",
+)
 
 
 @click.command()
@@ -21,17 +41,32 @@ from fbcouple.run_folder.plain_files import require_plain
     type=click.Path(path_type=Path, file_okay=False),
     help="Folder of the figures; by default figures in the run folder (and vtk there).",
 )
+@click.option("--only", multiple=True, metavar="NAME", help="Only this figure, as history; may be given several times.")
+@click.option(
+    "--format", "ending", type=click.Choice(["png", "svg", "pdf"]), default="png", show_default=True, help="Of figures."
+)
+@take_heights
+@click.option("--full-height", is_flag=True, help="Maps up to the top of the box, not only a little above the bed.")
 @click.option(
     "--animate", "moving", is_flag=True, help="Also draw figures/bed.gif from the frames (output.particles_every)."
 )
 @click.option("--vtk", "exported", is_flag=True, help="Also write RUN/vtk: means and frames for ParaView.")
-def post(run: Path, folder: Path | None, moving: bool, exported: bool) -> None:
+def post(
+    run: Path,
+    folder: Path | None,
+    only: tuple[str, ...],
+    ending: str,
+    heights: tuple[float, ...],
+    full_height: bool,
+    moving: bool,
+    exported: bool,
+) -> None:
     """Draw the figures of RUN from its results.nc and its frames."""
     require_plain(run)
-    from fbcouple.postproc import draw
+    from fbcouple.postproc import View, draw
     from fbcouple.postproc.views.views import animate
 
-    for picture in draw(run, folder):
+    for picture in draw(run, folder, only, ending, View(heights, full_height)):
         click.echo(str(picture))
     if moving:
         click.echo(str(animate(run, folder)))
@@ -58,14 +93,18 @@ def post(run: Path, folder: Path | None, moving: bool, exported: bool) -> None:
     help="Measured line across the bed at HEIGHT [m], a CSV file of x, value, error, for all RUNs; may be given "
     "several times.",
 )
-def report(runs: tuple[Path, ...], output: Path | None, references: tuple[str, ...]) -> None:
+@take_heights
+def report(
+    runs: tuple[Path, ...], output: Path | None, references: tuple[str, ...], heights: tuple[float, ...]
+) -> None:
     """Write one self-contained HTML page on RUNs, compared with the first of them, and its numbers as JSON."""
     for run in runs:
         require_plain(run)
+    from fbcouple.postproc import View
     from fbcouple.postproc.report.report import write_report
 
     page = output or (runs[0] if len(runs) == 1 else Path()) / "report.html"
-    for file in write_report(runs, page, references):
+    for file in write_report(runs, page, references, View(heights)):
         click.echo(str(file))
 
 

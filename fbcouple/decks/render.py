@@ -39,6 +39,7 @@ DECKS: dict[str, tuple[str, str]] = {
     "CFD/system/createPatchDict": ("openfoam/system/createPatchDict", "closed_nozzle"),
     "CFD/constant/transportProperties": ("openfoam/constant/transportProperties", "gas"),
     "CFD/constant/turbulenceProperties": ("openfoam/constant/turbulenceProperties", "gas"),
+    "CFD/case.foam": ("openfoam/case.foam", "gas"),
     "CFD/0/U": ("openfoam/0/U", "gas"),
     "CFD/0/p": ("openfoam/0/p", "gas"),
     "CFD/0/voidage": ("openfoam/0/voidage", "gas"),

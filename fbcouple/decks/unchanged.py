@@ -125,7 +125,11 @@ def _find_changed_decks(case: Case, run: Path) -> dict[str, str]:
     expected = {*decks, *_WRITTEN_LATER}
     found = [path for folder in _DECK_FOLDERS for path in sorted((run / folder).glob("*"))]
     strange = [path for path in found if path.relative_to(run).as_posix() not in expected]
-    strange += [path for path in sorted((run / "CFD").glob("*")) if not _GAS_FOLDER.fullmatch(path.name)]
+    strange += [
+        path
+        for path in sorted((run / "CFD").glob("*"))
+        if not _GAS_FOLDER.fullmatch(path.name) and path.relative_to(run).as_posix() not in expected
+    ]
     for path in strange:
         text = "is none of this case's decks; remove it, or read it and say --trust."
         problems[path.relative_to(run).as_posix()] = text

@@ -56,6 +56,7 @@ def launch(
     trusted: bool = False,
     accept_update: bool = False,
     requests: Requests | None = None,
+    begin: Callable[[], None] = lambda: None,
 ) -> None:
     """Run the case in `run` on `ranks` MPI ranks to its end; `watch` sees each history row.
 
@@ -63,7 +64,8 @@ def launch(
     that is whole; wall_limit [s]: wall time by which it has to be over; patience [s]: wall time without a coupling step
     after which it is taken for hanging; say: told what is refused; trusted: also with decks and files that were changed
     since set-up, or from another's checkpoint; accept_update: resume also what another version of fbcouple or of a
-    solver began; requests: to stop, by default the signals that come while it is under way.
+    solver began; requests: to stop, by default the signals that come while it is under way; begin: called
+    once nothing refuses the run any more and there is something to do.
 
     Raises CaseError if `run` is no run folder, was changed, holds what neither `fresh` nor `resume` speaks of, or has
     only damaged checkpoints; SolverError with the solver's own last words; DivergedError if a check of the run failed;
@@ -74,7 +76,7 @@ def launch(
     read_manifest(run)
     with hold(run, say) as lock, nullcontext(requests) if requests else Requests() as asked:
         try:
-            choice = Choice(fresh, resume, until, trusted, accept_update, say)
+            choice = Choice(fresh, resume, until, trusted, accept_update, say, begin)
             command: list[str] = []
             if start := make_ready(run, ranks, choice, Guard(lock, asked)):
                 command = _word_job(run, ranks, until, deadline, start.checkpoint)
@@ -112,6 +114,8 @@ class Choice:
     trusted: bool = False
     accept_update: bool = False
     say: Say = lambda text: None
+    begin: Callable[[], None] = lambda: None
+    """Called when it is sure that there is something to do."""
 
 
 def make_ready(run: Path, ranks: int, choice: Choice, guard: Guard) -> Start | None:
@@ -125,6 +129,7 @@ def make_ready(run: Path, ranks: int, choice: Choice, guard: Guard) -> Start | N
     start = _choose(run, case, choice) if choice.resume else Start(list_versions(case))
     if start is None:
         return None
+    choice.begin()
     _prepare(run, case, ranks, start.checkpoint, guard)
     if not choice.trusted:
         require_own_decks(case, run)

@@ -8,10 +8,14 @@ from types import TracebackType
 from typing import Any
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-from rich.table import Table
+from rich.progress import BarColumn, Progress, TextColumn
+from rich.table import Column, Table
 
 _LINE_EVERY = 15.0
+_BAR = 8
+"""Columns of the shortest bar."""
+_SPACES = 4
+"""Columns between the parts of the line."""
 
 
 class RunProgress:
@@ -25,20 +29,23 @@ class RunProgress:
         self._walls: dict[str, float] = {}
         self._at_outlet = 0
         self._bar = Progress(
-            TextColumn("t = {task.completed:.3f} s of {task.total:g}"),
-            BarColumn(),
-            TextColumn("{task.fields[state]}"),
-            TimeElapsedColumn(),
-            TextColumn("left"),
-            TimeRemainingColumn(elapsed_when_finished=False),
+            TextColumn("{task.fields[reached]}", table_column=Column(no_wrap=True)),
+            BarColumn(None, table_column=Column(ratio=1, min_width=_BAR)),
+            TextColumn("{task.fields[state]}", table_column=Column(no_wrap=True)),
+            TextColumn("{task.fields[clock]}", table_column=Column(no_wrap=True)),
             console=console,
-            disable=not console.is_terminal,
+            disable=not (console.is_terminal or console.is_jupyter),
+            expand=True,
         )
-        self._task = self._bar.add_task("run", total=end, state="starting the solvers")
+        reached = self._format_reached(0.0)
+        self._task = self._bar.add_task("run", total=end, reached=reached, state="starting the solvers", clock="")
 
     def __enter__(self) -> RunProgress:
-        self._bar.start()
         return self
+
+    def start(self) -> None:
+        """Show the bar: from now on the run is under way."""
+        self._bar.start()
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -54,25 +61,22 @@ class RunProgress:
             self._first = row["time"], now
             self._bar.reset(self._task, completed=row["time"])
         self._at_outlet = max(self._at_outlet, row.get("particles_at_outlet", 0))
-        state = self._describe(row, now)
-        self._bar.update(self._task, completed=row["time"], state=state)
-        if not self._console.is_terminal and now - self._said > _LINE_EVERY:
+        start, began = self._first
+        pace = (now - began) / (row["time"] - start) if row["time"] > start else math.nan
+        left = "" if math.isnan(pace) else f"left {format_clock(pace * (self._end - row['time']))}"
+        reached, parts = self._format_reached(row["time"]), _describe(row, pace)
+        if self._console.is_terminal:
+            clock = f"{format_clock(now - began)} {left}".rstrip()
+            state = _choose_parts(parts, self._console.width - len(reached) - len(clock) - _BAR - _SPACES)
+            self._bar.update(self._task, completed=row["time"], reached=reached, state=state, clock=clock)
+        elif now - self._said > _LINE_EVERY:
             self._said = now
-            self._console.print(f"t = {row['time']:.3f} s of {self._end:g}, {state}", highlight=False)
+            self._console.print(
+                ", ".join([reached, *parts, *([left] if left else [])]), highlight=False, soft_wrap=True
+            )
 
-    def _describe(self, row: dict[str, Any], now: float) -> str:
-        assert self._first is not None
-        parts = []
-        simulated = row["time"] - self._first[0]
-        if simulated > 0:
-            parts.append(f"{(now - self._first[1]) / simulated:.0f} s wall per s")
-        if "bed_height" in row:
-            parts.append(f"bed {1e3 * row['bed_height']:.1f} mm")
-        if math.isfinite(row.get("pressure_drop", math.nan)):
-            parts.append(f"dp {row['pressure_drop']:.0f} Pa")
-        if row.get("particles_at_outlet"):
-            parts.append(f"{row['particles_at_outlet']} at the outlet")
-        return ", ".join(parts)
+    def _format_reached(self, time: float) -> str:
+        return f"t = {time:.3f} s of {self._end:g}"
 
     def list_warnings(self) -> list[str]:
         """What the rows shown tell that the run goes on with and a person has to know."""
@@ -93,3 +97,34 @@ class RunProgress:
         outside = total - self._walls.get("dem", 0.0) - self._walls.get("cfd", 0.0)
         table.add_row("not in a solver", f"{outside:.1f}", f"{100 * outside / total:.1f} %")
         return table
+
+
+def format_clock(seconds: float) -> str:
+    """Wall time as H:MM:SS, with days where it is longer than one."""
+    whole = max(round(seconds), 0)
+    days, rest = divmod(whole, 86_400)
+    clock = f"{rest // 3600}:{rest % 3600 // 60:02d}:{rest % 60:02d}"
+    return f"{days} d {clock}" if days else clock
+
+
+def _describe(row: dict[str, Any], pace: float) -> list[str]:
+    """What is told of a row beside its time, the most important first; `pace`: wall time over simulated time."""
+    parts = [f"{row['particles_at_outlet']} at the outlet"] if row.get("particles_at_outlet") else []
+    if math.isfinite(pace):
+        parts.append(f"{pace:.0f} s wall per s")
+    if math.isfinite(row.get("pressure_drop", math.nan)):
+        parts.append(f"dp {row['pressure_drop']:.0f} Pa")
+    if "bed_height" in row:
+        parts.append(f"bed {1e3 * row['bed_height']:.1f} mm")
+    return parts
+
+
+def _choose_parts(parts: list[str], room: int) -> str:
+    """As many of `parts` as fit into `room` columns, so that the clocks after them are never cut."""
+    text = ""
+    for part in parts:
+        longer = f"{text}, {part}" if text else part
+        if len(longer) > room:
+            break
+        text = longer
+    return text

@@ -17,6 +17,7 @@ from fbcouple.errors import CaseError
 from fbcouple.results.expected import find_faults
 from fbcouple.results.inlet_speed import find_fastest
 from fbcouple.results.stored import load
+from fbcouple.results.view import BED, View
 
 _ROUNDING = 1e-9
 
@@ -31,12 +32,14 @@ class NotMeantError(NotDrawableError):
 
 @dataclass(frozen=True)
 class Results:
-    """The contents of one results.nc: `data`, the effective `case`, the file's `path` and the run's `label`."""
+    """The contents of one results.nc: `data`, the effective `case`, the file's `path`, the run's `label`, and which
+    `view` of it is asked for."""
 
     path: Path
     data: xr.Dataset
     case: dict[str, Any]
     label: str = ""
+    view: View = BED
 
     @property
     def title(self) -> str:

@@ -25,6 +25,7 @@ PICTURES = (
     "voidage_snapshots",
     "spectrum",
     "bed_views",
+    "measured_lines",
 )
 """Figures of one run."""
 _STEP = r"step-\d{12}"
@@ -32,7 +33,7 @@ _PRODUCTS = {
     "": r"results\.(nc|tmp)|report\.(html|json)",
     FRAMES: r"frame-\d{6,}\.(nc|tmp)",
     "checkpoints": rf"{_STEP}(\.refused)?|\.unfinished-({_STEP}|\d+)",
-    "figures": rf"({'|'.join(PICTURES)})\.png|bed\.gif",
+    "figures": rf"({'|'.join(PICTURES)})\.(png|svg|pdf)|bed\.gif",
     "vtk": r"means\.vt[iu]|particles-\d{6,}\.vtp|gas-\d{6,}\.vti|(particles|gas)\.pvd",
 }
 """Folder in the run folder -> pattern of the names in it."""

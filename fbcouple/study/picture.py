@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -17,6 +19,15 @@ _COLOURS = (BLUE, VERMILION, GREEN, ORANGE, SKY, GREY)
 _MARKERS = "os^DvPX*<>hp"
 _PANEL = 2.9
 """Height of a panel [in]."""
+_ROOM = 4.6, 2.2
+"""About the size of its axes [in]."""
+_LONG = 1e5
+"""Range of an axis from which on only powers of ten are marked."""
+_OFFSETS = ((7.0, 5.0), (-7.0, 5.0), (7.0, -6.0), (-7.0, -6.0), (0.0, 9.0), (0.0, -9.0), (11.0, 0.0), (-11.0, 0.0))
+"""Where the number of a point can stand [pt], the best first."""
+_CLEAR = 7.0
+"""Distance [pt] of a number from other points and numbers."""
+Point = tuple[float, float]
 
 
 def draw(rows: list[dict[str, Any]], knobs: list[str], title: str, path: Path) -> Path:
@@ -58,21 +69,49 @@ def _draw_panel(axes: Axes, rows: list[dict[str, Any]], knobs: list[str]) -> Non
             capsize=2,
             label=label,
         )
-    _name_members(axes, rows)
     front = sorted((row["core_seconds_per_second"], row["error"]) for row in rows if row["pareto"])
     axes.plot(*zip(*front, strict=True), color=INK, linewidth=0.8, linestyle="--", label="Pareto front", zorder=0)
+    _name_members(axes, rows)
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        low, high = axis.get_view_interval()
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < _LONG * low else (1.0,)))
         axis.set_major_formatter("{x:g}")
         axis.set_minor_formatter(NullFormatter())
 
 
 def _name_members(axes: Axes, rows: list[dict[str, Any]]) -> None:
-    """Number the members in the order of cost, and list the numbers below the panel's axis where they do not meet."""
+    """Number the members in the order of cost, and list the numbers above the panel."""
     ordered = sorted(rows, key=lambda row: row["core_seconds_per_second"])
-    for place, row in enumerate(ordered):
-        spot = row["core_seconds_per_second"], row["error"]
-        axes.annotate(str(place + 1), spot, (4, 3), textcoords="offset points", size=6, color=INK)
+    points = [(row["core_seconds_per_second"], row["error"]) for row in ordered]
+    spots = place_numbers(measure_points(points, (axes.get_xlim(), axes.get_ylim())))
+    for place, (point, offset) in enumerate(zip(points, spots, strict=True)):
+        axes.annotate(
+            str(place + 1), point, offset, textcoords="offset points", size=6, color=INK, ha="center", va="center"
+        )
     names = [f"{place + 1}\u00a0{row['member']}" for place, row in enumerate(ordered)]
-    axes.set_title(textwrap.fill("   ".join(names), 120), loc="left", size=5.5, color=GREY, pad=3, parse_math=False)
+    words = textwrap.fill("   ".join(names), 120, break_on_hyphens=False)
+    axes.set_title(words, loc="left", size=5.5, color=GREY, pad=3, parse_math=False)
+
+
+def measure_points(points: list[Point], limits: tuple[Point, Point]) -> np.ndarray:
+    """Where points of logarithmic axes with these `limits` lie [pt] in a panel of about its size; shape (n, 2)."""
+    low, high = np.log(np.array(limits)).T
+    shares = (np.log(np.array(points)) - low) / (high - low)
+    return np.asarray(shares * np.array(_ROOM) * 72.0)
+
+
+def place_numbers(points: np.ndarray) -> list[Point]:
+    """For each of `points` (n, 2) [pt] the offset [pt] of its number that keeps clearest of all points and numbers."""
+    offsets: list[Point] = []
+    taken = [tuple(point) for point in points]
+    for number, point in enumerate(points):
+        others = [spot for place, spot in enumerate(taken) if place != number]
+
+        def clearance(offset: Point, point: np.ndarray = point, others: list[Any] = others) -> float:
+            return min((math.dist(point + offset, other) for other in others), default=math.inf)
+
+        best = next((offset for offset in _OFFSETS if clearance(offset) >= _CLEAR), max(_OFFSETS, key=clearance))
+        offsets.append(best)
+        taken.append((float(point[0] + best[0]), float(point[1] + best[1])))
+    return offsets

@@ -12,17 +12,17 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from fbcouple.postproc.figures.heights import format_height, list_heights
 from fbcouple.postproc.figures.layout import Panel, draw_panels
-from fbcouple.postproc.figures.maps import DENSE, PACKED, draw_edge
+from fbcouple.postproc.figures.maps import DENSE, EDGE_LINE, PACKED, draw_edge
 from fbcouple.postproc.figures.registry import figure
 from fbcouple.postproc.scales import velocity_scale, word_scale
-from fbcouple.postproc.style import COLUMN, GREY, LINES, averaging_text, inset_axes, new_figure
+from fbcouple.postproc.style import COLUMN, GREY, LINES, averaging_text, lay_out
 from fbcouple.postproc.views.frames import list_frames, number_of, read_frame
 from fbcouple.results.reader import NotDrawableError, Results, at_height
 
 SLICES = (0.2, 0.5, 0.8)  # y/D, Hamidouche et al. 2019, figure 10
 MOMENT = 12_000.0  # t U_f/d_p of figure 10
-DEPTH_HEIGHT = 0.16  # z/H of figure 11
 DEPTH_PLACES = (0.1, 0.3, 0.5, 0.7, 0.9)  # x/L; the paper's text does not give its own
 
 
@@ -32,7 +32,7 @@ def slices(results: Results) -> Figure:
     cuts = _cut(results.mean("solids_fraction"))
     panels = [Panel(results, cut, name, partial(draw_edge, results=results, field=cut)) for name, cut in cuts]
     label = r"Solids fraction $\langle \alpha_p \rangle$ [–]"
-    return draw_panels(panels, results.title, averaging_text(results), label, (0.0, PACKED), mark=DENSE)
+    return draw_panels(panels, results.title, averaging_text(results), label, (0.0, PACKED), DENSE, EDGE_LINE)
 
 
 @figure
@@ -64,12 +64,13 @@ def _cut(field: xr.DataArray) -> list[tuple[str, xr.DataArray]]:
 
 
 def depth_lines(results: Results) -> dict[float, np.ndarray]:
-    """Time-mean vertical solids velocity over U_f at z/H = 0.16: x/L -> values along the cells in y, shape (ny,).
+    """Time-mean vertical solids velocity over U_f at the highest of the heights of profiles: x/L -> values along the
+    cells in y, shape (ny,).
 
     Linear between the cell centres around height and place; places beside the outermost centres are left out.
     """
     upward = results.particle_mean("solids_velocity").sel(component="z")
-    layer: xr.DataArray = at_height(upward, results.level(DEPTH_HEIGHT)) / velocity_scale(results)[0]
+    layer: xr.DataArray = at_height(upward, results.corner[2] + max(list_heights(results))) / velocity_scale(results)[0]
     lines = layer.transpose("y", "x").values
     x = results.share("x")
     known = [place for place in DEPTH_PLACES if x[0] <= place <= x[-1]]
@@ -78,14 +79,15 @@ def depth_lines(results: Results) -> dict[float, np.ndarray]:
 
 @figure
 def depth_profiles(results: Results) -> Figure:
-    """Time-mean vertical solids velocity along the depth at z/H = 0.16, at five places across the bed."""
+    """Time-mean vertical solids velocity along the depth at one height, at five places across the bed."""
+    height = format_height(max(list_heights(results)), results)
     lines = depth_lines(results)
     if not any(np.isfinite(line).any() for line in lines.values()):
-        raise NotDrawableError([f"no particle ever came to z/H = {DEPTH_HEIGHT:g}."])
+        raise NotDrawableError([f"no particle ever came to {height}."])
     _, divisor, unit = velocity_scale(results)
-    note = f"$z/H$ = {DEPTH_HEIGHT:g}; {averaging_text(results)}{word_scale([results])}"
-    picture = new_figure(results.title, COLUMN, 2.6, note)
-    axes = inset_axes(picture, 0.68, 0.42, COLUMN - 1.62, 2.05)
+    note = f"{height}; {averaging_text(results)}{word_scale([results])}"
+    picture = lay_out(results.title, COLUMN, 2.6, note)
+    axes = picture.subplots()
     axes.axhline(0.0, color=GREY, linewidth=0.7)
     y = results.share("y")
     for (place, line), look in zip(lines.items(), LINES, strict=False):

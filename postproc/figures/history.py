@@ -21,7 +21,9 @@ from fbcouple.postproc.style import (
     WINDOW_SHADE,
     averaging_text,
     inset_axes,
+    lay_out,
     new_figure,
+    wrap_label,
 )
 from fbcouple.results.reader import NotDrawableError, Results
 
@@ -72,26 +74,22 @@ def histories(runs: Sequence[Results]) -> Figure:
     shown = [name for name in signals if any(name in run.data for run in runs)]
     if not shown:
         raise NotDrawableError([f"none of the runs has any of the histories {', '.join(signals)}."])
-    left, right, bottom, top, each, gap = 0.72, 1.95, 0.42, 0.1, 1.5, 0.14
-    picture = new_figure("Histories", PAGE, bottom + len(shown) * (each + gap) - gap + top, "start-up included")
+    picture = lay_out("Histories", PAGE, 0.5 + 1.6 * len(shown), "start-up included")
+    panels = picture.subplots(len(shown), 1, squeeze=False, sharex=True)[:, 0]
     longest = max(float(run.data["time"].values[-1]) for run in runs)
-    for row, name in enumerate(reversed(shown)):
-        axes = inset_axes(picture, left, bottom + row * (each + gap), PAGE - left - right, each)
+    for axes, name in zip(panels, shown, strict=True):
         text, factor = signals[name]
         rows = []
         for place, run in enumerate(runs):
             if name in run.data:
                 look = {key: LINES[place % len(LINES)][key] for key in ("color", "linestyle")}
                 rows.append((run.data["time"].values, factor * run.history(name).values))
-                axes.plot(*rows[-1], linewidth=0.9, label=run.label, **look)
+                axes.plot(*rows[-1], linewidth=0.9, label=wrap_label(run.label), **look)
         _keep_in_view(axes, *np.concatenate(rows, axis=1))
         axes.set(ylabel=text, xlim=(0.0, longest if longest > 0.0 else None))
-        axes.yaxis.set_label_coords(-0.37 / (PAGE - left - right), 0.5)
-        axes.tick_params(labelbottom=row == 0)
-        if row == 0:
-            axes.set_xlabel("Time [s]")
-        if row == len(shown) - 1:
-            axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=2.4)
+    picture.align_ylabels(panels)
+    panels[-1].set_xlabel("Time [s]")
+    panels[0].legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=2.4)
     return picture
 
 

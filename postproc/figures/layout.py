@@ -2,23 +2,33 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
-from fbcouple.postproc.style import PAGE, SKY, colours, extend, inset_axes, new_figure
+from fbcouple.postproc.figures.heights import find_tops
+from fbcouple.postproc.style import COLUMN, FONT_SIZE, PAGE, SKY, colours, extend, inset_axes, new_figure
 from fbcouple.results.reader import Results
 
 MOST_ACROSS = 5
 """Maps in one row; more of them stand in rows below, on the same scale."""
 LEFT, BOTTOM, BAR_GAP, BAR, RIGHT, TOP, GAP = 0.52, 0.42, 0.12, 0.13, 0.62, 0.12, 0.14  # inches
 LINE = 0.14  # inches, a line of a map's own title
+WIDEST = COLUMN - LEFT - BAR_GAP - BAR - RIGHT  # inches, a map that stands alone in a column of a journal
+OWN_SCALE = 0.42  # inches between maps of boxes of different heights, each with its own scale
+ENTRY = 0.16  # inches, a line of the legend
+LETTER = 0.53 * (FONT_SIZE - 1) / 72  # inches, the width of a mean letter
+EMPTY = "#C8C8C8"
 
 
 @dataclass(frozen=True)
@@ -31,6 +41,14 @@ class Panel:
     adorn: Callable[[Axes], None] | None
 
 
+@dataclass(frozen=True)
+class Line:
+    """A line that is drawn onto maps: its style, and in words what it is."""
+
+    style: Literal["-", "--"]
+    words: str
+
+
 def draw_panels(
     panels: Sequence[Panel],
     heading: str,
@@ -38,43 +56,81 @@ def draw_panels(
     label: str,
     limits: tuple[float, float],
     mark: float | None = None,
+    line: Line | None = None,
     cmap: str = "magma_r",
 ) -> Figure:
-    """Draw maps on one colour scale with these `limits`; `mark`: a value to mark on the colour bar."""
+    """Draw maps on one colour scale with these `limits`, each up to a little above the bed.
+
+    mark: a value to mark on the colour bar; line: what is drawn onto the maps, for the legend.
+    """
+    tops = find_tops([panel.results for panel in panels])
     columns = min(len(panels), MOST_ACROSS)
     rows = -(-len(panels) // columns)
-    shapes = [panel.results.size[2] / panel.results.size[0] for panel in panels]
-    room = (PAGE - LEFT - BAR_GAP - BAR - RIGHT - (columns - 1) * GAP) / columns
-    across = min(3.0, 5.2 / max(shapes), room)
-    up, titles = across * max(shapes), LINE * max(panel.title.count("\n") + bool(panel.title) for panel in panels)
-    full = max(LEFT + columns * across + (columns - 1) * GAP + BAR_GAP + BAR + RIGHT, 2.6)
-    each = up + titles + GAP
-    body = BOTTOM + rows * each - GAP + TOP
-    picture = new_figure(heading, full, body, note)
+    shapes = [top * panel.results.size[2] / panel.results.size[0] for panel, top in zip(panels, tops, strict=True)]
+    gap = GAP if len({panel.results.size[2] for panel in panels}) == 1 else OWN_SCALE
+    room = (PAGE - LEFT - BAR_GAP - BAR - RIGHT - (columns - 1) * gap) / columns
+    across = min(WIDEST, 5.2 / max(shapes), room)
+    titles = [textwrap.fill(panel.title, max(int(across / LETTER), 8), drop_whitespace=True) for panel in panels]
+    titles = [panel.title if "\n" in panel.title else title for panel, title in zip(panels, titles, strict=True)]
+    up, above = across * max(shapes), LINE * max(title.count("\n") + bool(title) for title in titles)
+    full = max(LEFT + columns * across + (columns - 1) * gap + BAR_GAP + BAR + RIGHT, 2.6)
+    each = up + above + GAP
+    handles = _list_handles(panels, tops, limits, line)
+    beside = max(int(full / (LETTER * max((len(handle.get_label()) for handle in handles), default=1) + 0.5)), 1)
+    below = BOTTOM + ENTRY * -(-len(handles) // beside)
+    picture = new_figure(heading, full, below + rows * each - GAP + TOP, _tell_top(note, panels, tops))
     meshes = []
-    for place, panel in enumerate(panels):
+    for place, (panel, title) in enumerate(zip(panels, titles, strict=True)):
         row, column = divmod(place, columns)
-        is_lowest = place + columns >= len(panels)
-        axes = inset_axes(
-            picture,
-            LEFT + column * (across + GAP),
-            BOTTOM + (rows - 1 - row) * each,
-            across,
-            across * shapes[place],
-        )
-        meshes.append(_draw(axes, panel, limits, cmap, column == 0, is_lowest))
-    bar = inset_axes(
-        picture, LEFT + columns * across + (columns - 1) * GAP + BAR_GAP, BOTTOM + (rows - 1) * each, BAR, up
-    )
-    _draw_bar(picture, bar, meshes, limits, label)
+        corner = LEFT + column * (across + gap), below + (rows - 1 - row) * each
+        axes = inset_axes(picture, *corner, across, across * shapes[place])
+        meshes.append(_draw(axes, panel, tops[place], limits, cmap))
+        axes.set_title(title, size="small", pad=2.5, parse_math=False)
+        axes.tick_params(labelbottom=place + columns >= len(panels), labelleft=column == 0 or gap == OWN_SCALE)
+        axes.set_xlabel("$x/L$ [–]" if place + columns >= len(panels) else "")
+        axes.set_ylabel("$z/H$ [–]" if column == 0 else "")
+    corner = LEFT + columns * across + (columns - 1) * gap + BAR_GAP, below + (rows - 1) * each
+    bar = inset_axes(picture, *corner, BAR, up)
+    _draw_bar(picture, bar, meshes, (tops, limits), label)
     if mark is not None:
-        bar.axhline(mark, color="black", linewidth=0.8, linestyle="--")
+        bar.axhline(mark, color="black", linewidth=0.8, linestyle=line.style if line else "--")
+    if handles:
+        picture.legend(handles=handles, loc="lower left", ncols=beside, handlelength=1.6, borderaxespad=0.3)
     return picture
 
 
-def _draw(
-    axes: Axes, panel: Panel, limits: tuple[float, float], cmap: str, is_first: bool, is_lowest: bool
-) -> QuadMesh:
+def _tell_top(note: str, panels: Sequence[Panel], tops: Sequence[float]) -> str:
+    """The note, and how far up the maps go where that is not all."""
+    if min(tops) == 1.0:
+        return note
+    heights = [panel.results.size[2] for panel in panels]
+    shown = f"up to z = {1e3 * min(tops) * heights[tops.index(min(tops))]:.3g} mm of {1e3 * max(heights):.3g} mm"
+    return f"{note}; {shown}".lstrip("; ")
+
+
+def _see(panel: Panel, top: float) -> np.ndarray:
+    """The values (z, x) of a map that are shown below z/H = `top`."""
+    values = panel.field.transpose("z", "x").values
+    return np.asarray(values[: round(top * len(values))])
+
+
+def _list_handles(
+    panels: Sequence[Panel], tops: Sequence[float], limits: tuple[float, float], line: Line | None
+) -> list[Any]:
+    """Legend of what the colour bar does not tell, of that only what is there."""
+    shown = [_see(panel, top) for panel, top in zip(panels, tops, strict=True)]
+    handles: list[Any] = []
+    if line is not None:
+        handles.append(Line2D([], [], color="black", linewidth=0.8, linestyle=line.style, label=line.words))
+    if any((values[np.isfinite(values)] > limits[1]).any() for values in shown):
+        handles.append(Patch(color=SKY, label=f"above {limits[1]:.3g}, the end of the scale"))
+    if any(not np.isfinite(values).all() for values in shown):
+        is_box = all(panel.results.is_box for panel in panels)
+        handles.append(Patch(color=EMPTY, label="no particles" if is_box else "no particles, or outside of the mesh"))
+    return handles
+
+
+def _draw(axes: Axes, panel: Panel, top: float, limits: tuple[float, float], cmap: str) -> QuadMesh:
     """Colour each cell with its own value: nothing is smoothed."""
     width, _, height = panel.results.size
     mesh = axes.pcolormesh(
@@ -85,23 +141,26 @@ def _draw(
         vmin=limits[0],
         vmax=limits[1],
     )
-    axes.set(xlim=(0, 1), ylim=(0, 1), aspect=height / width)
+    axes.set(xlim=(0, 1), ylim=(0, top), aspect=height / width)
     axes.set_xticks([0, 0.5, 1], ["0", "0.5", "1"])
-    axes.set_facecolor("#C8C8C8")
-    axes.tick_params(labelbottom=is_lowest, labelleft=is_first)
-    if is_lowest:
-        axes.set_xlabel("$x/L$ [–]")
-    if is_first:
-        axes.set_ylabel("$z/H$ [–]")
-    if panel.title:
-        axes.set_title(panel.title, size="small", pad=2.5, parse_math=False)
+    axes.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
+    axes.set_facecolor(EMPTY)
     if panel.adorn:
         panel.adorn(axes)
     return mesh
 
 
-def _draw_bar(picture: Figure, bar: Axes, meshes: Sequence[QuadMesh], limits: tuple[float, float], label: str) -> None:
-    values = np.concatenate([np.ma.compressed(np.ma.asarray(mesh.get_array())) for mesh in meshes])
-    arrows = extend(values, *limits)
+def _draw_bar(
+    picture: Figure,
+    bar: Axes,
+    meshes: Sequence[QuadMesh],
+    scale: tuple[Sequence[float], tuple[float, float]],
+    label: str,
+) -> None:
+    """The colour bar of all maps; `scale`: up to where each is shown, and the limits of the colours."""
+    tops, limits = scale
+    arrays: list[Any] = [np.ma.asarray(mesh.get_array()) for mesh in meshes]
+    shown = [values[: round(top * len(values))] for values, top in zip(arrays, tops, strict=True)]
+    arrows = extend(np.concatenate([np.ma.compressed(values) for values in shown]), *limits)
     ticks = MaxNLocator(7, steps=[1, 2, 5, 10])
     picture.colorbar(meshes[0], cax=bar, extend=arrows, extendfrac=0.03, label=label, ticks=ticks)

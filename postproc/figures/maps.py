@@ -14,7 +14,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fbcouple.postproc.figures.arrows import sample_arrows
-from fbcouple.postproc.figures.layout import Panel, draw_panels
+from fbcouple.postproc.figures.heights import SCARCE
+from fbcouple.postproc.figures.layout import Line, Panel, draw_panels
 from fbcouple.postproc.figures.registry import comparison, figure
 from fbcouple.postproc.scales import flux_scale, velocity_scale, word_scale
 from fbcouple.postproc.style import DPI, averaging_text
@@ -22,7 +23,7 @@ from fbcouple.results.reader import NotDrawableError, Results, depth_average, ma
 
 PACKED = 0.6  # upper colour limit of every map of the solids fraction, so that runs can be compared
 DENSE = 0.2  # solids fraction over which the paper calls the bed dense
-SCARCE = 0.01  # solids fraction below which agitation does not set the colour scale: too few particles pass
+EDGE_LINE = Line("--", f"edge of the dense bed, {DENSE:g}")
 ARROWS_ACROSS = 11
 LONGEST_ARROW = 1.1  # of the distance between arrows
 SHORTEST_ARROW = 0.04  # of the longest; below this only the colour is shown
@@ -46,7 +47,7 @@ def _row_of_fractions(runs: Sequence[Results], heading: str) -> Figure:
         field = depth_average(run.mean("solids_fraction"))
         panels.append(Panel(run, field, _window(run, runs), partial(draw_edge, results=run, field=field)))
     label = r"Solids fraction $\langle \alpha_p \rangle_{xz}$ [–]"
-    return draw_panels(panels, heading, _note(runs), label, (0.0, PACKED), mark=DENSE)
+    return draw_panels(panels, heading, _note(runs), label, (0.0, PACKED), DENSE, EDGE_LINE)
 
 
 @figure

@@ -1,21 +1,23 @@
-"""Profiles across the bed at one height (figure 13 of Hamidouche et al. 2019)."""
+"""Profiles across the bed at some heights (figure 13 of Hamidouche et al. 2019)."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
+from fbcouple.postproc.figures.heights import format_height, list_heights
 from fbcouple.postproc.figures.maps import common_flux_scale
 from fbcouple.postproc.figures.registry import comparison, figure
 from fbcouple.postproc.scales import flux_scale, word_scale
-from fbcouple.postproc.style import BLUE, COLUMN, GREY, LINES, PAGE, averaging_text, inset_axes, new_figure
+from fbcouple.postproc.style import COLUMN, GREY, LINES, PAGE, averaging_text, lay_out, wrap_label
 from fbcouple.results.reader import Results, at_height, depth_average
-
-PROFILE_HEIGHT = 0.092  # z/H of the measured profiles, Hamidouche et al. 2019, section 4.1
 
 
 @dataclass(frozen=True)
@@ -27,8 +29,8 @@ class Profile:
     stderr: np.ndarray | None
 
 
-def vertical_flux(results: Results, height: float = PROFILE_HEIGHT) -> Profile:
-    """Time-mean vertical solids flux over rho U_f at z/H = `height`, averaged over the depth, against x/L.
+def vertical_flux(results: Results, height: float) -> Profile:
+    """Time-mean vertical solids flux over rho U_f `height` [m] above the floor, averaged over the depth, against x/L.
 
     Linear between the centres of the two layers of cells around the height. The standard error is the mean over the
     depth and the same weighted mean over the two layers: an upper bound, reached if these cells err together.
@@ -39,7 +41,7 @@ def vertical_flux(results: Results, height: float = PROFILE_HEIGHT) -> Profile:
     scale, _, _ = flux_scale(results)
 
     def line(field: xr.DataArray) -> np.ndarray:
-        return at_height(depth_average(field.sel(component="z")), results.level(height)).values / scale
+        return at_height(depth_average(field.sel(component="z")), results.corner[2] + height).values / scale
 
     value = line(results.mean("solids_flux"))
     stderr = line(results.error("solids_flux_stderr")) if "solids_flux_stderr" in results.data else None
@@ -49,41 +51,58 @@ def vertical_flux(results: Results, height: float = PROFILE_HEIGHT) -> Profile:
 
 @figure
 def flux_profile(results: Results) -> Figure:
-    """Vertical solids flux across the bed at z/H = 0.092 with a band of one standard error."""
-    profile = vertical_flux(results)
-    _, divisor, unit = flux_scale(results)
-    note = f"$z/H$ = {PROFILE_HEIGHT:g}; {averaging_text(results)}{word_scale([results])}"
-    picture = new_figure(results.title, COLUMN, 2.8, note)
-    axes = inset_axes(picture, 0.56, 0.42, COLUMN - 0.66, 1.95)
-    axes.axhline(0.0, color=GREY, linewidth=0.7)
-    if profile.stderr is not None:
-        low, high = profile.value - profile.stderr, profile.value + profile.stderr
-        axes.fill_between(profile.position, low, high, color=BLUE, alpha=0.25, linewidth=0, label="± 1 standard error")
-    net = f"time mean (average over $x$: {np.mean(profile.value):+.2g})".replace("-", "−")
-    axes.plot(profile.position, profile.value, color=BLUE, marker="o", markersize=2.5, label=net)
-    symbol = rf"$\langle \alpha_p \rho_p U_{{p,z}} \rangle_{{xz}}{divisor}$"
-    axes.set(xlabel="$x/L$ [–]", ylabel=f"{symbol} [{unit}]", xlim=(0, 1))
-    axes.margins(y=0.1)
-    axes.legend(loc="lower left", bbox_to_anchor=(-0.02, 0.99), handlelength=1.6, borderaxespad=0.0)
+    """Vertical solids flux across the bed, a line each height, with bands of one standard error."""
+    heights = list_heights(results)
+    note = f"{'; '.join(format_height(z, results) for z in heights)}; {averaging_text(results)}{word_scale([results])}"
+    picture = lay_out(results.title, COLUMN, 2.6 + 0.14 * len(heights), note)
+    axes = picture.subplots()
+    handles = []
+    for height, look in zip(heights, _cycle_looks(len(heights)), strict=True):
+        profile = vertical_flux(results, height)
+        name = f"$z$ = {1e3 * height:.3g} mm" if len(heights) > 1 else "time mean"
+        net = f"{name} (average over $x$: {np.mean(profile.value):+.2g})".replace("-", "−")
+        handles.append(_draw_profile(axes, profile, net, look))
+    band = bool(axes.collections)
+    _finish(axes, flux_scale(results)[1:])
+    words = f"{'band: ' if len(heights) == 1 else 'bands: '}± 1 standard error" if band else None
+    legend = {"handlelength": 1.8, "borderaxespad": 0.0, "title": words, "title_fontsize": "small"}
+    axes.legend(handles=handles, loc="lower left", bbox_to_anchor=(-0.02, 1.01), alignment="left", **legend)
     return picture
 
 
 @comparison
 def flux_profiles(runs: Sequence[Results]) -> Figure:
-    """Vertical solids flux across the bed at z/H = 0.092 of each run, with bands of one standard error."""
-    divisor, unit = common_flux_scale(runs)
-    note = f"$z/H$ = {PROFILE_HEIGHT:g}; bands: ± 1 standard error{word_scale(runs)}"
-    picture = new_figure("Time-mean vertical solids flux", PAGE, 3.0, note)
-    axes = inset_axes(picture, 0.56, 0.42, PAGE - 2.6, 2.45)
-    axes.axhline(0.0, color=GREY, linewidth=0.7)
-    for place, run in enumerate(runs):
-        look, profile = LINES[place % len(LINES)], vertical_flux(run)
-        if profile.stderr is not None:
-            low, high = profile.value - profile.stderr, profile.value + profile.stderr
-            axes.fill_between(profile.position, low, high, color=look["color"], alpha=0.18, linewidth=0)
-        axes.plot(profile.position, profile.value, markersize=3.0, label=run.label, **look)
+    """Vertical solids flux across the bed of each run at the first run's heights, bands of one standard error."""
+    common_flux_scale(runs)
+    heights = list_heights(runs[0])
+    note = f"bands: ± 1 standard error{word_scale(runs)}"
+    picture = lay_out("Time-mean vertical solids flux", PAGE, 0.3 + 2.6 * len(heights), note)
+    for axes, height in zip(picture.subplots(len(heights), 1, squeeze=False)[:, 0], heights, strict=True):
+        for run, look in zip(runs, _cycle_looks(len(runs)), strict=True):
+            _draw_profile(axes, vertical_flux(run, height), wrap_label(run.label), look)
+        _finish(axes, flux_scale(runs[0])[1:])
+        axes.set_title(format_height(height, runs[0]), loc="left", size="small", pad=2.0)
+        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=2.4)
+    return picture
+
+
+def _cycle_looks(count: int) -> list[dict[str, Any]]:
+    return [LINES[place % len(LINES)] for place in range(count)]
+
+
+def _draw_profile(axes: Axes, profile: Profile, label: str, look: dict[str, Any]) -> Line2D:
+    """Draw a profile with its band, if it has one."""
+    if profile.stderr is not None:
+        low, high = profile.value - profile.stderr, profile.value + profile.stderr
+        axes.fill_between(profile.position, low, high, color=look["color"], alpha=0.2, linewidth=0)
+    (line,) = axes.plot(profile.position, profile.value, markersize=3.0, label=label, **look)
+    return line
+
+
+def _finish(axes: Axes, scale: tuple[str, str]) -> None:
+    """Name the axes of a flux over what `scale` (text after its symbol, unit) says."""
+    divisor, unit = scale
+    axes.axhline(0.0, color=GREY, linewidth=0.7, zorder=0)
     symbol = rf"$\langle \alpha_p \rho_p U_{{p,z}} \rangle_{{xz}}{divisor}$"
     axes.set(xlabel="$x/L$ [–]", ylabel=f"{symbol} [{unit}]", xlim=(0, 1))
     axes.margins(y=0.1)
-    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=2.4)
-    return picture

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fbcouple.postproc.figures.bubbles import EDGE
-from fbcouple.postproc.figures.layout import MOST_ACROSS, Panel, draw_panels
+from fbcouple.postproc.figures.layout import MOST_ACROSS, Line, Panel, draw_panels
 from fbcouple.postproc.figures.registry import figure
 from fbcouple.results.reader import NotDrawableError, Results, word_without
 
@@ -34,8 +34,8 @@ def voidage_snapshots(results: Results) -> Figure:
         outline = partial(_outline, x=x, z=z, values=field.values)
         panels.append(Panel(results, field, f"t = {times[place]:.3f} s", outline))
     label = r"Voidage $\langle \varepsilon \rangle_{xz}$ [–]"
-    note = f"line: voidage {EDGE:g}"
-    return draw_panels(panels, results.title, note, label, (LOWEST, 1.0), mark=EDGE, cmap="cividis")
+    line = Line("-", f"edge of bubbles, voidage {EDGE:g}")
+    return draw_panels(panels, results.title, "", label, (LOWEST, 1.0), EDGE, line, cmap="cividis")
 
 
 def _outline(axes: Axes, x: np.ndarray, z: np.ndarray, values: np.ndarray) -> None:

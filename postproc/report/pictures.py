@@ -13,7 +13,8 @@ from PIL import Image
 from fbcouple.postproc.style import DPI, journal_style
 from fbcouple.results.reader import NotDrawableError, NotMeantError
 
-_SCREEN = 96.0
+_SCREEN = 112.0
+"""Dots of a screen an inch of a figure: its text is 11-12 dots high, and two columns fill a page of 1280."""
 _COLOURS = 256
 
 

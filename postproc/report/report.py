@@ -6,7 +6,7 @@ import json
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,21 +15,18 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from fbcouple.errors import CaseError
 from fbcouple.paths import TEMPLATES
 from fbcouple.postproc.differences import Difference, Point, compare, core_hours, draw_error_against_time
+from fbcouple.postproc.experiment import Comparison, Measured, compare_with, gather_references, tell_given
+from fbcouple.postproc.figures.heights import format_height, list_heights
+from fbcouple.postproc.figures.measured_lines import draw_measured_lines
 from fbcouple.postproc.figures.registry import COMPARISONS, FIGURES
 from fbcouple.postproc.files import write_whole
 from fbcouple.postproc.papers.hamidouche2019.claims import UNDECIDED, judge_claims
 from fbcouple.postproc.papers.hamidouche2019.paper_runs import identify
 from fbcouple.postproc.report import tables
-from fbcouple.postproc.report.experiment import (
-    Comparison,
-    Measured,
-    compare_with,
-    draw_measured_lines,
-    gather_references,
-    tell_given,
-)
 from fbcouple.postproc.report.pictures import make_picture
+from fbcouple.postproc.report.wording import add_wording
 from fbcouple.results.reader import NotDrawableError, Results, open_runs
+from fbcouple.results.view import BED, View
 from fbcouple.version import __version__
 
 _FIRST = (
@@ -47,20 +44,22 @@ _FIRST = (
     "spectrum",
 )
 """Order of the figures of a run; others follow."""
+_ELSEWHERE = ("measured_lines",)
+"""Figures of a run that the comparison shows, with all runs in them."""
 Content = dict[str, Any]
 
 
-def write_report(folders: Sequence[Path], output: Path, references: Sequence[str] = ()) -> list[Path]:
+def write_report(folders: Sequence[Path], output: Path, references: Sequence[str] = (), view: View = BED) -> list[Path]:
     """Write the report of the runs in `folders` to `output` (HTML) and its numbers beside it (JSON).
 
-    references: texts `quantity@height=file` besides those that the cases name.
+    references: texts `quantity@height=file` besides those that the cases name; view: heights of profiles.
     Returns: the two files.
     Raises: CaseError if a run or a reference cannot be read, or a file cannot be written.
     """
     numbers = output.with_suffix(".json")
     if output == numbers:
         raise CaseError([f"{output}: the numbers go into a .json file beside the page; give the page another ending."])
-    runs = open_runs(folders)
+    runs = [replace(run, view=view) for run in open_runs(folders)]
     content = describe(runs, gather_references(runs, references))
     page = _render(content, numbers.name)
     plain = tables.make_plain(_leave_out_pictures(content))
@@ -88,6 +87,7 @@ def _describe_run(run: Results) -> Content:
     figures = [
         make_picture(lambda make=make: make(run), name, make.__doc__, run.label, left_out)  # type: ignore[misc]
         for name, make in sorted(FIGURES.items(), key=lambda item: _place(item[0]))
+        if name not in _ELSEWHERE
     ]
     content: Content = {
         "label": run.label,
@@ -135,7 +135,7 @@ def _describe_comparison(runs: Sequence[Results], lines: Sequence[Measured]) -> 
         drawings["reference_figures"] = [
             make_picture(lambda: draw_measured_lines(runs, lines), "measured_lines", words, "", remarks)
         ]
-    if points:
+    if points and several:
         words = "Error of each run against its core-hours per simulated second."
         floor = None if math.isnan(base) else base
         drawings["error_figures"] = [
@@ -145,6 +145,8 @@ def _describe_comparison(runs: Sequence[Results], lines: Sequence[Measured]) -> 
     return {
         "comparisons": [figure for figure in made if figure],
         "cost": [_tell_cost(run) for run in runs],
+        "settings": tables.tabulate_settings(runs) if several else [],
+        "profile_height": _tell_height(runs[0]) if several else "",
         "differences": [_tell_difference(row) for row in differences],
         "references": [_tell_comparison(row) for row in compared],
         "errors": [_tell_point(point) for point in points],
@@ -175,11 +177,19 @@ def _find_points(runs: Sequence[Results], differences: list[Difference], compare
         for row in differences
     ]
     points += [
-        Point(row.run, row.reference, row.rms / row.range, row.noise / row.range, cost[row.run])
+        Point(row.run, row.name, row.rms / row.range, row.noise / row.range, cost[row.run])
         for row in compared
         if row.range > 0.0
     ]
     return [point for point in points if math.isfinite(point.value) and math.isfinite(point.cost)]
+
+
+def _tell_height(base: Results) -> str:
+    """Where the profiles of the comparison are taken; nothing where the base has no solids."""
+    try:
+        return format_height(list_heights(base)[0], base).replace("$", "")
+    except NotDrawableError:
+        return ""
 
 
 def _cost_of(run: Results) -> float:
@@ -254,16 +264,5 @@ def _render(content: Content, json_name: str) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["shown"] = show
+    add_wording(environment)
     return environment.get_template("report.html").render(content, json_name=json_name).lstrip()
-
-
-def show(value: Any) -> str:
-    """Write a value of a table: four digits of a number, a dash for what there is none of."""
-    if value is None or (isinstance(value, float) and math.isnan(value)):
-        return "–"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, list | tuple):
-        return ", ".join(show(entry) for entry in value) or "none"
-    return f"{value:.4g}" if isinstance(value, float) else str(value)

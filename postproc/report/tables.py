@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -93,6 +94,29 @@ def tabulate_parameters(results: Results) -> Rows:
         inner = value if isinstance(value, dict) else {"": value}
         rows += [{"option": f"{key}.{name}".rstrip("."), "value": given} for name, given in inner.items()]
     return rows
+
+
+def tabulate_settings(runs: Sequence[Results]) -> Rows:
+    """What differs between the effective cases and the makers of the runs: a row an option, a column a run."""
+    options = [_list_settings(run) for run in runs]
+    names = list(dict.fromkeys(name for values in options for name in values))
+    rows = []
+    for name in names:
+        values = [given.get(name) for given in options]
+        if any(value != values[0] for value in values[1:]):
+            told = zip(runs, values, strict=True)
+            rows.append({"option": name} | {run.label: "absent" if value is None else value for run, value in told})
+    return rows
+
+
+_MAKERS = ("ranks", "machine", "fbcouple", "commit", "OpenFOAM", "LIGGGHTS", "MPI")
+
+
+def _list_settings(run: Results) -> dict[str, Any]:
+    """Options of the effective case but for its title, and what it was solved with."""
+    values = {row["option"]: row["value"] for row in tabulate_parameters(run) if row["option"] != "title"}
+    solved = {name: run.data.attrs.get(name) for name in _MAKERS}
+    return values | {name: make_plain(value) for name, value in solved.items() if value is not None}
 
 
 def tabulate_provenance(results: Results) -> Rows:

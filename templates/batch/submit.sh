@@ -5,6 +5,8 @@ set -euo pipefail
 rm -f {{ run | shell }}/batch/state
 {% endfor %}
 {{ first }}
+echo "job $previous"
 {% for job in range(1, jobs) %}
 {{ next }}
+echo "job $previous, after the one before"
 {% endfor %}

@@ -258,8 +258,10 @@ def test_notice_becomes_a_checkpoint_and_a_requeue(runs, site, chain):
 def test_chain_is_handed_in_one_after_the_other(runs, site, scheduler, calls):
     job, submit = write_job(runs / "a", scheduler, request_of(scheduler, chain=3))
     (runs / "a/batch/state").write_text("3\n")
-    assert subprocess.run([submit], check=False, timeout=LONGEST).returncode == 0
-    assert read_calls(site) == [call.format(job=job) for call in calls]
+    done = subprocess.run([submit], check=False, timeout=LONGEST, stdout=subprocess.PIPE, text=True)
+    assert done.returncode == 0 and read_calls(site) == [call.format(job=job) for call in calls]
+    number = {"slurm": "17;box", "pbs": "17.box", "lsf": "17"}[scheduler]
+    assert done.stdout.splitlines() == [f"job {number}", *[f"job {number}, after the one before"] * 2]
     assert not (runs / "a/batch/state").exists()
 
 
@@ -299,3 +301,14 @@ def test_command_line_writes_both_scripts(runs: Path, scheduler: str) -> None:
     done = batch(runs, "--scheduler", scheduler, "--time", "24:00:00", "-n", 2, "--chain", 2)
     assert done.exit_code == 0, done.stderr
     assert sorted(path.name for path in (runs / "batch").iterdir()) == [f"{scheduler}.sh", f"submit-{scheduler}.sh"]
+
+
+@pytest.mark.parametrize(("ranks", "warned"), [(1, False), (8, False), (64, True)])
+def test_more_ranks_than_there_is_work_for_are_told(tmp_path, ranks, warned):
+    """2805 cells and 57 296 particles: 64 ranks have 43 cells and 895 particles each."""
+    (tmp_path / "a").mkdir()
+    write_case(load_case("patil/c1"), tmp_path / "a" / "case.toml")
+    done = batch(tmp_path / "a", "--scheduler", "slurm", "--time", "24:00:00", "-n", ranks)
+    assert done.exit_code == 0, done.stderr
+    assert ("2805 cells and 57296 particles on 64 ranks (43 and 895 a rank)" in done.output) is warned
+    assert ("warning" in done.output) is warned

@@ -26,6 +26,7 @@ def test_particles_at_the_outlet_are_told_while_the_run_goes_on_and_at_its_end()
     progress = RunProgress(Console(file=screen, force_terminal=True, width=200), 20.0)
     progress.show({"time": 1.0, "wall": WALL, "particles_at_outlet": 0})
     assert progress.list_warnings() == []
+    progress.start()
     with progress:
         for count in (12, 7):
             progress.show({"time": 2.0, "wall": WALL, "particles_at_outlet": count})

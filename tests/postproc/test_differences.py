@@ -91,8 +91,10 @@ def test_core_hours_per_simulated_second(tmp_path):
 def test_error_against_time_shows_every_error_above_zero():
     points = [Point("a", "e1", 0.1, 0.0, 1.0), Point("b", "e1", 0.05, 0.0, 8.0), Point("b", "e2", 0.0, 0.0, 8.0)]
     axes = draw_error_against_time(points, base=20.0).axes[0]
-    drawn = [tuple(line.get_xydata()[0]) for line in axes.lines if len(line.get_xdata()) == 1]
-    assert drawn == [(1.0, 0.1), (8.0, 0.05)]
+    (line,) = [line for line in axes.lines if line.get_label() == "e1"]
+    assert line.get_xydata().tolist() == [[1.0, 0.1], [8.0, 0.05]]
     assert axes.get_xscale() == axes.get_yscale() == "log"
-    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["e1", "a", "b"]
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["e1"]
+    assert [text.get_text() for text in axes.texts] == ["| a", "b |"], "each run at its run time"
+    assert [text.xy[0] for text in axes.texts] == [1.0, 8.0]
     assert any(list(line.get_xdata()) == [20.0, 20.0] for line in axes.lines)

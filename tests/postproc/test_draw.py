@@ -14,6 +14,8 @@ from matplotlib.image import imread
 from fbcouple.cli.main import cli
 from fbcouple.errors import CaseError
 from fbcouple.postproc import FIGURES, draw
+from fbcouple.run_folder.products import remove_products
+from tests.postproc.whole_run import write_whole
 
 NAMES = {"solids_fraction", "solids_flux", "flux_profile", "slices", "history", "cost"}
 """What the synthetic results allow; test_whole.py draws the others."""
@@ -90,8 +92,8 @@ def test_results_that_allow_no_figure_say_why_for_each(dataset, write):
     with pytest.raises(CaseError, match="none of the figures") as caught:
         draw(run)
     assert [text.split()[0] for text in caught.value.problems[1:]] == [
-        f"{name}.png" for name in FIGURES if name != "impact"
-    ], "a bed with gas is not meant to have it"
+        f"{name}.png" for name in FIGURES if name not in ("impact", "measured_lines")
+    ], "a bed with gas is not meant to have an impact, nor a case to name measured lines"
 
 
 def test_a_picture_that_fails_leaves_the_older_one_and_no_temporary_file(run, monkeypatch):
@@ -176,3 +178,42 @@ def test_what_cannot_be_written_is_told_in_one_line_with_the_way_out(run, blocke
 def test_a_bed_is_not_told_that_it_is_no_single_impact(run, caplog):
     draw(run)
     assert "impact.png" not in caplog.text and "voidage_snapshots.png left out" in caplog.text
+
+
+@pytest.mark.parametrize(("ending", "head"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")])
+def test_figures_in_the_format_and_of_the_names_that_are_asked_for(run, ending, head):
+    done = CliRunner().invoke(cli, ["post", str(run), "--format", ending, "--only", "cost", "--only", "flux_profile"])
+    assert done.exit_code == 0, done.output
+    files = sorted((run / "figures").iterdir())
+    assert [path.name for path in files] == [f"cost.{ending}", f"flux_profile.{ending}"]
+    assert all(path.read_bytes().startswith(head) for path in files)
+    remove_products(run)
+    assert not (run / "figures").exists(), "a new run removes the pictures of the old one"
+
+
+def test_a_name_that_is_no_figure_is_refused_with_the_nearest(run):
+    done = CliRunner().invoke(cli, ["post", str(run), "--only", "histroy"])
+    assert done.exit_code == 1 and not (run / "figures").exists()
+    assert "--only: 'histroy' is no figure" in done.output and "did you mean `history`?" in done.output
+
+
+def test_one_figure_that_cannot_be_drawn_says_why(run):
+    done = CliRunner().invoke(cli, ["post", str(run), "--only", "measured_lines"])
+    assert done.exit_code == 1 and "names no measured lines (output.references)" in done.output
+
+
+def test_height_and_full_height_on_the_command_line(run):
+    plain = imread(next(path for path in draw(run) if path.stem == "solids_fraction")).shape
+    done = CliRunner().invoke(cli, ["post", str(run), "--full-height", "--height", "0.05", "--height", "0.06"])
+    assert done.exit_code == 0, done.output
+    full = imread(run / "figures/solids_fraction.png").shape
+    assert full[0] / full[1] > 1.5 * plain[0] / plain[1]
+    for height in ("-1", "0", "inf", "nan", "wide"):
+        assert CliRunner().invoke(cli, ["post", str(run), "--height", height]).exit_code == 2
+
+
+def test_measured_lines_of_the_case_are_drawn(tmp_path):
+    run = write_whole(tmp_path / "run", references=("voidage@0.03=line.csv",))
+    (run / "line.csv").write_text("x,value\n0.01,0.7\n0.07,0.6\n")
+    (picture,) = draw(run, only=["measured_lines"])
+    assert picture.name == "measured_lines.png" and imread(picture)[..., :3].std() > 0.05

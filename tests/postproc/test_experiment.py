@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 from fbcouple.errors import CaseError
-from fbcouple.postproc.report import report
-from fbcouple.postproc.report.experiment import (
+from fbcouple.postproc.experiment import (
     compare_with,
-    draw_measured_lines,
     find_zeros,
     gather_references,
     line_of,
     tell_given,
 )
+from fbcouple.postproc.figures.measured_lines import draw_measured_lines
+from fbcouple.postproc.report import report
 from fbcouple.results.reader import NotDrawableError, open_results
 from tests.postproc.whole_run import write_whole
 

@@ -1,11 +1,16 @@
 """What the maps show: the numbers behind the colours, the arrows and the ends of the colour bar."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from fbcouple.postproc.figures.maps import ARROWS_ACROSS, PACKED, solids_flux, solids_fraction
+from fbcouple.postproc.figures.depth import slices
+from fbcouple.postproc.figures.heights import find_tops
+from fbcouple.postproc.figures.maps import ARROWS_ACROSS, PACKED, agitation, solids_flux, solids_fraction
 from fbcouple.postproc.style import extend
 from fbcouple.results.reader import open_results
+from fbcouple.results.view import View
 
 GAS_FLUX = 1.165 * 1.2
 
@@ -13,8 +18,47 @@ GAS_FLUX = 1.165 * 1.2
 def test_axes_have_the_true_proportions_of_the_bed(run):
     picture = solids_fraction(open_results(run))
     box = picture.axes[0].get_window_extent()
-    assert box.height / box.width == pytest.approx(0.25 / 0.08, rel=1e-6)
-    assert picture.axes[0].get_xlim() == picture.axes[0].get_ylim() == (0.0, 1.0)
+    top = picture.axes[0].get_ylim()[1]
+    assert box.height / box.width == pytest.approx(top * 0.25 / 0.08, rel=1e-6)
+    assert picture.axes[0].get_xlim() == (0.0, 1.0)
+
+
+def test_maps_end_a_little_above_the_bed(run):
+    """Solids fill 7 of 25 layers; with 15 % above them, up to the next layer, that is 9."""
+    results = open_results(run)
+    for make in (solids_fraction, solids_flux, slices):
+        picture = make(results)
+        assert picture.axes[0].get_ylim() == (0.0, 9 / 25)
+        assert "up to z = 90 mm of 250 mm" in picture.texts[1].get_text()
+    full = solids_fraction(replace(results, view=View(full_height=True)))
+    assert full.axes[0].get_ylim() == (0.0, 1.0) and "up to" not in full.texts[1].get_text()
+
+
+def test_maps_of_runs_end_at_the_same_height(dataset, write):
+    """One bed is 70 mm high and one 100 mm, which asks for 12 of 25 layers; a box twice as high shows half as much."""
+    low = open_results(write(dataset))
+    dataset["solids_fraction"][:10] = 0.5
+    high = replace(low, data=dataset.copy(deep=True))
+    tall = replace(low, data=low.data.assign_coords(z=2.0 * low.data["z"]))
+    assert find_tops([low, high]) == [12 / 25, 12 / 25]
+    assert find_tops([high, tall]) == [pytest.approx(18 / 25), pytest.approx(9 / 25)]
+
+
+def test_what_the_colour_bar_does_not_tell_is_in_the_legend(dataset, write):
+    """The edge of the bed, values above the scale, and places without particles; of each only what is there."""
+
+    def entries(picture):
+        return [text.get_text() for legend in picture.legends for text in legend.get_texts()]
+
+    results = open_results(write(dataset))
+    assert entries(solids_fraction(results)) == ["edge of the dense bed, 0.2"]
+    assert entries(solids_flux(results)) == []
+    dataset["solids_fraction"][0, :, 0] = 0.7
+    over = replace(results, data=dataset)
+    assert entries(solids_fraction(over)) == ["edge of the dense bed, 0.2", "above 0.6, the end of the scale"]
+    grains = dataset.assign(agitation=(dataset["solids_fraction"] > 0) * 0.1)
+    grains["agitation"] = grains["agitation"].where(dataset["solids_fraction"] > 0)
+    assert entries(agitation(replace(results, data=grains))) == ["no particles"]
 
 
 def test_colours_are_the_depth_average_of_every_cell(dataset, write):

@@ -13,8 +13,9 @@ from click.testing import CliRunner
 from fbcouple.cli.main import cli
 from fbcouple.errors import CaseError
 from fbcouple.postproc import COMPARISONS, FIGURES
-from fbcouple.postproc.report.report import show, write_report
+from fbcouple.postproc.report.report import write_report
 from fbcouple.postproc.report.tables import make_plain
+from fbcouple.postproc.report.wording import keep_units, show
 from fbcouple.results.writer import HISTORIES
 from tests.postproc.frames_of_bed import write_frames
 from tests.postproc.whole_run import BUBBLE, HEIGHT_FREQUENCY, PRESSURE_FREQUENCY, RISE, SIZE, write_whole
@@ -108,7 +109,7 @@ def test_it_stands_alone_and_has_no_script(two):
 def test_every_picture_is_whole_and_in_words(two):
     page = Page(two[1])
     # both runs with all figures of a bed, the comparisons, the measured lines and the error against run time
-    assert len(page.images) == 2 * len(set(FIGURES) - {"impact"}) + len(COMPARISONS) + 2
+    assert len(page.images) == 2 * len(set(FIGURES) - {"impact", "measured_lines"}) + len(COMPARISONS) + 2
     for image in page.images:
         assert len(image["alt"]) > 20 and int(image["width"]) > 200 and int(image["height"]) > 100
         assert base64.b64decode(image["src"].partition(",")[2])[:8] == b"\x89PNG\r\n\x1a\n"
@@ -149,7 +150,7 @@ def test_errors_stand_beside_run_time(content):
     solids = row_of(content["errors"], **{"error of": "map of the solids fraction"})
     assert solids["run"] == "fine" and solids["core-hours per simulated second"] == pytest.approx(1.0)
     assert solids["error"] == pytest.approx(1.0 / 3.0, rel=0.03)
-    assert {row["run"] for row in content["errors"] if row["error of"].startswith("solids_velocity")} == {
+    assert {row["run"] for row in content["errors"] if row["error of"].startswith("solids velocity at z = 25 mm")} == {
         "coarse",
         "fine",
     }
@@ -194,7 +195,7 @@ def test_cost_by_stage_adds_up(content):
     assert stages["wait"]["wall [s]"] == pytest.approx(0.2 * 7 * 2001)
     assert stages["all"]["wall [s]"] == pytest.approx(0.2 * 28 * 2001)
     assert stages["all"]["share [%]"] == pytest.approx(100.0)
-    assert stages["gas"]["wall per simulated second [s]"] == pytest.approx(0.2 * 2001 / 20.0)
+    assert stages["cfd"]["wall per simulated second [s]"] == pytest.approx(0.2 * 2001 / 20.0)
 
 
 def test_every_option_of_the_case_is_told(content):
@@ -260,3 +261,52 @@ def test_numbers_that_are_none_become_null():
 )
 def test_values_are_shown_in_four_digits(value, text):
     assert show(value) == text
+
+
+def test_what_differs_between_the_runs_is_the_first_table(two, content):
+    """The two runs have other meshes and nothing else."""
+    assert content["settings"] == [
+        {"option": "domain.cells", "coarse": [17, 3, 55], "fine": [34, 6, 110]},
+    ]
+    captions = re.findall(r"<caption>([^<]*)", two[1])
+    assert captions[0].strip() == "What differs between the runs" and captions[1].strip() == "Run time"
+
+
+def test_runs_that_do_not_differ_say_so(tmp_path):
+    runs = [write_whole(tmp_path / name) for name in ("one", "other")]
+    page, numbers = write_report(runs, tmp_path / "same.html")
+    assert json.loads(numbers.read_text())["settings"] == []
+    assert "have the same options and were made with the same programs" in page.read_text()
+
+
+def test_pictures_of_a_run_come_before_its_tables(two):
+    for part in two[1].split('<section class="run"')[1:]:
+        last_picture, first_table = part.rindex("<img"), part.index("<table")
+        assert last_picture < first_table
+
+
+def test_no_unit_can_break_and_every_table_can_scroll(two):
+    assert not re.search(r"\[[^\]<>]* [^\]<>]*\]</th>", two[1]), "a blank that breaks inside of a unit"
+    assert "[kg\u00a0m-3]" in two[1]
+    assert two[1].count("<table>") == len(re.findall(r'<div class="table( wide)?"', two[1]))
+
+
+def test_one_run_has_no_figure_of_errors_against_run_time(tmp_path):
+    (tmp_path / "line.csv").write_text(LINE)
+    reference = f"solids_velocity@0.025={tmp_path / 'line.csv'}"
+    page, _ = write_report([write_whole(tmp_path / "run")], tmp_path / "one.html", [reference])
+    assert "Error of each run" not in page.read_text() and "Measured lines, and the runs on them" in page.read_text()
+
+
+@pytest.mark.parametrize(
+    ("text", "kept"),
+    [
+        ("rise velocity [m s-1]", "rise velocity [m\u00a0s-1]"),
+        ("gas: density [kg m-3], viscosity [Pa s]", "gas: density [kg\u00a0m-3], viscosity [Pa\u00a0s]"),
+        ("up to 25 mm high", "up to 25\u00a0mm high"),
+        ("3 s of the bed", "3\u00a0s of the bed"),
+        ("a plain sentence", "a plain sentence"),
+    ],
+)
+def test_blanks_in_units_do_not_break(text, kept):
+    assert keep_units(text) == kept

@@ -97,3 +97,12 @@ def check_references(case: Case, folder: Path) -> Iterator[Problem]:
             read_line(reference, find_companion(folder, reference.file, ".csv"), case.domain.size)
         except CaseError as error:
             yield from (Problem(key, problem) for problem in error.problems)
+
+
+@check("output.profile_heights", "domain.size")
+def check_heights(case: Case, folder: Path) -> Iterator[Problem]:
+    """Profiles are taken inside of the box."""
+    for height in case.output.profile_heights:
+        if height >= case.domain.size[2]:
+            text = f"{height:g} m is given and the box is {case.domain.size[2]:g} m high; give heights in it, in m."
+            yield Problem("output.profile_heights", text)

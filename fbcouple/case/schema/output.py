@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fbcouple.case.schema.option import NonNegative, Numbers, Positive, Section, Texts, option
+from fbcouple.case.schema.option import Amounts, NonNegative, Numbers, Positive, Section, Texts, option
 
 
 class Averages(Section):
@@ -35,6 +35,11 @@ class Output(Section):
     )
     references: Texts = option(
         "Measured lines for the report: quantity@height=file, height in m, CSV beside the case (x in m, value, error).",
+        default=(),
+    )
+    profile_heights: Amounts = option(
+        "Heights above the floor of the profiles in figures and reports; absent: that of the bed's centre of mass.",
+        "m",
         default=(),
     )
 

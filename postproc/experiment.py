@@ -9,17 +9,14 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from matplotlib.figure import Figure
 
 from fbcouple.errors import CaseError
 from fbcouple.input_files.companion_files import find_companion
 from fbcouple.input_files.measured_lines import QUANTITIES, Points, Reference, parse_reference, read_line
-from fbcouple.postproc.style import INK, LINES, PAGE, inset_axes, new_figure
 from fbcouple.results.reader import NotDrawableError, Results, at_height, depth_average, mass_average
 
 _PARTICLE = ("solids_velocity", "agitation", "granular_temperature")
 _VECTORS = ("solids_velocity", "solids_flux", "gas_velocity", "gas_flux")
-_ACROSS = 2
 
 
 @dataclass(frozen=True)
@@ -40,11 +37,12 @@ class Comparison:
     `rms` of run minus measurement at the measured points, `bias` their mean, `largest` the greatest distance; `error`
     is the root mean square of the errors that the measurement gives and `noise` that of the run's standard errors
     there (nan if there are none); `range` is largest minus smallest measured value. `zeros`: where the measured and
-    where the run's line change sign, x [m].
+    where the run's line change sign, x [m]. `name`: the line in words, for legends.
     """
 
     run: str
     reference: str
+    name: str
     quantity: str
     unit: str
     height: float
@@ -136,6 +134,11 @@ def _plain_average(results: Results, name: str) -> xr.DataArray:
     return depth_average(results.mean(name))
 
 
+def name_line(reference: Reference) -> str:
+    """A measured line in words: "solids velocity at z = 25 mm, measured"."""
+    return f"{reference.quantity.replace('_', ' ')} at z = {1e3 * reference.height:.3g} mm, measured"
+
+
 def compare_with(results: Results, measured: Measured) -> Comparison:
     """Compare a run with a measured line, linearly between its cell centres, constant from the last one to the wall.
 
@@ -149,6 +152,7 @@ def compare_with(results: Results, measured: Measured) -> Comparison:
     return Comparison(
         results.label,
         f"{reference.quantity}@{reference.height:g}={Path(reference.file).name}",
+        name_line(reference),
         reference.quantity,
         QUANTITIES[reference.quantity],
         reference.height,
@@ -178,46 +182,3 @@ def find_zeros(x: np.ndarray, values: np.ndarray) -> list[float]:
     changes = np.flatnonzero(before * after < 0.0)
     part = before[changes] / (before[changes] - after[changes])
     return (x[changes] + part * (x[changes + 1] - x[changes])).tolist()
-
-
-def draw_measured_lines(runs: Sequence[Results], lines: Sequence[Measured]) -> Figure:
-    """Draw each measured line with its errors and the runs that it belongs to."""
-    rows = -(-len(lines) // _ACROSS)
-    each, gap, left, bottom = 1.75, 0.5, 0.66, 0.75
-    body = bottom + rows * (each + gap)
-    picture = new_figure("Against measured lines", PAGE, body, "marks: measured; lines: time means of the runs")
-    room = (PAGE - _ACROSS * left - 0.15) / _ACROSS
-    for place, measured in enumerate(lines):
-        row, column = divmod(place, _ACROSS)
-        axes = inset_axes(picture, left + column * (room + left), bottom + (rows - 1 - row) * (each + gap), room, each)
-        points, reference = measured.points, measured.reference
-        axes.errorbar(
-            1e3 * points.x,
-            points.value,
-            points.error,
-            fmt="o",
-            color=INK,
-            markersize=3,
-            label="measured",
-            elinewidth=0.7,
-        )
-        for number, run in enumerate(runs):
-            if run.label not in measured.runs:
-                continue
-            look = {key: LINES[number % len(LINES)][key] for key in ("color", "linestyle")}
-            try:
-                axes.plot(1e3 * run.data["x"].values, line_of(run, reference), label=run.label, **look)
-            except NotDrawableError:
-                continue  # told in the table
-        unit = (
-            QUANTITIES[reference.quantity].replace("1", "–")
-            if QUANTITIES[reference.quantity] == "1"
-            else (QUANTITIES[reference.quantity])
-        )
-        axes.set(xlabel="x [mm]", ylabel=f"{reference.quantity.replace('_', ' ')} [{unit}]")
-        axes.set_title(f"z = {1e3 * reference.height:g} mm", loc="left", size="small", pad=2.0)
-    shown = [axes.get_legend_handles_labels() for axes in picture.axes]
-    by_label = {label: handle for handles, labels in shown for handle, label in zip(handles, labels, strict=True)}
-    handles, labels = list(by_label.values()), list(by_label)
-    picture.legend(handles, labels, loc="lower center", ncols=4, handlelength=2.4)
-    return picture

@@ -1,0 +1,62 @@
+"""Runs on lines that were measured across the bed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from fbcouple.input_files.measured_lines import QUANTITIES
+from fbcouple.postproc.experiment import Measured, gather_references, line_of
+from fbcouple.postproc.figures.registry import figure
+from fbcouple.postproc.style import INK, LINES, PAGE, lay_out, wrap_label
+from fbcouple.results.reader import NotDrawableError, NotMeantError, Results
+
+_ACROSS = 2
+
+
+@figure
+def measured_lines(results: Results) -> Figure:
+    """The measured lines that the case names (output.references), and the run on them."""
+    lines = gather_references([results], [])
+    if not lines:
+        raise NotMeantError([f"the case of {results.path} names no measured lines (output.references)."])
+    return draw_measured_lines([results], lines, results.title)
+
+
+def draw_measured_lines(
+    runs: Sequence[Results], lines: Sequence[Measured], heading: str = "Against measured lines"
+) -> Figure:
+    """Draw each measured line with its errors and the runs that it belongs to."""
+    across = min(_ACROSS, len(lines))
+    rows = -(-len(lines) // across)
+    picture = lay_out(heading, PAGE, 0.6 + 2.1 * rows, "marks: measured; lines: time means of the runs")
+    grid = picture.subplots(rows, across, squeeze=False).ravel()
+    for axes, measured in zip(grid, lines, strict=False):
+        _draw_line(axes, runs, measured)
+    for axes in grid[len(lines) :]:
+        axes.remove()
+    shown = [axes.get_legend_handles_labels() for axes in picture.axes]
+    by_label = {label: handle for handles, labels in shown for handle, label in zip(handles, labels, strict=True)}
+    picture.legend(list(by_label.values()), list(by_label), loc="outside lower center", ncols=4, handlelength=2.4)
+    return picture
+
+
+def _draw_line(axes: Axes, runs: Sequence[Results], measured: Measured) -> None:
+    points, reference = measured.points, measured.reference
+    look: dict[str, Any] = {"fmt": "o", "color": INK, "markersize": 3, "elinewidth": 0.7}
+    axes.errorbar(1e3 * points.x, points.value, points.error, label="measured", **look)
+    for number, run in enumerate(runs):
+        if run.label not in measured.runs:
+            continue
+        drawn: dict[str, Any] = {key: LINES[number % len(LINES)][key] for key in ("color", "linestyle")}
+        try:
+            label = wrap_label(run.label, 26)
+            axes.plot(1e3 * run.data["x"].values, line_of(run, reference), label=label, **drawn)
+        except NotDrawableError:
+            continue  # the table says so
+    unit = QUANTITIES[reference.quantity].replace(" ", "\u00a0")
+    axes.set(xlabel="x [mm]", ylabel=f"{reference.quantity.replace('_', ' ')} [{'–' if unit == '1' else unit}]")
+    axes.set_title(f"z = {1e3 * reference.height:g} mm", loc="left", size="small", pad=2.0)

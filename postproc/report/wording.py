@@ -1,0 +1,46 @@
+"""How values and headings are written on the page: four digits, and units that never break over two lines."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Any
+
+from jinja2 import Environment
+
+SHORT = 24
+"""Letters up to which a text stays on one line."""
+_UNIT = re.compile(r"\[[^\[\]]*\]|(?<=\d) (?=(?:[kM]?g|[mk]?m|s|Pa|Hz|K)\b)|(?<=\b[msa]) (?=[a-zA-Z]{1,2}-\d)")
+_FIXED = "\u00a0"
+
+
+def add_wording(environment: Environment) -> None:
+    """Give the templates the filters `shown`, `unbroken`, `narrow` and `halves`."""
+    environment.filters |= {"shown": show, "unbroken": keep_units, "narrow": is_narrow, "halves": split_rows}
+
+
+def show(value: Any) -> str:
+    """Write a value of a table: four digits of a number, a dash for what there is none of."""
+    if value is None or (isinstance(value, float) and math.isnan(value)):
+        return "–"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, list | tuple):
+        return ", ".join(show(entry) for entry in value) or "none"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def keep_units(text: str) -> str:
+    """The same text with blanks that do not break inside of units: "[kg m-2 s-1]", "2.5 kg m-3"."""
+    return _UNIT.sub(lambda found: found.group().replace(" ", _FIXED), text)
+
+
+def is_narrow(value: Any) -> bool:
+    """Whether a cell has to stay on one line: numbers and short words."""
+    return not isinstance(value, str) or len(value) <= SHORT
+
+
+def split_rows(rows: list[Any]) -> list[list[Any]]:
+    """Rows in two tables of about the same length, to stand side by side."""
+    middle = (len(rows) + 1) // 2
+    return [part for part in (rows[:middle], rows[middle:]) if part]
