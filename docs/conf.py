@@ -28,5 +28,6 @@ html_math_renderer = "mathml"
 html_theme = "furo"
 html_title = f"fbcouple {release}"
 html_copy_source = False
+smartquotes = False
 html_show_sphinx = False
 pygments_style = "friendly"
