@@ -108,6 +108,9 @@ class Run:
         if not (self.path / "case.toml").is_file():
             raise CaseError([f"{self.path}: is not a run folder (no case.toml); write one with fbcouple.setup."])
 
+    def __fspath__(self) -> str:
+        return str(self.path)
+
     def __repr__(self) -> str:
         return f"Run({str(self.path)!r})"
 
@@ -200,4 +203,4 @@ def report(runs: Sequence[Run | str | os.PathLike[str]], path: str | os.PathLike
     """
     from fbcouple.postproc.report.report import write_report  # noqa: PLC0415  (loads matplotlib)
 
-    return write_report([run.path if isinstance(run, Run) else Path(run) for run in runs], Path(path))
+    return write_report([Path(run) for run in runs], Path(path))

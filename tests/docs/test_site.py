@@ -22,7 +22,7 @@ from fbcouple.coupling.forces import FORCES
 from fbcouple.coupling.kernels import DRAG_SCHEMES
 from fbcouple.decks.render import DECKS
 from fbcouple.errors import FbcoupleError
-from fbcouple.paths import FRAMES, PULSE, START, WALLS
+from fbcouple.paths import FRAMES, HEARTBEAT, START, WALLS
 from fbcouple.physics.drag.laws import DRAG_LAWS
 from fbcouple.postproc import COMPARISONS, FIGURES
 from fbcouple.results.writer import HISTORIES, MEANS, STAGES
@@ -172,7 +172,7 @@ def test_every_limit_and_file_of_a_run_is_listed(site):
     limits = {key for key in list_options() if key.startswith("monitors.")}
     assert limits <= read_codes(site, "reference/monitors")
     codes = read_codes(site, "reference/run-folder")
-    assert {START, WALLS, PULSE, f"{FRAMES}/", *(f"logs/{name}" for name in SOLVER_LOGS)} <= codes
+    assert {START, WALLS, HEARTBEAT, f"{FRAMES}/", *(f"logs/{name}" for name in SOLVER_LOGS)} <= codes
     assert {name for name in DECKS if name.startswith("DEM/")} <= codes
     assert {name.split("/")[0] + "/" for name in DECKS} <= codes | {"DEM/"}
 
