@@ -89,7 +89,7 @@ python_packages() {
         python=$(find_python) || { echo "install.sh: no Python >= 3.11 with venv; name one in PYTHON" >&2; exit 1; }
         step ".venv with $python" "$python" -m venv .venv
     fi
-    stamp=$(cat pyproject.toml <(printf '%s' "$root") | sha256sum)
+    stamp=$(cat pyproject.toml fbcouple/version.py <(printf '%s' "$root") | sha256sum)
     if [ -f "$mark" ] && [ "$(cat "$mark")" = "$stamp" ]; then
         echo "python packages: all there"
         return

@@ -31,13 +31,13 @@ from fbcouple.cli.options import options
 from fbcouple.cli.pictures import claims, post, report
 from fbcouple.cli.study import study
 from fbcouple.cli.table import print_table
+from fbcouple.cli.verify import verify
 from fbcouple.errors import CaseError
 from fbcouple.launcher.stop_signals import Requests
 from fbcouple.machine.output import open_standard_streams, outlive_output
 from fbcouple.paths import require_usable
 from fbcouple.run_folder.plain_files import require_plain
 
-DIVERGED = 4
 PROGRESS_EVERY = 5.0
 """Wall time [s] between lines of progress."""
 COLOURS = {"fit": "green", "warn": "yellow", "unfit": "bold red"}
@@ -283,32 +283,7 @@ def batch(place: Path, scheduler: str, **request: Any) -> None:
     click.echo(f"{job}: read it, then submit it with {submit}")
 
 
-@cli.command()
-@click.argument("names", nargs=-1, metavar="[NAME]...")
-@click.option("--fast", is_flag=True, help="Run only the fast checks.")
-@click.option("--json", "file", type=click.Path(path_type=Path, dir_okay=False), help="Write the table to FILE.")
-@click.pass_context
-def verify(ctx: click.Context, names: tuple[str, ...], fast: bool, file: Path | None) -> None:
-    """Check both solvers and the coupling against analytic and published numbers; exit code 4 if a check fails."""
-    import json
-
-    from fbcouple.verify.suite import choose_checks, run_checks
-
-    rows = []
-    for row in run_checks(choose_checks(names, fast)):
-        rows.append(row)
-        verdict = "pass" if row["passed"] else "FAIL"
-        numbers = f"{row['value']:.6g} {row['unit']}, expected {row['expected']:.6g} +- {row['tolerance']:.2g}"
-        click.echo(f"{verdict}  {row['name']}: {numbers} ({row['seconds']:.1f} s)")
-    if file:
-        file.write_text(json.dumps({"checks": rows}, indent=2) + "\n", encoding="utf-8")
-    failed = sum(not row["passed"] for row in rows)
-    click.echo(f"{len(rows) - failed} passed, {failed} failed")
-    if failed:
-        ctx.exit(DIVERGED)
-
-
-for command in (options, init, post, report, claims, study, bench, doctor):
+for command in (options, init, post, report, claims, study, bench, verify, doctor):
     cli.add_command(command)
 
 

@@ -10,6 +10,7 @@ import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from fbcouple.errors import SolverError
 from fbcouple.machine.cache import require_trusted
@@ -17,6 +18,9 @@ from fbcouple.machine.environment import child_environment
 from fbcouple.paths import ABOVE, cache_folder
 from fbcouple.solvers.c_library import MPI_LIBRARY
 from fbcouple.solvers.openfoam.build import adapter_path, build_adapter, compiler_version
+
+if TYPE_CHECKING:
+    from packaging.requirements import Requirement
 
 _FIX = "fbcouple doctor --fix"
 _INSTALL = "sudo apt-get install"
@@ -120,28 +124,23 @@ def _dependencies() -> list[Row]:
     except importlib.metadata.PackageNotFoundError:
         mend = shlex.join([sys.executable, "-m", "pip", "install", "-e", str(ABOVE)])
         return [Row("fbcouple", "not installed", "installed", False, mend)]
-    return [_dependency(requirement) for requirement in wanted if "extra ==" not in requirement]
+    try:
+        from packaging.requirements import Requirement  # noqa: PLC0415  (it is one of what may be missing)
+    except ModuleNotFoundError:
+        mend = shlex.join([sys.executable, "-m", "pip", "install", "packaging"])
+        return [Row("packaging", "not installed", "installed", False, mend)]
+    needed = [Requirement(text) for text in wanted]
+    return [_dependency(one) for one in needed if one.marker is None or one.marker.evaluate({"extra": ""})]
 
 
-def _dependency(requirement: str) -> Row:
-    parts = re.fullmatch(r"([A-Za-z0-9._-]+)\s*>=\s*([0-9.]+)", requirement.partition(";")[0].strip())
-    if parts is None:
-        raise SolverError(f"pyproject.toml dependencies: '{requirement}'; allowed: name>=version")
-    name, bound = parts.groups()
-    mend = shlex.join([sys.executable, "-m", "pip", "install", f"{name}>={bound}"])
+def _dependency(wanted: "Requirement") -> Row:
+    name, bound = wanted.name, str(wanted.specifier)
+    mend = shlex.join([sys.executable, "-m", "pip", "install", f"{name}{bound}"])
     try:
         found = importlib.metadata.version(name)
     except importlib.metadata.PackageNotFoundError:
-        return Row(name, "not installed", f">={bound}", False, mend)
-    return Row(name, found, f">={bound}", _numbers(found) >= _numbers(bound), mend)
-
-
-def _numbers(version: str) -> tuple[int, ...]:
-    """Return a version's leading numbers without trailing zeros, so that 2 equals 2.0."""
-    numbers = [int(number) for number in re.match(r"[0-9.]*", version)[0].split(".") if number]  # type: ignore[index]
-    while numbers and numbers[-1] == 0:
-        numbers.pop()
-    return tuple(numbers)
+        return Row(name, "not installed", bound, False, mend)
+    return Row(name, found, bound, wanted.specifier.contains(found, prereleases=True), mend)
 
 
 def _load(name: str) -> _Loaded:

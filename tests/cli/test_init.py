@@ -118,3 +118,9 @@ def test_new_case_runs(call):
     data = open_results(Path("runs/mine")).data
     assert data.attrs["complete"] == 1 and data.time[-1] >= 0.01
     assert float(data.pressure_drop[-1]) > 0.0 and set(data.particles.values) == {573}
+
+
+def test_set_up_makes_the_folders_above_the_run(call, tmp_path):
+    assert call("init", "mine").exit_code == 0
+    assert call("setup", "mine", "-o", "a/b/c").exit_code == 0
+    assert (tmp_path / "a/b/c/case.toml").is_file() and [path.name for path in (tmp_path / "a/b").iterdir()] == ["c"]

@@ -2,6 +2,7 @@
 
 import importlib.metadata
 import re
+import sys
 import tomllib
 from pathlib import Path
 
@@ -73,12 +74,26 @@ def test_old_and_missing_packages_get_the_command_that_mends_them(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("found", "bound", "enough"), [("2", "2.0", True), ("2.10", "2.9", True), ("1.26.4", "2.0", False)]
+    ("found", "bound", "enough"),
+    [
+        ("2", "2.0", True),
+        ("2.10", "2.9", True),
+        ("1.26.4", "2.0", False),
+        ("3.0rc1", "2.0", True),
+        ("2.0", "2.0,<3", True),
+    ],
 )
 def test_versions_compare_as_numbers(monkeypatch, found, bound, enough):
     monkeypatch.setattr(importlib.metadata, "requires", lambda _: [f"numpy>={bound}"])
     monkeypatch.setattr(importlib.metadata, "version", lambda _: found)
     assert row("numpy").ok is enough
+
+
+def test_without_the_reader_of_requirements_the_rest_is_still_examined(monkeypatch):
+    monkeypatch.setitem(sys.modules, "packaging.requirements", None)
+    rows = {row.name: row for row in doctor.examine()}
+    assert not rows["packaging"].ok and "pip install packaging" in rows["packaging"].mend
+    assert rows["python"].ok
 
 
 def test_missing_programs_each_have_their_package(monkeypatch, tmp_path):

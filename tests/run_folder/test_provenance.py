@@ -1,0 +1,17 @@
+"""What results.nc says of what a run was made with."""
+
+from __future__ import annotations
+
+from fbcouple.run_folder.provenance import Making
+
+
+def test_source_names_the_programs_that_the_run_needs():
+    versions = {"fbcouple": "0.1.0, sources 0123", "commit": "abc", "LIGGGHTS": "LIGGGHTS-PUBLIC 3.8.0"}
+    attributes = Making(versions, [], []).list_attributes()
+    assert attributes["source"] == "fbcouple 0.1.0, sources 0123; LIGGGHTS LIGGGHTS-PUBLIC 3.8.0"
+    assert attributes == versions | {"source": attributes["source"]}
+
+
+def test_changes_and_updates_are_named_only_where_there_are_some():
+    attributes = Making({"fbcouple": "1"}, ["DEM/in.liggghts"], ["a", "b"]).list_attributes()
+    assert attributes["changed_since_set_up"] == "DEM/in.liggghts" and attributes["updates"] == "a\nb"
