@@ -23,7 +23,7 @@ version = release = __version__
 extensions = ["myst_parser", "generated", "mathml"]
 myst_enable_extensions = ["dollarmath", "amsmath", "deflist"]
 myst_heading_anchors = 3
-exclude_patterns = ["_build", "results/**/*.ipynb"]
+exclude_patterns = ["_build"]
 html_math_renderer = "mathml"
 html_theme = "furo"
 html_title = f"fbcouple {release}"

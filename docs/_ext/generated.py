@@ -215,8 +215,9 @@ def write_command(name: str, command: click.Command, above: tuple[str, ...]) -> 
         return "\n".join(lines + [write_command(sub, entry, path) for sub, entry in sorted(command.commands.items())])
     lines.append(f"```text\n{context.command_path} {' '.join(pieces)}\n```\n")
     for parameter in command.get_params(context):
-        if record := parameter.get_help_record(context):
-            lines.append(f"`{record[0]}`\n: {escape(record[1]) or 'no text'}\n")
+        record = parameter.get_help_record(context)
+        if record and record[1]:  # the line of usage has the arguments
+            lines.append(f"`{record[0]}`\n: {escape(record[1])}\n")
     return "\n".join(lines)
 
 
