@@ -87,3 +87,12 @@ def test_start_velocities_that_cannot_serve_are_told(spoil, tmp_path, text, told
     path = spoil(("mass = 0.075", 'count = 1\npositions = "bead.csv"'), ("[start]\n", ""))
     (problem,) = problems_of(path)
     assert "particles.positions: " in problem and told in problem
+
+
+def test_profiles_are_taken_inside_of_the_box():
+    case = load_case("patil/c2", ["output.profile_heights=[0.01, 0.2]"])
+    assert case.output.profile_heights == (0.01, 0.2)
+    (problem,) = problems_of("patil/c2", "output.profile_heights=[0.01, 25.0]")
+    assert "output.profile_heights: 25 m is given and the box is 0.25 m high" in problem
+    (problem,) = problems_of("patil/c2", "output.profile_heights=[0.0, -1.0]")
+    assert "a list, each entry a number above 0 (in m) is allowed" in problem
