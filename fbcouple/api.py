@@ -58,15 +58,15 @@ def load_case(name: str | os.PathLike[str], values: Mapping[str, Any] | None = N
     name: a shipped name (`patil/c2`), a case file, or a folder that holds a case.toml; values: key (`section.option`)
     -> value, on top of the file.
 
-    Raises: CaseError with every mistake found: key, value, what is allowed, and how to mend it.
+    Raises: CaseError with every mistake found: key, value, what is allowed, and how to fix it.
     """
-    name, sets = os.fspath(name), _word_sets(values)
+    name, sets = os.fspath(name), _format_sets(values)
     case = load(name, sets)
     case.remember_origin(name, sets)
     return case
 
 
-def _word_sets(values: Mapping[str, Any] | None) -> list[str]:
+def _format_sets(values: Mapping[str, Any] | None) -> list[str]:
     return [f"{key}={json.dumps(value)}" for key, value in (values or {}).items()]
 
 
@@ -92,7 +92,7 @@ def setup(
     if not name or name in list_sets():
         what = f"{name} is a set of cases" if name else "the case was not read by fbcouple.load_case"
         raise CaseError([f"{what}; give one that was, or a name or path."])
-    (run,) = set_up.lay_out(name, Path(path), [*sets, *_word_sets(values)], trust, force)
+    (run,) = set_up.lay_out(name, Path(path), [*sets, *_format_sets(values)], trust, force)
     return Run(run)
 
 

@@ -1,4 +1,4 @@
-"""One class of error, one exit code each: where, what was given, what is allowed, how to mend it."""
+"""One class of error, one exit code each: where, what was given, what is allowed, how to fix it."""
 
 
 class FbcoupleError(Exception):

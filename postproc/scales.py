@@ -26,7 +26,7 @@ def velocity_scale(results: Results) -> tuple[float, str, str]:
     return (1.0, "", "m s$^{-1}$") if speed is None else (speed, " / U_f", "–")
 
 
-def word_scale(runs: Sequence[Results]) -> str:
+def format_scale(runs: Sequence[Results]) -> str:
     """What U_f is in a note, if the inflow of some run changes with time: "; U_f: ..." or nothing."""
     ramps = [run for run in runs if run.inlet_speed is not None and run.case["gas"].get("inlet_velocity") is None]
     if not ramps:

@@ -154,11 +154,11 @@ def find_steady_time(results: Results) -> float:
         raise NotDrawableError([f"{results.path} has none of {', '.join(SIGNALS)}."])
     waited = [steady.name for steady in found if math.isnan(steady.start)]
     if waited:
-        raise NotDrawableError([word_not_reached(", ".join(waited), found[0].end)])
+        raise NotDrawableError([format_not_reached(", ".join(waited), found[0].end)])
     return max(steady.start for steady in found)
 
 
-def word_not_reached(name: str, end: float) -> str:
+def format_not_reached(name: str, end: float) -> str:
     """Why there are no numbers of the history `name` of a run that came to `end` [s]."""
     need = f"a steady part of {FEWEST_TIMES} correlation times after it is not seen in the record"
     return f"the start-up is not over at t = {end:.3g} s ({name}: {need}); let the run go on."

@@ -16,9 +16,9 @@ from typing import Any
 import click
 from sphinx.application import Sphinx
 
+from fbcouple.case.base import read_case
 from fbcouple.case.presets import PRESETS
 from fbcouple.case.schema.reference import Option, list_options, list_sections
-from fbcouple.case.base import read_case
 from fbcouple.case.source import list_sets, list_shipped
 from fbcouple.cli.main import cli
 from fbcouple.coupling.box.mapping import VOIDAGE_METHODS

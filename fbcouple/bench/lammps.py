@@ -35,7 +35,7 @@ def explain_absence(case: Case) -> str:
     if tangential_law(contact) != "no-history" or contact.rolling_friction or rotates:
         return "LAMMPS: its gran/hooke is for contacts without history, rolling friction and rotation: left out."
     if shutil.which(PROGRAM) is None:
-        return "LAMMPS: lmp is not on the PATH: left out; mend: sudo apt-get install lammps"
+        return "LAMMPS: lmp is not on the PATH: left out; fix: sudo apt-get install lammps"
     return ""
 
 

@@ -21,7 +21,7 @@ from fbcouple.case.bed.start_sizes import adopt_sizes
 from fbcouple.case.checks.registry import list_problems
 from fbcouple.case.fit_averages import fit_averages
 from fbcouple.case.presets import apply_preset
-from fbcouple.case.problems import Problem, show, word_errors
+from fbcouple.case.problems import Problem, format_errors, show
 from fbcouple.case.schema.option import as_tuple
 from fbcouple.case.schema.reference import list_sections
 from fbcouple.case.schema.sections import Case
@@ -37,10 +37,10 @@ def load_case(name: str, sets: Sequence[str] = (), say: Callable[[str], None] | 
     say: takes a sentence on what is fitted to `sets` (averages, where the run ends before they start); None: nothing
     is fitted, and such a case is an error.
 
-    Raises: CaseError with every mistake found, one text each: place, key, given, allowed, how to mend it.
+    Raises: CaseError with every mistake found, one text each: place, key, given, allowed, how to fix it.
     """
     path = find_case(name)
-    place = _word_place(name, path)
+    place = _format_place(name, path)
     raw = read_case(path, place)
     set_keys, problems = apply_settings(raw, sets)
     if say and (fitted := fit_averages(raw, set_keys)):
@@ -57,7 +57,7 @@ def load_case(name: str, sets: Sequence[str] = (), say: Callable[[str], None] | 
     return case
 
 
-def _word_place(name: str, path: Path) -> str:
+def _format_place(name: str, path: Path) -> str:
     if name.endswith(path.name):
         place = name
     else:  # a folder, or a shipped name: patil/c2 is patil/c2/case.toml, patil/c6 is patil/c6.toml
@@ -74,7 +74,7 @@ def _validate(raw: dict[str, Any], problems: list[Problem]) -> tuple[Case, set[s
     try:
         return Case.model_validate(raw), set()
     except ValidationError as error:
-        found, spoiled = word_errors(error, raw)
+        found, spoiled = format_errors(error, raw)
         problems += found
         return _keep_valid(raw, spoiled), spoiled
 

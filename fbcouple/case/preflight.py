@@ -88,7 +88,7 @@ def estimate(case: Case, law: Law | None = None, folder: Path = Path()) -> list[
 
 def require_fit(case: Case, law: Law | None = None, folder: Path = Path()) -> None:
     """Raise CaseError, one text a number, if a pre-flight number says that the case cannot work."""
-    mend = "mend the case, or set it up all the same with --force."
+    mend = "fix the case, or set it up all the same with --force."
     problems = [
         f"{number.name}: {number.value:.4g} {number.unit} is expected, {number.limit} is fit; {mend} {number.meaning}"
         for number in estimate(case, law, folder)

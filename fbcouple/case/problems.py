@@ -1,4 +1,4 @@
-"""What is wrong with a case, in words: where, what was given, what is allowed, how to mend it."""
+"""What is wrong with a case, in words: where, what was given, what is allowed, how to fix it."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def suggest(given: str, known: Iterable[str]) -> str | None:
     return close[0] if close else None
 
 
-def word_errors(
+def format_errors(
     error: ValidationError, raw: dict[str, Any], root: type[Section] = Case
 ) -> tuple[list[Problem], set[str]]:
     """Put what the schema `root` found into words.
@@ -82,11 +82,11 @@ def word_errors(
         if detail["type"] == "extra_forbidden":
             wanted = _find_meant(parts, root)
             meant.update([".".join([*parts[:-1], wanted])] if wanted else [])
-            found[key] = _word_unknown(parts, wanted, root)
+            found[key] = _format_unknown(parts, wanted, root)
         elif detail["type"] == "missing" and not is_entry:
-            missing[key] = _word_missing(key, root)
+            missing[key] = _format_missing(key, root)
         else:
-            found[key] = _word_wrong(key, _look_up(raw, parts), root)
+            found[key] = _format_wrong(key, _look_up(raw, parts), root)
     told = {key: problem for key, problem in missing.items() if key not in meant}
     return [*found.values(), *told.values()], {*found, *missing, *meant}
 
@@ -114,7 +114,7 @@ def _find_owners(root: type[Section]) -> dict[str, str]:
     return {key.rpartition(".")[2]: key for key in reversed(list_options(root))}
 
 
-def _word_unknown(parts: list[str], wanted: str | None, root: type[Section]) -> Problem:
+def _format_unknown(parts: list[str], wanted: str | None, root: type[Section]) -> Problem:
     section = parts[0] if len(parts) > 1 else ""
     known = ", ".join(_list_keys(section, root))
     owner = f"[{section}]" if section else f"a {root.__name__.lower()} file"
@@ -123,7 +123,7 @@ def _word_unknown(parts: list[str], wanted: str | None, root: type[Section]) -> 
     return Problem(show_key(parts), f"{owner} has no such key, allowed are: {known}{hint}.")
 
 
-def _word_missing(key: str, root: type[Section]) -> Problem:
+def _format_missing(key: str, root: type[Section]) -> Problem:
     if key in list_options(root):
         option = list_options(root)[key]
         section, _, name = key.rpartition(".")
@@ -134,7 +134,7 @@ def _word_missing(key: str, root: type[Section]) -> Problem:
     return Problem(key, f"the section is missing; add [{key}] with {', '.join(needed)}.")
 
 
-def _word_wrong(key: str, value: Any, root: type[Section]) -> Problem:
+def _format_wrong(key: str, value: Any, root: type[Section]) -> Problem:
     if key not in list_options(root):
         return Problem(key, f"{show(value)} is given, a section is allowed; write [{key}] and its keys below it.")
     option = list_options(root)[key]
@@ -148,9 +148,9 @@ def _word_wrong(key: str, value: Any, root: type[Section]) -> Problem:
     elif isinstance(value, str) and (close := suggest(value, option.allowed.replace('"', "").split(" or "))):
         mend = f'did you mean "{close}"'
     elif not option.required:
-        mend = f"mend the value, or leave the key out (default: {_word_default(option.default)})"
+        mend = f"fix the value, or leave the key out (default: {_format_default(option.default)})"
     else:
-        mend = "mend the value"
+        mend = "fix the value"
     return Problem(key, f"{show(value)} is given, {option.allowed}{unit} is allowed; {mend}. {option.sentence}")
 
 
@@ -159,5 +159,5 @@ def _may_have_commas(value: Sequence[Any]) -> bool:
     return len(value) > 1 and len(value) % 2 == 0 and all(type(entry) is int for entry in value)
 
 
-def _word_default(default: Any) -> str:
+def _format_default(default: Any) -> str:
     return "none" if default is None else show(default)

@@ -63,17 +63,17 @@ def find_case(name: str) -> Path:
             return candidate
         exists, is_folder = candidate.exists(), path.is_dir()
     except (OSError, ValueError) as error:
-        raise CaseError([f"{show(name)}: cannot be a file name ({_reason(error)}); {_word_shipped(name)}"]) from None
+        raise CaseError([f"{show(name)}: cannot be a file name ({_reason(error)}); {_format_shipped(name)}"]) from None
     if is_folder:
-        raise CaseError([f"{show(name)}: the folder holds no {FILE_NAME}; {_word_shipped(name)}"])
+        raise CaseError([f"{show(name)}: the folder holds no {FILE_NAME}; {_format_shipped(name)}"])
     if exists:
         raise CaseError([f"{show(name)}: is not a plain file; give a case file or the folder that holds one."])
     if name in list_sets():
         raise CaseError([f"{show(name)}: is a set of cases, which only `fbcouple setup` takes; give one of its cases."])
-    raise CaseError([f"{show(name)}: neither a shipped case nor a file or folder; {_word_shipped(name)}"])
+    raise CaseError([f"{show(name)}: neither a shipped case nor a file or folder; {_format_shipped(name)}"])
 
 
-def _word_shipped(name: str) -> str:
+def _format_shipped(name: str) -> str:
     close = suggest(name, [*list_shipped(), *list_sets()])
     hint = f"; did you mean `{close}`" if close else ""
     return f"`fbcouple cases` lists the shipped cases{hint}."
@@ -96,17 +96,17 @@ def read_toml(path: Path, place: str) -> dict[str, Any]:
     except OSError as error:
         problem = f"cannot be read: {error.strerror}; check the path and its permissions."
     except tomllib.TOMLDecodeError as error:
-        problem = _word_not_toml(str(error), content.decode("utf-8-sig").splitlines())
+        problem = _format_not_toml(str(error), content.decode("utf-8-sig").splitlines())
     except UnicodeDecodeError as error:
-        problem = _word_not_utf8(error, content)
+        problem = _format_not_utf8(error, content)
     except RecursionError:
         problem = "lists or tables are nested too deeply; a case file needs two levels."
     except ValueError as error:
-        problem = f"holds a value that cannot be read ({str(error)[:100]}); mend it."
+        problem = f"holds a value that cannot be read ({str(error)[:100]}); fix it."
     raise CaseError([f"{place}: {problem}"])
 
 
-def _word_not_toml(words: str, lines: list[str]) -> str:
+def _format_not_toml(words: str, lines: list[str]) -> str:
     """The place first, which the reader gives behind its words; a text of the file within them may be of any length."""
     what, _, where = words.rpartition(" (at ")
     place = where.removesuffix(")")
@@ -116,13 +116,13 @@ def _word_not_toml(words: str, lines: list[str]) -> str:
     if comma:
         hint = f"{comma[1]} has a decimal comma; write a decimal point: {comma[1].replace(',', '.')}"
     elif any(word in what for word in ("overwrite", "twice", "declared", "mutate")):
-        hint = "mend that line (a key or section is given twice)"
+        hint = "fix that line (a key or section is given twice)"
     else:
-        hint = "mend that line"
+        hint = "fix that line"
     return f"{place or 'the file'}: is not TOML: {show(what or words).strip(chr(34))}; {hint}."
 
 
-def _word_not_utf8(error: UnicodeDecodeError, content: bytes) -> str:
+def _format_not_utf8(error: UnicodeDecodeError, content: bytes) -> str:
     if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         return "is UTF-16 text; save the file as UTF-8."
     line = content.count(b"\n", 0, error.start) + 1
@@ -150,7 +150,7 @@ def apply_settings(raw: dict[str, Any], sets: Sequence[str]) -> tuple[set[str], 
         elif not text.strip():
             problems.append(Problem(".".join(parts), "no value is given; write a value after the equals sign."))
         elif not _place(raw, parts, _read_value(text)):
-            problems.append(Problem(".".join(parts), f"{parts[0]} is not a section in the case file; mend it there."))
+            problems.append(Problem(".".join(parts), f"{parts[0]} is not a section in the case file; fix it there."))
         else:
             keys.add(".".join(parts))
     return keys, problems

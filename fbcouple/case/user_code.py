@@ -67,4 +67,4 @@ def _parse(path: Path) -> ast.Module:
         raise CaseError([f"{path.name} cannot be read: {error.strerror}; put it beside the case file."]) from None
     except (SyntaxError, ValueError, RecursionError) as error:
         line = f", line {error.lineno}" if isinstance(error, SyntaxError) else ""
-        raise CaseError([f"{path.name} is not Python{line}; mend it."]) from None
+        raise CaseError([f"{path.name} is not Python{line}; fix it."]) from None

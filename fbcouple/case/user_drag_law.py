@@ -49,9 +49,9 @@ def read_law(path: Path) -> DragLaw:
         text = f"cannot be compiled by numba ({words}); use numbers, `math` and NumPy's scalar functions only."
         raise CaseError([f"{key}: {text}"]) from error
     except Exception as error:  # whatever the user's file raises is the user's to read
-        raise CaseError([f"{key}: fails ({type(error).__name__}: {error}); mend the file."]) from error
+        raise CaseError([f"{key}: fails ({type(error).__name__}: {error}); fix the file."]) from error
     if not (np.isfinite(tried).all() and (tried >= 0.0).all()):
-        text = "beta is negative or not finite within voidage 0.36-1 and slip 0-30 m/s (1 mm in air); mend it."
+        text = "beta is negative or not finite within voidage 0.36-1 and slip 0-30 m/s (1 mm in air); fix it."
         raise CaseError([f"{key}: {text}"])
     return law
 

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import click
 
-from fbcouple.cli.table import print_table, word_verdict
+from fbcouple.cli.table import format_verdict, print_table
 from fbcouple.errors import SolverError
 from fbcouple.run_folder.plain_files import require_plain
 
 
 @click.command()
-@click.option("--fix", "mends", is_flag=True, help="First repair what needs no package manager.")
+@click.option("--fix", "fixes", is_flag=True, help="First repair what needs no package manager.")
 @click.option("--bundle", "bundles", is_flag=True, help="Write an archive for a bug report, with RUN if one is given.")
 @click.argument("run", required=False, type=click.Path(path_type=Path))
 def doctor(mends: bool, bundles: bool, run: Path | None) -> None:
@@ -31,9 +31,9 @@ def doctor(mends: bool, bundles: bool, run: Path | None) -> None:
     if mends:
         examination.fix()
     rows = examination.examine()
-    columns = ["what", "found", "wanted", "", "mend"]
+    columns = ["what", "found", "wanted", "", "fix"]
     print_table(
-        columns, [(row.name, row.found, row.wanted, word_verdict(row.ok), "" if row.ok else row.mend) for row in rows]
+        columns, [(row.name, row.found, row.wanted, format_verdict(row.ok), "" if row.ok else row.mend) for row in rows]
     )
     if bundles:
         from fbcouple.doctor.bundle import write_bundle

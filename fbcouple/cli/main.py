@@ -75,9 +75,9 @@ def read_duration(ctx: click.Context, parameter: click.Parameter, value: str | N
 def print_version(ctx: click.Context, parameter: click.Parameter, is_asked: bool) -> None:
     """Print the version, in a checkout with its commit, and end."""
     if is_asked and not ctx.resilient_parsing:
-        from fbcouple.solvers.versions import word_own_version
+        from fbcouple.solvers.versions import format_own_version
 
-        click.echo(f"fbcouple, version {word_own_version()}")
+        click.echo(f"fbcouple, version {format_own_version()}")
         ctx.exit()
 
 

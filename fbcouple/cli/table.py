@@ -32,6 +32,6 @@ def print_table(columns: Iterable[str], rows: Iterable[Iterable[str | Text]]) ->
     console.print(table)
 
 
-def word_verdict(is_ok: bool) -> Text:
+def format_verdict(is_ok: bool) -> Text:
     """A green or a red cell."""
     return Text("ok", style="green") if is_ok else Text("NOT OK", style="bold red")

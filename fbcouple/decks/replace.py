@@ -12,7 +12,7 @@ from fbcouple.errors import CaseError
 from fbcouple.run_folder.checkpoint import list_checkpoints
 from fbcouple.run_folder.lock import hold
 from fbcouple.run_folder.manifest import NAME, hash_file, read_manifest, write_manifest
-from fbcouple.run_folder.plain_files import require_plain, word_path
+from fbcouple.run_folder.plain_files import format_path, require_plain
 
 _RENDERED = ("CFD", "DEM")
 """Folders whose files follow from the case; those that lie elsewhere are the user's, copied."""
@@ -23,13 +23,13 @@ def refuse_foreign(run: Path) -> None:
     if not run.exists() and not run.is_symlink():
         return
     if not run.is_dir():
-        raise CaseError([f"{word_path(run)}: is not a run folder of fbcouple; give another folder with -o"])
+        raise CaseError([f"{format_path(run)}: is not a run folder of fbcouple; give another folder with -o"])
     require_plain(run)
     traces = [name for name in ("results.nc", "logs/run.jsonl") if (run / name).exists()]
     traces += [str(folder.relative_to(run)) for folder in list_checkpoints(run)]
     if traces:
         raise CaseError(
-            [f"{word_path(run)}: holds a run ({traces[0]}); give another folder with -o, or remove it first"]
+            [f"{format_path(run)}: holds a run ({traces[0]}); give another folder with -o, or remove it first"]
         )
     _read_files(run)
 
@@ -41,7 +41,7 @@ def _read_files(run: Path) -> tuple[dict[str, str], list[str]]:
         manifest = read_manifest(run)
         return manifest["files"], manifest["replaced"]
     if any(path.name != "lock" for path in run.iterdir()):
-        raise CaseError([f"{word_path(run)}: is not a run folder of fbcouple; give another folder with -o"])
+        raise CaseError([f"{format_path(run)}: is not a run folder of fbcouple; give another folder with -o"])
     return {}, []
 
 
@@ -78,12 +78,12 @@ def _refuse_losses(run: Path, written: tuple[dict[str, str], list[str]], new: di
     for name, checksum in new.items():
         path = run / name
         if path.is_dir():
-            problems.append(f"{word_path(path)}: is a folder, and a file of that name is to be written")
+            problems.append(f"{format_path(path)}: is a folder, and a file of that name is to be written")
         if not path.is_file() or (name == FILE_NAME and in_place) or (name in old and _is_rendered(name)):
             continue
         if hash_file(path) not in (checksum, *(known if name in old else ())):
             what = "was changed since set-up" if name in old else "is no file that fbcouple wrote"
-            problems.append(f"{word_path(path)}: {what} and would be replaced")
+            problems.append(f"{format_path(path)}: {what} and would be replaced")
     if problems:
         raise CaseError([f"{problem}; move it elsewhere, or give another folder with -o." for problem in problems])
 

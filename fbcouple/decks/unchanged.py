@@ -23,7 +23,7 @@ from fbcouple.decks.render import find_box, format_particles, render_decks
 from fbcouple.errors import CaseError
 from fbcouple.paths import START, WALLS
 from fbcouple.run_folder.manifest import hash_file, read_manifest
-from fbcouple.run_folder.plain_files import require_plain, word_path
+from fbcouple.run_folder.plain_files import format_path, require_plain
 
 # Where solvers look for decks, and what a run itself puts there.
 _DECK_FOLDERS = ("CFD/system", "CFD/constant", "CFD/0", "DEM")
@@ -49,24 +49,24 @@ def require_unchanged(case: Case, run: Path, trusted: bool) -> list[str]:
     _require_same_case(manifest["case"], case, run)
     problems = {**_find_changed_files(manifest["files"], case, run), **_find_changed_decks(case, run)}
     if problems and not trusted:
-        raise CaseError([f"{word_path(run / name)}: {text}" for name, text in problems.items()])
+        raise CaseError([f"{format_path(run / name)}: {text}" for name, text in problems.items()])
     return sorted(problems)
 
 
 def require_own_decks(case: Case, run: Path) -> None:
     """Look at the decks once more, after something has been put into `run`. Raises: CaseError."""
     if problems := _find_changed_decks(case, run):
-        raise CaseError([f"{word_path(run / name)}: {text}" for name, text in problems.items()])
+        raise CaseError([f"{format_path(run / name)}: {text}" for name, text in problems.items()])
 
 
 def _require_same_case(before: dict[str, Any], case: Case, run: Path) -> None:
     """Raise CaseError if an option has been changed that decks and start positions were made from."""
     if changes := list_changes(before, case):
         free = ", ".join([*FREE, *(f"[{section}]" for section in FREE_SECTIONS)])
-        place = word_path(run)
+        place = format_path(run)
         mend = f"put it back, or set it up: fbcouple setup {place} -o {place} (another folder if this one has results)"
         text = f"since set-up; in a run folder only {free} may be changed: {mend}."
-        raise CaseError([f"{word_path(run / 'case.toml')}: {change}, {text}" for change in changes])
+        raise CaseError([f"{format_path(run / 'case.toml')}: {change}, {text}" for change in changes])
 
 
 def _find_changed_files(sums: dict[str, str], case: Case, run: Path) -> dict[str, str]:
@@ -121,7 +121,7 @@ def _is_same_number(one: str, other: str) -> bool:
 def _find_changed_decks(case: Case, run: Path) -> dict[str, str]:
     """Decks that are not what the case gives, and what else solvers would find beside them."""
     decks = render_decks(case, run)
-    problems = {name: _word_change(run / name) for name, text in decks.items() if _differs(run / name, text)}
+    problems = {name: _format_change(run / name) for name, text in decks.items() if _differs(run / name, text)}
     expected = {*decks, *_WRITTEN_LATER}
     found = [path for folder in _DECK_FOLDERS for path in sorted((run / folder).glob("*"))]
     strange = [path for path in found if path.relative_to(run).as_posix() not in expected]
@@ -142,7 +142,7 @@ def _differs(path: Path, text: str) -> bool:
     return path.read_bytes() != text.encode()
 
 
-def _word_change(path: Path) -> str:
+def _format_change(path: Path) -> str:
     if not path.is_file():
         return "is missing or is not a plain file; set the run up again."
     return f"is not what the case gives; {_AGAIN}"

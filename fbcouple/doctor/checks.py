@@ -56,7 +56,7 @@ print(plotter.render_window.GetClassName())
 
 @dataclass(frozen=True)
 class Row:
-    """One thing that a run needs: what was found, what is wanted, and the command that mends it."""
+    """One thing that a run needs: what was found, what is wanted, and the command that fixes it."""
 
     name: str
     found: str
@@ -102,7 +102,7 @@ def examine() -> list[Row]:
 
 
 def fix() -> None:
-    """Mend what can be mended without the system's package manager: build the adapter.
+    """Fix what can be fixed without the system's package manager: build the adapter.
 
     Raises
     ------
@@ -240,7 +240,7 @@ def _adapter(mpi: _Loaded) -> Row:
     try:
         path = adapter_path()
     except SolverError as error:
-        return Row("adapter", str(error), wanted, False, f"mend the rows above, then {_FIX}")
+        return Row("adapter", str(error), wanted, False, f"fix the rows above, then {_FIX}")
     if not os.path.isfile(path):
         return Row("adapter", f"no {path}", wanted, False, _FIX)
     row = _library(str(path), mpi, f"rm {shlex.quote(str(path))} && {_FIX}")

@@ -48,7 +48,7 @@ def _read_entries(path: Path, name: str, tokens: Iterator[str]) -> dict[str, str
         text = f"{path.name} has `{_shorten(name)}`: directives and macros are not run"
         raise CaseError([f"{text}; write the patches out."])
     if name in ("{", "}", ";") or (name.startswith('"') and not name[1:].endswith('"')) or next(tokens, "") != "{":
-        raise CaseError([f"{path.name}: `{_shorten(name)}` is where a patch `name {{ ... }}` is expected; mend it."])
+        raise CaseError([f"{path.name}: `{_shorten(name)}` is where a patch `name {{ ... }}` is expected; fix it."])
     entries: dict[str, str] = {}
     words: list[str] = []
     depth = 1
@@ -65,14 +65,14 @@ def _read_entries(path: Path, name: str, tokens: Iterator[str]) -> dict[str, str
             words = []
         else:
             words.append(token)
-    raise CaseError([f"{path.name}: patch {_shorten(name)} has no closing brace; mend it."])
+    raise CaseError([f"{path.name}: patch {_shorten(name)} has no closing brace; fix it."])
 
 
 def _find_range(path: Path, name: str, entries: dict[str, str]) -> tuple[int, int]:
     try:
         first, count = (int(entries[key]) for key in ("startFace", "nFaces"))
     except (KeyError, ValueError):
-        raise CaseError([f"{path.name}: patch {_shorten(name)} has no startFace and nFaces; mend it."]) from None
+        raise CaseError([f"{path.name}: patch {_shorten(name)} has no startFace and nFaces; fix it."]) from None
     return first, count
 
 

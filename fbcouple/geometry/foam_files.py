@@ -40,7 +40,7 @@ def read_polymesh(folder: Path) -> PolyMesh:
     patches = read_patches(find_part(folder, "boundary"))
     neighbour = neighbour[neighbour >= 0]
     if not np.isfinite(points).all():
-        raise CaseError(["points holds a coordinate that is not finite; mend it."])
+        raise CaseError(["points holds a coordinate that is not finite; fix it."])
     _require_fit(points, faces, owner, neighbour)
     _require_patches(patches, len(neighbour), len(owner))
     return PolyMesh(points, faces, owner, neighbour, patches)
@@ -110,31 +110,31 @@ def write_polymesh(mesh: PolyMesh, folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     lists = {
         "points": (f"({x!r} {y!r} {z!r})" for x, y, z in mesh.points.tolist()),
-        "faces": _word_faces(mesh.faces),
+        "faces": _format_faces(mesh.faces),
         "owner": map(str, mesh.owner.tolist()),
         "neighbour": map(str, mesh.neighbour.tolist()),
     }
     counts = {"points": len(mesh.points), "faces": len(mesh.faces), "owner": len(mesh.owner)}
     for name, lines in lists.items():
         with (folder / name).open("w", encoding="utf-8") as file:
-            file.write(f"{_word_head(name)}{counts.get(name, len(mesh.neighbour))}\n(\n")
+            file.write(f"{_format_head(name)}{counts.get(name, len(mesh.neighbour))}\n(\n")
             file.writelines(f"{line}\n" for line in lines)
             file.write(")\n")
     with (folder / "boundary").open("w", encoding="utf-8") as file:
-        file.write(f"{_word_head('boundary')}{len(mesh.patches)}\n(\n")
+        file.write(f"{_format_head('boundary')}{len(mesh.patches)}\n(\n")
         for name, (start, count) in mesh.patches.items():
             kind = "patch" if name in ("inlet", "outlet") else "wall"
             file.write(f"{name} {{ type {kind}; nFaces {count}; startFace {start}; }}\n")
         file.write(")\n")
 
 
-def _word_faces(faces: Ragged) -> Iterator[str]:
+def _format_faces(faces: Ragged) -> Iterator[str]:
     values = faces.values.tolist()
     starts = faces.starts.tolist()
     for start, end in pairwise(starts):
         yield f"{end - start}({' '.join(map(str, values[start:end]))})"
 
 
-def _word_head(name: str) -> str:
+def _format_head(name: str) -> str:
     entries = f"version 2.0; format ascii; class {_CLASSES[name]}; object {name};"
     return f"FoamFile {{ {entries} }}\n"

@@ -47,7 +47,7 @@ def build_mesh(
     order = np.lexsort(keys.T)
     same = np.all(keys[order][1:] == keys[order][:-1], axis=1)
     if np.any(same[1:] & same[:-1]):
-        raise CaseError(["the mesh has a face that more than two cells share; mend it in its mesher."])
+        raise CaseError(["the mesh has a face that more than two cells share; fix it in its mesher."])
     first = np.flatnonzero(same)
     one, other = order[first], order[first + 1]
     owned = np.where(cells[one] < cells[other], one, other)

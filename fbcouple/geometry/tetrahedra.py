@@ -63,7 +63,7 @@ def cut(cells: Polyhedra) -> Tetrahedra:
     if len(volumes) and volumes.min() <= 0.0:
         wrong = cells.ids[np.unique(corners[volumes <= 0.0, 0])]
         text = f"{len(wrong)} cells of the mesh are not star-shaped about their centres (first: cell {wrong[0]})"
-        raise CaseError([f"{text}; mend the mesh (checkMesh names such cells)."])
+        raise CaseError([f"{text}; fix the mesh (checkMesh names such cells)."])
     order = np.argsort(corners[:, 0], kind="stable")
     return Tetrahedra(corners[order], volumes[order], places, len(cells), len(cells.points), middles)
 

@@ -88,7 +88,7 @@ Lines = Iterator[tuple[int, str]]
 def read_table(path: Path, form: Form) -> Table:
     """Read the columns that `form` knows from the file `path`; others are not looked at, and named.
 
-    Raises: CaseError (one text that begins with the file's name) saying what was found, where, and how to mend it.
+    Raises: CaseError (one text that begins with the file's name) saying what was found, where, and how to fix it.
     """
     try:
         if not path.is_file():
@@ -147,7 +147,7 @@ def _find_head(file: str, lines: Lines, form: Form) -> tuple[_Head, Lines]:
         if not text or text.lower().startswith("sep="):
             continue
         if len(text) > _LONGEST_HEAD:
-            raise CaseError([f"{file}: line {number} has {len(text)} characters and no row is so long; mend it."])
+            raise CaseError([f"{file}: line {number} has {len(text)} characters and no row is so long; fix it."])
         if text.startswith("#"):
             head = _split_head(text.lstrip("# "), number)
             named = {_understand(name, form)[0] for name in head.names}
@@ -243,7 +243,7 @@ def _read_numbers(file: str, lines: Iterable[tuple[int, str]], head: _Head, plac
             continue
         fields = _split(line.rstrip("\r\n") if separator else text, separator)
         if len(fields) != width and (len(fields) < width or any(extra.strip() for extra in fields[width:])):
-            raise CaseError([_word_width(file, number, text, len(fields), head)])
+            raise CaseError([_format_width(file, number, text, len(fields), head)])
         for place in places:
             entry = fields[place]
             if "," in entry:
@@ -278,7 +278,7 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def _word_width(file: str, line: int, text: str, found: int, head: _Head) -> str:
+def _format_width(file: str, line: int, text: str, found: int, head: _Head) -> str:
     width = len(head.names)
     told = (
         f"{file}: line {line}, `{_shorten(text)}`, has {found} columns and the header, `{_shorten(head.line)}`, {width}"

@@ -17,7 +17,7 @@ from fbcouple.launcher.stop_signals import Requests
 from fbcouple.machine.environment import missing_program, mpi_environment
 from fbcouple.paths import HEARTBEAT, LOG
 from fbcouple.results.writer import read_line
-from fbcouple.run_folder.checkpoint import word_newest
+from fbcouple.run_folder.checkpoint import format_newest
 from fbcouple.run_folder.failure import give_room_back, read_failure
 from fbcouple.run_folder.lock import Lock
 
@@ -87,7 +87,7 @@ class Job:
         try:
             give_room_back(self._run)
         except OSError as error:  # nor could a rank write down why it ended
-            text = f"{self._run}: cannot be written any more: {error}; {word_newest(self._run)}"
+            text = f"{self._run}: cannot be written any more: {error}; {format_newest(self._run)}"
             raise SolverError(text) from error
         note = (self._run / "logs/failure.json").exists()
         if job.returncode or note or not (self._run / "results.nc").exists():

@@ -31,7 +31,7 @@ from fbcouple.run_folder.checkpoint import Checkpoint
 from fbcouple.run_folder.failure import SOLVER_LOGS, give_room_back, prepare_failure
 from fbcouple.run_folder.lock import hold
 from fbcouple.run_folder.manifest import read_manifest, write_manifest
-from fbcouple.run_folder.plain_files import require_plain, word_path
+from fbcouple.run_folder.plain_files import format_path, require_plain
 from fbcouple.run_folder.products import remove_products
 from fbcouple.run_folder.provenance import Versions, list_makers
 from fbcouple.solvers.versions import list_versions
@@ -79,7 +79,7 @@ def launch(
             choice = Choice(fresh, resume, until, trusted, accept_update, say, begin)
             command: list[str] = []
             if start := make_ready(run, ranks, choice, Guard(lock, asked)):
-                command = _word_job(run, ranks, until, deadline, start.checkpoint)
+                command = _format_job(run, ranks, until, deadline, start.checkpoint)
                 note_run(run, ranks, command, start)
         except OSError as error:
             raise SolverError(f"{run}: cannot be made ready: {error}") from error
@@ -148,7 +148,9 @@ def _prepare(run: Path, case: Case, ranks: int, checkpoint: Checkpoint | None, g
         prepare_mesh(case, run, ranks, guard)
 
 
-def _word_job(run: Path, ranks: int, until: float | None, deadline: float, checkpoint: Checkpoint | None) -> list[str]:
+def _format_job(
+    run: Path, ranks: int, until: float | None, deadline: float, checkpoint: Checkpoint | None
+) -> list[str]:
     options = ["--ranks", str(ranks), "--deadline", repr(deadline)]
     if until is not None:
         options += ["--until", repr(until)]
@@ -187,7 +189,7 @@ def _choose(run: Path, case: Case, choice: Choice) -> Start | None:
         say(f"{run}: is complete: nothing is left to do")
         return None
     for stray in fbcouple.run_folder.checkpoint.list_strays(run):
-        say(f"{word_path(stray)}: is no checkpoint and is left alone")
+        say(f"{format_path(stray)}: is no checkpoint and is left alone")
     checkpoint = _find_checkpoint(run, case, say)
     if checkpoint and until is not None and checkpoint.time >= until * _ALMOST:
         say(f"{run}: has reached t = {checkpoint.time:.6g} s already: nothing is left to do up to {until:g} s")
@@ -206,7 +208,7 @@ def _note_foreign(checkpoint: Checkpoint, trusted: bool) -> str:
     if not trusted:
         text = "its liggghts.restart is read by LIGGGHTS without a check; if you trust whoever made it say --trust"
         raise CaseError(
-            [f"{word_path(checkpoint.folder)}: was not written by you, or not with the key in {key_file()}: {text}."]
+            [f"{format_path(checkpoint.folder)}: was not written by you, or not with the key in {key_file()}: {text}."]
         )
     return f"from t = {checkpoint.time:.6g} s on: a checkpoint of another user or machine"
 

@@ -61,13 +61,13 @@ def require_trusted(folder: Path, files: Iterable[Path] = (), variable: str = "F
             trusted.add(about.st_uid)
         loose = loose or _find_foreign(files, trusted, bool(about.st_mode & _OTHERS_REACH))
     except OSError as error:
-        raise SolverError(f"{folder}: the cache cannot be read ({error.strerror}); {_word_mend(variable)}") from error
+        raise SolverError(f"{folder}: the cache cannot be read ({error.strerror}); {_format_mend(variable)}") from error
     if loose:
         found = loose.stat()
         raise SolverError(
             f"{folder}: what lies in this cache is run, and somebody else may have put it there: {loose} belongs to "
-            f"{_word_owner(found.st_uid)} and has mode {stat.S_IMODE(found.st_mode):04o}; allowed is what belongs to "
-            f"you or root and only its owner writes; {_word_mend(variable)}"
+            f"{_format_owner(found.st_uid)} and has mode {stat.S_IMODE(found.st_mode):04o}; allowed is what belongs to "
+            f"you or root and only its owner writes; {_format_mend(variable)}"
         )
 
 
@@ -111,14 +111,14 @@ def _is_private_group(group: int, owner: int) -> bool:
     return members.gr_name == name and set(members.gr_mem) <= {name}
 
 
-def _word_owner(owner: int) -> str:
+def _format_owner(owner: int) -> str:
     try:
         return pwd.getpwuid(owner).pw_name
     except KeyError:
         return f"user {owner}"
 
 
-def _word_mend(variable: str) -> str:
+def _format_mend(variable: str) -> str:
     return f"name a folder of your own in {variable}, or remove this one and build again (fbcouple doctor --fix)"
 
 

@@ -95,7 +95,7 @@ def missing_program(name: str, package: str) -> SolverError:
     """The error of a program that is not found, for the caller to raise; `package` of Debian brings it."""
     relative = [entry for entry in os.environ.get("PATH", "").split(":") if not os.path.isabs(entry)]
     hint = f" (its entries that are not absolute, {relative}, are not searched)" if relative else ""
-    return SolverError(f"{name} is not on the PATH{hint}; mend: sudo apt-get install {package}")
+    return SolverError(f"{name} is not on the PATH{hint}; fix: sudo apt-get install {package}")
 
 
 def mpi_environment() -> dict[str, str]:

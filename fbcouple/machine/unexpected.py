@@ -1,4 +1,4 @@
-"""Errors that nobody foresaw: one line for the user, the whole traceback for whoever mends it."""
+"""Errors that nobody foresaw: one line for the user, the whole traceback for whoever fixes it."""
 
 from __future__ import annotations
 

@@ -199,7 +199,7 @@ def open_results(run: Path) -> Results:
     """
     path = Path(run) / "results.nc"
     if not path.is_file():
-        raise CaseError([_word_missing(Path(run))])
+        raise CaseError([_format_missing(Path(run))])
     data = load(path)
     text = data.attrs.get("case")
     if not isinstance(text, str):
@@ -213,21 +213,21 @@ def open_results(run: Path) -> Results:
     return Results(path, sample(data), case, path.resolve().parent.name)
 
 
-def word_without(results: Results, name: str, option: str) -> str:
+def format_without(results: Results, name: str, option: str) -> str:
     """That there is no `name`, and by which option it is had, if the case can have it."""
     if results.is_box:
         return f"{results.path} has no `{name}` (ask for them by {option})."
     return f"{results.path} has no `{name}`: they are kept of a plain box of hexahedra only."
 
 
-def _word_missing(run: Path) -> str:
+def _format_missing(run: Path) -> str:
     """Why there are no results: the folder is none of a run, its run was never started, or ended before a record."""
     path = run / "results.nc"
     if not (run / "case.toml").is_file():
         return f"{path} does not exist. Run the case first (`fbcouple run {quote(str(run))}`), or give another folder."
     if (run / "logs").is_dir() and any((run / "logs").iterdir()):
         said = f"the run in {run} ended, or was ended, before it wrote any (its messages are in {run / 'logs'})"
-        return f"{path} does not exist: {said}. Mend the case, and run it again."
+        return f"{path} does not exist: {said}. Fix the case, and run it again."
     return f"{path} does not exist. Run the case first (`fbcouple run {quote(str(run))}`)."
 
 

@@ -27,7 +27,7 @@ from fbcouple.geometry.saved_fields import Words, list_words
 from fbcouple.paths import WALLS
 from fbcouple.run_folder.checkpoint_index import Index, is_name, name_folder, read_index, require_whole, write_index
 from fbcouple.run_folder.manifest import hash_file
-from fbcouple.run_folder.plain_files import word_path
+from fbcouple.run_folder.plain_files import format_path
 
 FOLDER = "checkpoints"
 REFUSED = ".refused"
@@ -133,7 +133,7 @@ def _list_rests(run: Path) -> list[Path]:
     return [path for path in (run / FOLDER).glob(f"{_UNFINISHED}*") if _REST.fullmatch(path.name) and path.is_dir()]
 
 
-def word_newest(run: Path) -> str:
+def format_newest(run: Path) -> str:
     """Say what a run that failed goes on from."""
     found = list_checkpoints(run)
     return f"{found[0]} stands, --resume goes on from it" if found else "there is no checkpoint before it"
@@ -179,7 +179,7 @@ def read(folder: Path, case: Case) -> Checkpoint:
         _require_same(index, case, run)
         require_whole(folder, index, _read_words(run))
     except CaseError as error:
-        raise CaseError([f"{word_path(folder)}: refused: {error}"]) from None
+        raise CaseError([f"{format_path(folder)}: refused: {error}"]) from None
     return Checkpoint(folder, index)
 
 

@@ -21,7 +21,7 @@ from typing import Any
 from fbcouple.errors import CaseError, SolverError
 from fbcouple.machine.environment import is_in_mpi_job
 from fbcouple.paths import HEARTBEAT
-from fbcouple.run_folder.plain_files import is_same, word_moved
+from fbcouple.run_folder.plain_files import format_moved, is_same
 
 NAME = "lock"
 STALE_AFTER = 120.0
@@ -62,13 +62,13 @@ class Lock:
         """
         try:
             if not (self._run / NAME).exists() and not (self._run / "logs").exists():
-                raise SolverError(word_moved(self._run))
+                raise SolverError(format_moved(self._run))
             if not (is_same(self._run / NAME, self.number) and (self._run / "logs").is_dir()):
                 gone = self._run / (NAME if (self._run / "logs").is_dir() else "logs")
                 text = f"{gone}: was removed or replaced while a run was under way, which has ended"
                 raise SolverError(f"{text}; --resume goes on")
             if not self.is_ours:
-                raise SolverError(f"{self._run}/{NAME}: was taken{_word_holder(_read(self._file))}")
+                raise SolverError(f"{self._run}/{NAME}: was taken{_format_holder(_read(self._file))}")
             os.utime(self.number)
             self._beaten = time.monotonic()
         except OSError as error:
@@ -170,7 +170,7 @@ def _find_age(run: Path) -> float:
 
 
 def _word(run: Path, holder: Holder | None, age: float | None = None) -> str:
-    text = f"{run}: another run is under way in it{_word_holder(holder)}"
+    text = f"{run}: another run is under way in it{_format_holder(holder)}"
     if age is not None and age < -_SKEW:
         text += f"; its heartbeat is {-age:.0f} s in the future, so a clock was set back; if it is over, remove {NAME}"
     elif age is not None:
@@ -179,5 +179,5 @@ def _word(run: Path, holder: Holder | None, age: float | None = None) -> str:
     return f"{text}; wait for its end, or set up another folder{hint}"
 
 
-def _word_holder(holder: Holder | None) -> str:
+def _format_holder(holder: Holder | None) -> str:
     return f" (process {holder['pid']} on {holder['host']})" if holder else ""

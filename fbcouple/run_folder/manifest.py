@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fbcouple.errors import CaseError
-from fbcouple.run_folder.plain_files import word_path
+from fbcouple.run_folder.plain_files import format_path
 
 NAME = "manifest.json"
 UNFINISHED = "manifest.tmp"
@@ -27,19 +27,21 @@ def read_manifest(run: Path) -> dict[str, Any]:
     path = run / NAME
     if not path.is_file():
         text = "is not a run folder; make one with: fbcouple setup CASE -o"
-        raise CaseError([f"{word_path(run)}: {text} {word_path(run)}"])
+        raise CaseError([f"{format_path(run)}: {text} {format_path(run)}"])
     try:
         content = json.loads(path.read_bytes()) if path.stat().st_size <= LARGEST else None
     except (OSError, ValueError, RecursionError):
         content = None
     if not isinstance(content, dict) or not all(isinstance(content.get(part), kind) for part, kind in _PARTS.items()):
         text = "was not written by this version of fbcouple, or is damaged; set up another folder with -o"
-        raise CaseError([f"{word_path(path)}: {text}, or read what is in this one and remove it."])
+        raise CaseError([f"{format_path(path)}: {text}, or read what is in this one and remove it."])
     if not all(isinstance(checksum, str) and _is_inside(name) for name, checksum in content["files"].items()):
-        raise CaseError([f"{word_path(path)}: `files` holds what is no file of the run folder; set up another folder."])
+        raise CaseError(
+            [f"{format_path(path)}: `files` holds what is no file of the run folder; set up another folder."]
+        )
     content.setdefault("replaced", [])
     if not isinstance(content["replaced"], list):
-        raise CaseError([f"{word_path(path)}: `replaced` is no list; set up another folder."])
+        raise CaseError([f"{format_path(path)}: `replaced` is no list; set up another folder."])
     return content
 
 

@@ -26,9 +26,9 @@ def require_plain(run: Path) -> None:
     problems: list[str] = []
     for path, trouble in _find_trouble(run):
         if len(problems) == _MOST_NAMED:
-            problems.append(f"{word_path(run)}: holds more of this kind.")
+            problems.append(f"{format_path(run)}: holds more of this kind.")
             break
-        problems.append(f"{word_path(path)}: {trouble}")
+        problems.append(f"{format_path(path)}: {trouble}")
     if problems:
         raise CaseError(problems)
 
@@ -40,7 +40,7 @@ def _find_trouble(folder: Path) -> Iterator[tuple[Path, str]]:
     except (FileNotFoundError, NotADirectoryError):
         return
     except OSError as error:
-        raise SolverError(f"{word_path(folder)}: cannot be looked into: {error.strerror}") from error
+        raise SolverError(f"{format_path(folder)}: cannot be looked into: {error.strerror}") from error
     for entry in entries:
         path = folder / entry.name
         kind = entry.stat(follow_symlinks=False)
@@ -54,7 +54,7 @@ def _find_trouble(folder: Path) -> Iterator[tuple[Path, str]]:
             yield path, "has another name elsewhere (hard link) and would change there too; put a copy in its place."
 
 
-def word_path(path: Path) -> str:
+def format_path(path: Path) -> str:
     """`path` for a message, on one line whatever its name holds."""
     return str(path) if str(path).isprintable() else json.dumps(str(path))
 
@@ -67,7 +67,7 @@ def is_same(path: Path, other: Path | int) -> bool:
         return False
 
 
-def word_moved(run: Path) -> str:
+def format_moved(run: Path) -> str:
     """Say that the run folder `run` is not where it was when a run began in it."""
     return (
         f"{run}: was moved or removed while a run was under way in it, which has ended; if it was moved, go on in its "

@@ -23,7 +23,7 @@ def load_tasks(path: Path, others: Sequence[Task]) -> list[Task]:
         kinds = [kind for kind in found.values() if isinstance(kind, type) and issubclass(kind, Task)]
         tasks = [kind() for kind in kinds if kind.__module__ == _MODULE]
     except Exception as error:  # whatever the user's file raises is the user's to read
-        raise CaseError([f"{key}: fails ({type(error).__name__}: {error}); mend the file."]) from error
+        raise CaseError([f"{key}: fails ({type(error).__name__}: {error}); fix the file."]) from error
     taken = {type(task).__name__ for task in others} & {type(task).__name__ for task in tasks}
     if taken:
         raise CaseError(

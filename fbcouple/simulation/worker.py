@@ -46,14 +46,14 @@ def work(run: Path, limits: Limits, resume: Path | None, comm: MPI.Comm, stop_si
     if sim.has_particles:
         sim.liggghts.close()
     if stopped_early and comm.rank == 0:
-        write_failure(here, word_stop(sim), StoppedError.exit_code)
+        write_failure(here, format_stop(sim), StoppedError.exit_code)
     if stop_signal.caught and not stopped_early:
         print(
             f"{signal.Signals(stop_signal.caught).name} came after the last moment to stop: the run went on to its end"
         )
 
 
-def word_stop(sim: Simulation) -> str:
+def format_stop(sim: Simulation) -> str:
     """Say why the run stopped early and where it goes on."""
     return f"stopped by {sim.stop} at t = {sim.clock.time:.6g} s; checkpoint: {sim.checkpoint}"
 
@@ -88,7 +88,7 @@ def require_together(comm: MPI.Comm, ranks: int) -> None:
     if comm.size != ranks:
         raise SolverError(
             f"mpirun was asked for {ranks} ranks and this process finds {comm.size}: the launcher is not of mpi4py's "
-            f"MPI, {MPI.Get_library_version().split(',')[0].strip()}; mend: fbcouple doctor"
+            f"MPI, {MPI.Get_library_version().split(',')[0].strip()}; fix: fbcouple doctor"
         )
 
 

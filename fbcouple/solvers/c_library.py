@@ -19,20 +19,20 @@ Signature = tuple[Any, Sequence[Any]]
 def load_library(name: str | Path, table: Mapping[str, Signature], mend: str) -> ctypes.CDLL:
     """Load shared library `name` and declare every function of `table`.
 
-    Raises SolverError that names the library, the loader's own words and `mend` if it is missing or too old, or brings
+    Raises SolverError that names the library, the loader's own words and `fix` if it is missing or too old, or brings
     an MPI of its own.
     """
     try:
         library = ctypes.CDLL(str(name), mode=ctypes.RTLD_GLOBAL)
     except OSError as error:
-        raise SolverError(f"library {name} cannot be loaded: {error}; mend: {mend}") from error
+        raise SolverError(f"library {name} cannot be loaded: {error}; fix: {mend}") from error
     if len(known := _find_mpi_libraries()) > 1:
-        raise SolverError(f"library {name} brings another MPI: {' and '.join(known)} are loaded; mend: {mend}")
+        raise SolverError(f"library {name} brings another MPI: {' and '.join(known)} are loaded; fix: {mend}")
     for function, (result, arguments) in table.items():
         try:
             entry = getattr(library, function)
         except AttributeError as error:
-            raise SolverError(f"library {name} has no function {function}; mend: {mend}") from error
+            raise SolverError(f"library {name} has no function {function}; fix: {mend}") from error
         entry.restype = result
         entry.argtypes = list(arguments)
     return library

@@ -68,7 +68,7 @@ def hash_sources() -> str:
     return hashlib.sha256(texts).hexdigest()[:16]
 
 
-def word_own_version() -> str:
+def format_own_version() -> str:
     """The version of fbcouple, with the commit where it lies in a checkout."""
     commit = find_commit()
     return __version__ if commit in (NO_CHECKOUT, NOT_FOUND) else f"{__version__}, commit {commit}"

@@ -20,7 +20,7 @@ from fbcouple.study.members import REFERENCE, Member, list_members
 from fbcouple.study.pareto import find_excess, mark_pareto, tabulate_knobs
 from fbcouple.study.runs import Ending, look_up_case, run_case, run_side_by_side
 from fbcouple.study.schema import Study
-from fbcouple.study.source import Source, word_settings
+from fbcouple.study.source import Source, format_settings
 
 RUNS = "members"
 COSTS = {"wall": "core_seconds", "cpu": "cpu_seconds"}
@@ -86,7 +86,7 @@ def _run(base: str, member: Member, run: Path, wall_limit: float, wanted: bool) 
 
 def _estimate_work(member: Member, base: str) -> float:
     """Particles times their steps, and cells times pressure corrections at what one of these takes beside those."""
-    case = load_case(base, word_settings(member.settings))
+    case = load_case(base, format_settings(member.settings))
     work = 0.0
     if case.particles and case.contact:
         work += particle_count(case.particles) / dem_step(case.contact, case.particles)

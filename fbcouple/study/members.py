@@ -21,7 +21,7 @@ from fbcouple.study.source import (
     check_number,
     find_mistakes,
     flatten,
-    word_settings,
+    format_settings,
 )
 
 RANKS = "ranks"
@@ -50,7 +50,7 @@ def list_members(study: Study, source: Source) -> list[Member]:
         raise CaseError(problems)
     if mistakes := find_mistakes(base, common, f"{source.place}: base"):
         raise CaseError(mistakes)
-    usual = {key: _look_up(load_case(base, word_settings(common)), key) for key in knobs}
+    usual = {key: _look_up(load_case(base, format_settings(common)), key) for key in knobs}
     members: list[Member] = []
     for values in _combine(study.design, usual, knobs):
         if all(member.knobs != values for member in members):
@@ -75,7 +75,7 @@ def _check(study: Study, knobs: Settings) -> Iterator[Problem]:
         if not isinstance(values, list) or not values:
             yield Problem(f"knobs.{key}", f"{show(values)} is given, a list of values is allowed; write [a, b, ...].")
         elif key == RANKS and not all(type(n) is int and 1 <= n <= MOST_RANKS for n in values):
-            text = f"{show(values)} is given, whole numbers from 1 to {MOST_RANKS} are allowed; mend the values."
+            text = f"{show(values)} is given, whole numbers from 1 to {MOST_RANKS} are allowed; fix the values."
             yield Problem(f"knobs.{key}", text)
     lists = {key: values for key, values in knobs.items() if isinstance(values, list)}
     if study.design == "grid":
@@ -86,7 +86,7 @@ def _check(study: Study, knobs: Settings) -> Iterator[Problem]:
 
 def _look_at_knobs(member: Member, base: str) -> Member:
     """The member with every knob as its case has it: a preset turns several at once."""
-    case = load_case(base, word_settings(member.settings))
+    case = load_case(base, format_settings(member.settings))
     return replace(member, knobs={k: v if k == RANKS else _look_up(case, k) for k, v in member.knobs.items()})
 
 

@@ -25,7 +25,7 @@ from fbcouple.machine.environment import child_environment, hand_down
 from fbcouple.run_folder.checkpoint import list_checkpoints
 from fbcouple.run_folder.plain_files import require_plain
 from fbcouple.run_folder.products import remove_run
-from fbcouple.study.source import Settings, word_settings
+from fbcouple.study.source import Settings, format_settings
 
 ENDING = "ending.json"
 _GRACE = 30.0
@@ -82,7 +82,7 @@ def run_case(base: str, settings: Settings, run: Path, ranks: int, wall_limit: f
     Raises: CaseError if the case is wrong or the folder cannot be written.
     """
     require_plain(run)
-    case = load_case(base, word_settings(settings))
+    case = load_case(base, format_settings(settings))
     known = _find_ending(run, case, ranks)
     if known and known.is_final and (known.how == "diverged" or is_complete(run, case)):
         return known
@@ -93,7 +93,7 @@ def run_case(base: str, settings: Settings, run: Path, ranks: int, wall_limit: f
     else:
         remove_run(run)
         run.parent.mkdir(parents=True, exist_ok=True)
-        lay_out(base, run, word_settings(settings), trusted=False, forced=True)
+        lay_out(base, run, format_settings(settings), trusted=False, forced=True)
     how, text = _start(run, ranks, wall_limit)
     ending = Ending(how, text, before + time.monotonic() - begin, ranks)
     (run / ENDING).write_text(json.dumps(asdict(ending)) + "\n", encoding="utf-8")
@@ -131,7 +131,7 @@ def look_up_case(base: str, settings: Settings, run: Path, ranks: int) -> Ending
 
     Raises: CaseError if the case is wrong.
     """
-    known = _find_ending(run, load_case(base, word_settings(settings)), ranks)
+    known = _find_ending(run, load_case(base, format_settings(settings)), ranks)
     return known or Ending("not run", "has not been run to an end", 0.0, ranks)
 
 

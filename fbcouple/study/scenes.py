@@ -23,7 +23,7 @@ from fbcouple.study.source import (
     check_number,
     find_mistakes,
     flatten,
-    word_settings,
+    format_settings,
 )
 
 SPANS = ("gas", "particles", "contact", "fall", "passage")
@@ -76,7 +76,7 @@ def _check(study: Stability) -> Iterator[Problem]:
         yield from _check_forms(f"scenes.{group}.forms", table.get("forms", []))
         span = table.get("span", study.span)
         if span not in SPANS:
-            text = f"{show(span)} is given, allowed are: {', '.join(SPANS)}; mend the value."
+            text = f"{show(span)} is given, allowed are: {', '.join(SPANS)}; fix the value."
             yield Problem(f"scenes.{group}.span", text)
         for key, low in (("times", 0.0), ("ranks", 1)):
             value = table.get(key, 1)
@@ -106,10 +106,10 @@ def _expand(study: Stability, source: Source, group: str, table: Settings) -> It
         name = "-".join([group, *(_word(value) for value in varied.values())])
         if mistakes := find_mistakes(base, settings, f"{source.place}: {name}"):
             raise CaseError(mistakes)
-        case = load_case(base, word_settings(settings))
+        case = load_case(base, format_settings(settings))
         for form in own.get("forms", study.forms) if case.exchange else ("",):
             timed = settings | ({FORM: form} if form else {})
-            wanted = load_case(base, word_settings(timed))
+            wanted = load_case(base, format_settings(timed))
             end = find_end(wanted, study, own, f"{source.place}: {name}")
             timed |= {"end_time": end, "output.record_every": end / ROWS}
             if study.restart:

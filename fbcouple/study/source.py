@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 import fbcouple.paths as places
 from fbcouple.case.load import load_case, write_value
-from fbcouple.case.problems import Problem, show, suggest, word_errors
+from fbcouple.case.problems import Problem, format_errors, show, suggest
 from fbcouple.case.schema.option import Section
 from fbcouple.case.schema.reference import list_options
 from fbcouple.case.source import STUDIES, list_shipped, read_toml
@@ -54,7 +54,7 @@ def read_study(name: str, kind: type[Kind]) -> tuple[Kind, Source]:
     try:
         return kind.model_validate(raw), Source(place, path.parent)
     except ValidationError as error:
-        problems, _ = word_errors(error, raw, kind)
+        problems, _ = format_errors(error, raw, kind)
         raise CaseError([f"{place}: {problem}" for problem in problems]) from None
 
 
@@ -99,7 +99,7 @@ def check_keys(keys: Sequence[str], where: str, also: Sequence[str] = ()) -> Ite
             yield Problem(f"{where}.{key}", f"a case has no such key; {hint}.")
 
 
-def word_settings(settings: Settings) -> list[str]:
+def format_settings(settings: Settings) -> list[str]:
     """The `key=value` texts that `load_case` takes."""
     return [f"{key}={write_value(value)}" for key, value in settings.items()]
 
@@ -107,7 +107,7 @@ def word_settings(settings: Settings) -> list[str]:
 def find_mistakes(base: str, settings: Settings, place: str) -> list[str]:
     """What is wrong with the case `base` under `settings`, each text with `place` before it."""
     try:
-        load_case(base, word_settings(settings))
+        load_case(base, format_settings(settings))
     except CaseError as error:
         return [f"{place}: {problem.removeprefix('--set: ')}" for problem in error.problems]
     return []

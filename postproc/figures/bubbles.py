@@ -13,7 +13,7 @@ from scipy.optimize import linear_sum_assignment
 from fbcouple.postproc.figures.registry import figure
 from fbcouple.postproc.statistics import find_steady_time
 from fbcouple.postproc.style import BLUE, COLUMN, GREY, VERMILION, inset_axes, new_figure
-from fbcouple.results.reader import NotDrawableError, Results, word_without
+from fbcouple.results.reader import NotDrawableError, Results, format_without
 
 EDGE = 0.7
 """Depth-mean voidage that bounds a bubble."""
@@ -141,7 +141,7 @@ def find_bubbling(results: Results) -> Bubbling:
     Raises: NotDrawableError without snapshots after the start-up.
     """
     if "voidage_snapshots" not in results.data:
-        raise NotDrawableError([word_without(results, "voidage_snapshots", "output.snapshots_every")])
+        raise NotDrawableError([format_without(results, "voidage_snapshots", "output.snapshots_every")])
     snapshots = results.data["voidage_snapshots"].transpose("snapshot_time", "z", "x")
     times = snapshots["snapshot_time"].values.astype(float)
     steady = times >= find_steady_time(results)

@@ -16,7 +16,7 @@ from fbcouple.postproc.figures.heights import format_height, list_heights
 from fbcouple.postproc.figures.layout import Panel, draw_panels
 from fbcouple.postproc.figures.maps import DENSE, EDGE_LINE, PACKED, draw_edge
 from fbcouple.postproc.figures.registry import figure
-from fbcouple.postproc.scales import velocity_scale, word_scale
+from fbcouple.postproc.scales import format_scale, velocity_scale
 from fbcouple.postproc.style import COLUMN, GREY, LINES, averaging_text, lay_out
 from fbcouple.postproc.views.frames import list_frames, number_of, read_frame
 from fbcouple.results.reader import NotDrawableError, Results, at_height
@@ -85,7 +85,7 @@ def depth_profiles(results: Results) -> Figure:
     if not any(np.isfinite(line).any() for line in lines.values()):
         raise NotDrawableError([f"no particle ever came to {height}."])
     _, divisor, unit = velocity_scale(results)
-    note = f"{height}; {averaging_text(results)}{word_scale([results])}"
+    note = f"{height}; {averaging_text(results)}{format_scale([results])}"
     picture = lay_out(results.title, COLUMN, 2.6, note)
     axes = picture.subplots()
     axes.axhline(0.0, color=GREY, linewidth=0.7)

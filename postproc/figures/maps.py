@@ -17,7 +17,7 @@ from fbcouple.postproc.figures.arrows import sample_arrows
 from fbcouple.postproc.figures.heights import SCARCE
 from fbcouple.postproc.figures.layout import Line, Panel, draw_panels
 from fbcouple.postproc.figures.registry import comparison, figure
-from fbcouple.postproc.scales import flux_scale, velocity_scale, word_scale
+from fbcouple.postproc.scales import flux_scale, format_scale, velocity_scale
 from fbcouple.postproc.style import DPI, averaging_text
 from fbcouple.results.reader import NotDrawableError, Results, depth_average, mass_average
 
@@ -75,7 +75,7 @@ def _row_of_fluxes(runs: Sequence[Results], heading: str) -> Figure:
     ]
     symbol = rf"$|\langle \alpha_p \rho_p \mathbf{{U}}_p \rangle_{{xz}}|{divisor}$"
     return draw_panels(
-        panels, heading, _note(runs) + word_scale(runs), f"Solids flux {symbol} [{unit}]", (0.0, largest)
+        panels, heading, _note(runs) + format_scale(runs), f"Solids flux {symbol} [{unit}]", (0.0, largest)
     )
 
 
@@ -110,7 +110,7 @@ def _row_of_agitation(runs: Sequence[Results], heading: str) -> Figure:
         raise NotDrawableError(["`agitation` is zero everywhere."])
     panels = [Panel(run, field, _window(run, runs), None) for run, field in zip(runs, fields, strict=True)]
     label = "Agitation $q_p^2$ [m$^2$ s$^{-2}$]" if scales[0][1] == "" else "Agitation $q_p^2 / U_f^2$ [–]"
-    return draw_panels(panels, heading, _note(runs) + word_scale(runs), label, (0.0, max(tops)))
+    return draw_panels(panels, heading, _note(runs) + format_scale(runs), label, (0.0, max(tops)))
 
 
 def common_flux_scale(runs: Sequence[Results]) -> tuple[str, str]:

@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 from fbcouple.postproc.figures.heights import format_height, list_heights
 from fbcouple.postproc.figures.maps import common_flux_scale
 from fbcouple.postproc.figures.registry import comparison, figure
-from fbcouple.postproc.scales import flux_scale, word_scale
+from fbcouple.postproc.scales import flux_scale, format_scale
 from fbcouple.postproc.style import COLUMN, GREY, LINES, PAGE, averaging_text, lay_out, wrap_label
 from fbcouple.results.reader import Results, at_height, depth_average
 
@@ -53,7 +53,9 @@ def vertical_flux(results: Results, height: float) -> Profile:
 def flux_profile(results: Results) -> Figure:
     """Vertical solids flux across the bed, a line each height, with bands of one standard error."""
     heights = list_heights(results)
-    note = f"{'; '.join(format_height(z, results) for z in heights)}; {averaging_text(results)}{word_scale([results])}"
+    note = (
+        f"{'; '.join(format_height(z, results) for z in heights)}; {averaging_text(results)}{format_scale([results])}"
+    )
     picture = lay_out(results.title, COLUMN, 2.6 + 0.14 * len(heights), note)
     axes = picture.subplots()
     handles = []
@@ -75,7 +77,7 @@ def flux_profiles(runs: Sequence[Results]) -> Figure:
     """Vertical solids flux across the bed of each run at the first run's heights, bands of one standard error."""
     common_flux_scale(runs)
     heights = list_heights(runs[0])
-    note = f"bands: ± 1 standard error{word_scale(runs)}"
+    note = f"bands: ± 1 standard error{format_scale(runs)}"
     picture = lay_out("Time-mean vertical solids flux", PAGE, 0.3 + 2.6 * len(heights), note)
     for axes, height in zip(picture.subplots(len(heights), 1, squeeze=False)[:, 0], heights, strict=True):
         for run, look in zip(runs, _cycle_looks(len(runs)), strict=True):

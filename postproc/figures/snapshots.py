@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from fbcouple.postproc.figures.bubbles import EDGE
 from fbcouple.postproc.figures.layout import MOST_ACROSS, Line, Panel, draw_panels
 from fbcouple.postproc.figures.registry import figure
-from fbcouple.results.reader import NotDrawableError, Results, word_without
+from fbcouple.results.reader import NotDrawableError, Results, format_without
 
 LOWEST = 0.35
 """Lower colour limit; a random packing has 0.4."""
@@ -21,7 +21,7 @@ LOWEST = 0.35
 def voidage_snapshots(results: Results) -> Figure:
     """Depth-averaged voidage at five moments over the second half of the run; the line is the edge of bubbles."""
     if not results.data.sizes.get("snapshot_time"):
-        raise NotDrawableError([word_without(results, "voidage_snapshots", "output.snapshots_every")])
+        raise NotDrawableError([format_without(results, "voidage_snapshots", "output.snapshots_every")])
     snapshots = results.data["voidage_snapshots"].astype(float)
     times = snapshots["snapshot_time"].values
     count = min(MOST_ACROSS, len(times))

@@ -15,7 +15,7 @@ from fbcouple.postproc.figures.cost import SOLVERS, stage_seconds
 from fbcouple.postproc.figures.spectrum import SIGNALS as SPECTRA
 from fbcouple.postproc.figures.spectrum import spectra_of
 from fbcouple.postproc.report.monitors import MONITORS
-from fbcouple.postproc.statistics import summarise, word_not_reached
+from fbcouple.postproc.statistics import format_not_reached, summarise
 from fbcouple.results.inlet_speed import list_rows
 from fbcouple.results.reader import NotDrawableError, Results
 
@@ -36,7 +36,7 @@ def tabulate_solved(results: Results) -> Rows:
     if gas:
         rows += [("gas: density [kg m-3], viscosity [Pa s]", f"{gas['density']:g}, {gas['viscosity']:g}")]
         rows += [
-            ("superficial velocity U_f [m s-1]", _word_inflow(results)),
+            ("superficial velocity U_f [m s-1]", _format_inflow(results)),
             ("sub-grid model", gas.get("turbulence", "none")),
         ]
     if particles:
@@ -69,7 +69,7 @@ def tabulate_solved(results: Results) -> Rows:
     return [{"what": what, "value": value} for what, value in rows]
 
 
-def _word_inflow(results: Results) -> float | str:
+def _format_inflow(results: Results) -> float | str:
     """The constant velocity of the inflow, or what its rows are and which velocity others are put in proportion to."""
     gas = results.case["gas"]
     if gas.get("inlet_velocity") is not None:
@@ -163,7 +163,7 @@ def tabulate_statistics(results: Results) -> tuple[Rows, list[str]]:
             }
         )
         if not reached:
-            remarks.append(f"No mean of {name}: {word_not_reached(name, found.end)}")
+            remarks.append(f"No mean of {name}: {format_not_reached(name, found.end)}")
         elif results.window is not None and found.start > results.window[0]:
             begin = f"the time means begin at {results.window[0]:.3g} s"
             remarks.append(f"{name} is steady from {found.start:.3g} s only; {begin}.")

@@ -10,7 +10,7 @@ import xarray as xr
 
 from fbcouple.errors import CaseError
 from fbcouple.paths import FRAMES
-from fbcouple.results.reader import NotDrawableError, Results, word_without
+from fbcouple.results.reader import NotDrawableError, Results, format_without
 from fbcouple.results.stored import load
 
 _PARTICLES = ("position", "velocity", "diameter")
@@ -47,7 +47,7 @@ def list_frames(results: Results) -> list[Path]:
     """Files of the frames of a run in the order of time. Raises: NotDrawableError if it has none."""
     found = sorted((results.path.parent / FRAMES).glob("frame-*.nc"))
     if not found:
-        raise NotDrawableError([word_without(results, "frames", "output.particles_every")])
+        raise NotDrawableError([format_without(results, "frames", "output.particles_every")])
     return found
 
 

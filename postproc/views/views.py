@@ -24,7 +24,7 @@ from fbcouple.machine.environment import child_environment
 from fbcouple.postproc.figures.registry import figure
 from fbcouple.postproc.figures.snapshots import LOWEST
 from fbcouple.postproc.files import write_whole
-from fbcouple.postproc.scales import velocity_scale, word_scale
+from fbcouple.postproc.scales import format_scale, velocity_scale
 from fbcouple.postproc.style import DPI, inset_axes, journal_style, new_figure
 from fbcouple.postproc.views.colours import SPEED, list_colours, voidage_map
 from fbcouple.postproc.views.frames import choose_frames, list_frames, read_frame
@@ -130,7 +130,7 @@ def compose(
     if scales.gas:
         bars.append((r"Voidage $\varepsilon$ at $y/D$ = 0.5 [–]", LOWEST, 1.0, voidage_map(), "neither"))
         note = f"{note}; longest arrow: gas at {scales.gas / scale:.3g}{' $U_f$' if divisor else ' m/s'}"
-    note += word_scale([results])
+    note += format_scale([results])
     full = left + sum(widths) + 0.12 * len(widths) + len(bars) * (bar + room)
     picture = new_figure(results.title, max(full, 3.4), bottom + tall + top, note)
     images = []

@@ -247,8 +247,8 @@ def test_errors_have_their_exit_codes(call, monkeypatch, error, code):
 
 @pytest.mark.parametrize(("is_fit", "code"), [(True, 0), (False, 3)])
 def test_doctor_is_content_only_if_a_run_can_work(call, monkeypatch, is_fit, code):
-    row = doctor.Row("thing", "1.0", ">=1.0", is_fit, "mend it so")
+    row = doctor.Row("thing", "1.0", ">=1.0", is_fit, "fix it so")
     monkeypatch.setattr(doctor, "examine", lambda: [row])
     result = call("doctor")
-    assert result.exit_code == code and ("mend it so" in result.stdout) is not is_fit
+    assert result.exit_code == code and ("fix it so" in result.stdout) is not is_fit
     assert ("thing" in result.stderr) is not is_fit

@@ -1,4 +1,4 @@
-"""Good cases load and survive being written; every mistake is told with its place and how to mend it."""
+"""Good cases load and survive being written; every mistake is told with its place and how to fix it."""
 
 from __future__ import annotations
 

@@ -82,7 +82,7 @@ def test_the_case_chooses_it(case):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("beta = (", "mylaw.py is not Python, line 1; mend it."),
+        ("beta = (", "mylaw.py is not Python, line 1; fix it."),
         ("gamma = 1\n", "has no function `beta`; write `def beta(voidage, slip, diameter, density, viscosity):`"),
         ("def beta(eps, slip):\n    return 1.0\n", "`beta` takes (eps, slip); write `def beta(voidage,"),
     ],
@@ -124,7 +124,7 @@ def test_a_law_that_is_none(case, body, words):
 
 def test_an_error_in_the_file_is_told(case):
     (case / "mylaw.py").write_text(f"{STOKES}\n1 / 0\n")
-    with pytest.raises(CaseError, match="fails \\(ZeroDivisionError: division by zero\\); mend the file"):
+    with pytest.raises(CaseError, match="fails \\(ZeroDivisionError: division by zero\\); fix the file"):
         read_law(case / "mylaw.py")
 
 

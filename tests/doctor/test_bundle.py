@@ -16,7 +16,7 @@ from fbcouple.doctor.bundle import write_bundle
 from fbcouple.doctor.disclosure import list_environment
 from fbcouple.errors import CaseError, SolverError
 
-ROWS = [doctor.Row("thing", "1.0", ">=1.0", True, "mend it so")]
+ROWS = [doctor.Row("thing", "1.0", ">=1.0", True, "fix it so")]
 
 
 @pytest.fixture(autouse=True)
@@ -161,7 +161,7 @@ def test_what_a_reader_needs_of_a_log_stays(run, tmp_path):
         b"Unexpected end of data file\0--> FOAM FATAL IO ERROR: \0%s:  Solving for , Initial residual = No Iterations"
     )
     library.write_bytes(b"\x7fELF\0" + texts + b"\0No Iterations smoothSolver fvSchemes ddtSchemes opt Ux Final\0")
-    rows = [doctor.Row("libsolver.so", str(library), "loads", True, "mend it so")]
+    rows = [doctor.Row("libsolver.so", str(library), "loads", True, "fix it so")]
     found = unpack(write_bundle(rows, run, tmp_path))["run/logs/openfoam.log"].decode().splitlines()
     assert found == list(lines)
 

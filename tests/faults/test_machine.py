@@ -24,7 +24,7 @@ def run_in_a_process(run: Path, *words: str) -> subprocess.CompletedProcess:
 
 
 @pytest.mark.parametrize(
-    ("name", "mend"),
+    ("name", "fix"),
     [
         ("libliggghts.so.3", "sudo apt-get install liggghts"),
         ("libDPMTurbulenceModels.so", "fbcouple doctor --fix"),
@@ -35,7 +35,7 @@ def test_library_that_does_not_load(tmp_path, monkeypatch, name, mend):
     (tmp_path / name).write_bytes(b"")
     monkeypatch.setenv("LD_LIBRARY_PATH", str(tmp_path))
     with pytest.raises(
-        SolverError, match=rf"library .* cannot be loaded: {tmp_path / name}: file too short; mend: {mend}"
+        SolverError, match=rf"library .* cannot be loaded: {tmp_path / name}: file too short; fix: {mend}"
     ):
         launch(run, 1, lambda row: None)
 
@@ -44,7 +44,7 @@ def test_adapter_that_is_not_built(tmp_path, monkeypatch):
     run = prepare(tmp_path)
     monkeypatch.setenv("FBCOUPLE_CACHE", str(tmp_path / "empty"))
     with pytest.raises(
-        SolverError, match=r"library .*empty.* cannot be loaded: .*No such file.*mend: fbcouple doctor --fix"
+        SolverError, match=r"library .*empty.* cannot be loaded: .*No such file.*fix: fbcouple doctor --fix"
     ):
         launch(run, 1, lambda row: None)
 

@@ -17,7 +17,7 @@ STEP = 12
 """Here neither a row (steps 11, 14) nor a checkpoint (10, 15) is due: what is wrong is found by its limit."""
 ROW, MOMENT = 14, 15
 STEPS = {"nan_velocity": ROW, "overlap": ROW, "solids_volume": ROW, "gas_flux": ROW}
-"""Steps of poisons that do not last, or that LIGGGHTS mends."""
+"""Steps of poisons that do not last, or that LIGGGHTS fixes."""
 MORE = {"courant": ["monitors.courant=1.025"], "substeps": ["monitors.substeps=5"]}
 """Limits that a poison breaks before the run is over."""
 FAST = ("nan_drag", "outside")

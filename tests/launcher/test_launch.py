@@ -224,14 +224,14 @@ def test_the_words_of_an_earlier_failure_are_forgotten(solids):
 
 def test_without_mpirun(solids, monkeypatch, tmp_path):
     monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(SolverError, match="mpirun is not on the PATH; mend: sudo apt-get install openmpi-bin"):
+    with pytest.raises(SolverError, match="mpirun is not on the PATH; fix: sudo apt-get install openmpi-bin"):
         start(solids)
     assert call("run", solids).exit_code == 3
 
 
 def test_without_openfoams_programs(coupled, monkeypatch, tmp_path):
     monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(SolverError, match="blockMesh is not on the PATH; mend: sudo apt-get install openfoam"):
+    with pytest.raises(SolverError, match="blockMesh is not on the PATH; fix: sudo apt-get install openfoam"):
         start(coupled)
 
 

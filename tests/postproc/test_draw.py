@@ -153,7 +153,7 @@ def test_figures_go_to_the_folder_that_is_asked_for(run, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("blocked", "command", "mend"),
+    ("blocked", "command", "fix"),
     [
         ("figures", ["post"], "give another place with -o"),
         ("report.html", ["report"], "give another place with -o"),

@@ -9,7 +9,7 @@ from fbcouple.postproc.figures.maps import solids_flux
 from fbcouple.postproc.figures.profiles import vertical_flux
 from fbcouple.postproc.report.monitors import MONITORS
 from fbcouple.postproc.report.tables import tabulate_solved
-from fbcouple.postproc.scales import flux_scale, velocity_scale, word_scale
+from fbcouple.postproc.scales import flux_scale, format_scale, velocity_scale
 from fbcouple.results.inlet_speed import find_fastest, find_mean
 from fbcouple.results.reader import open_results
 
@@ -75,7 +75,7 @@ def test_solids_that_fall_have_arrows_down_under_gas_that_flows_down(dataset, ra
 
 def test_without_inflow_in_the_window_the_units_are_plain(ramped):
     results = ramped([[0.0, 0.6], [0.5, 0.0]])
-    assert results.inlet_speed is None and flux_scale(results)[:2] == (1.0, "") and word_scale([results]) == ""
+    assert results.inlet_speed is None and flux_scale(results)[:2] == (1.0, "") and format_scale([results]) == ""
     assert "kg m" in solids_flux(results).axes[-1].get_ylabel()
     rows = {row["what"]: row["value"] for row in tabulate_solved(results)}
     assert rows["superficial velocity U_f [m s-1]"] == "2 rows in time, 0.6 to 0; none flows in the averaging window"

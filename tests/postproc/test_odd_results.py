@@ -165,5 +165,5 @@ def test_a_run_that_ended_before_a_record_is_told_from_one_that_was_never_starte
         open_results(tmp_path)
     (tmp_path / "logs").mkdir()
     (tmp_path / "logs/run.jsonl").write_text("")
-    with pytest.raises(CaseError, match=r"ended, or was ended, before it wrote any .*logs\)\. Mend the case"):
+    with pytest.raises(CaseError, match=r"ended, or was ended, before it wrote any .*logs\)\. Fix the case"):
         open_results(tmp_path)

@@ -53,7 +53,7 @@ def test_a_knob_of_lists(write):
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "key", "mend"),
+    ("old", "new", "key", "fix"),
     [
         ("title", "titel", "titel", "did you mean `title`"),
         ('design = "grid"', 'design = "gird"', "design", 'did you mean "grid"'),

@@ -18,7 +18,7 @@ from fbcouple.paths import CASES
 from fbcouple.study.indicators import SIGNS, judge, read_signs
 from fbcouple.study.scenes import list_scenes
 from fbcouple.study.schema import Stability
-from fbcouple.study.source import read_study, word_settings
+from fbcouple.study.source import format_settings, read_study
 from fbcouple.study.stability import confuse, find_limits, predict, run_scenes
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -71,7 +71,7 @@ def test_end_is_so_many_characteristic_times_and_steps(write):
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "key", "mend"),
+    ("old", "new", "key", "fix"),
     [
         ("gas.max_step =", "gas.max_stp =", "scenes.steps.gas.max_stp", "did you mean `gas.max_step`"),
         ("times = 3", "times = -3", "scenes.meshes.times", "a number from 0"),
@@ -177,7 +177,7 @@ def test_prediction_is_the_worst_number():
 def list_shipped(name):
     """Every scene of a shipped study, its case, its folder, and what `check` says of it."""
     scenes = list_scenes(*read_study(name, Stability))
-    cases = [(load_case(scene.base, word_settings(scene.settings)), find_case(scene.base).parent) for scene in scenes]
+    cases = [(load_case(scene.base, format_settings(scene.settings)), find_case(scene.base).parent) for scene in scenes]
     return [
         (scene, case, folder, predict(case, folder)[0]) for scene, (case, folder) in zip(scenes, cases, strict=True)
     ]

@@ -107,7 +107,7 @@ def fill_region(case: Case, mesh: PolyMesh) -> tuple[np.ndarray, np.ndarray]:
     if held < count:
         if len(list_kinds(case.particles)) > 1:
             return _fill_layers(case, mesh, inside, held)
-        raise CaseError([_word_few(case, f"has {held} sites inside")])
+        raise CaseError([_format_few(case, f"has {held} sites inside")])
     sites = _thin_out(sites, count, len(found[-1]))
     shift = np.random.default_rng(case.start.seed).uniform(-1.0, 1.0, sites.shape)
     return sites + shift * reach, draw_kinds(case.particles, case.start.seed)
@@ -136,14 +136,14 @@ def _fill_layers(case: Case, mesh: PolyMesh, inside: Inside, mixed: int) -> tupl
 
     layers = list(stack(counts, heights, count_sites, mesh.low[2], mesh.high[2]))
     if (held := sum(layer.count for layer in layers)) < particle_count(case.particles):
-        raise CaseError([_word_few(case, f"has {mixed} sites inside, one with a kind a layer room for {held}")])
+        raise CaseError([_format_few(case, f"has {mixed} sites inside, one with a kind a layer room for {held}")])
     sites = np.concatenate([_thin_out(seen[layer.kind, layer.floor], layer.count) for layer in layers])
     found = np.concatenate([np.full(layer.count, layer.kind) for layer in layers])
     shift = np.random.default_rng(case.start.seed).uniform(-1.0, 1.0, sites.shape)
     return sites + shift * np.array(reaches)[found, None], found
 
 
-def _word_few(case: Case, held: str) -> str:
+def _format_few(case: Case, held: str) -> str:
     assert case.particles is not None and case.start is not None
     text = f"a lattice at {case.start.spacing:g} diameters {held} for {particle_count(case.particles)} particles"
     return f"start.spacing: {text}; lower the spacing (above 1), give fewer particles or a larger mesh."

@@ -98,7 +98,7 @@ def _read(path: Path) -> StartFile:
     kinds = columns.get("kind")
     if kinds is not None and (broken := np.flatnonzero((kinds < 1) | (kinds != np.floor(kinds)) | (kinds > 1e6))).size:
         text = f"{name}: the kind of particle {broken[0] + 1} is no whole number from 1 ({kinds[broken[0]]:g})"
-        raise CaseError([f"{text}; mend it."])
+        raise CaseError([f"{text}; fix it."])
     return StartFile(
         np.stack([columns[axis] for axis in AXES], axis=1),
         np.stack([columns[axis] for axis in VELOCITIES], axis=1) if moving else None,
@@ -118,12 +118,12 @@ def _find_diameters(name: str, columns: dict[str, np.ndarray]) -> np.ndarray | N
     if apart.size:
         row = apart[0]
         text = f"{name}: particle {row + 1} has the diameter {diameters[row]:g} and the radius {radii[row]:g} m"
-        raise CaseError([f"{text}; mend it, or give one of the two columns."])
+        raise CaseError([f"{text}; fix it, or give one of the two columns."])
     return diameters
 
 
 def _require_positive(name: str, column: str, values: np.ndarray | None) -> np.ndarray | None:
     if values is not None and (broken := np.flatnonzero(values <= 0.0)).size:
         text = f"{name}: the {column} of particle {broken[0] + 1} is {values[broken[0]]:g}"
-        raise CaseError([f"{text}, above 0 is allowed; mend it."])
+        raise CaseError([f"{text}, above 0 is allowed; fix it."])
     return values

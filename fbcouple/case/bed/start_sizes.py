@@ -70,13 +70,13 @@ def match_kinds(particles: Particles, start: StartFile) -> np.ndarray | None:
         wrong = np.flatnonzero((said >= len(known)) | (apart[which, best_of_all] > SAME_SIZE))
         if wrong.size:
             text = f"{_word(start, int(wrong[0]))}, which kind {said[wrong[0]] + 1} of the case is not"
-            raise CaseError([f"{text} ({_list_known(known)}); mend the column `kind`, or the size."])
+            raise CaseError([f"{text} ({_list_known(known)}); fix the column `kind`, or the size."])
         return said
     for row in range(len(rows)):
         first = int(np.argmax(which == row))
         if apart[row, best[row]] > SAME_SIZE:
             text = f"{_word(start, first)}, which no kind of the case has"
-            raise CaseError([f"{text} ({_list_known(known)}); mend the file, or diameter, mixture and spread."])
+            raise CaseError([f"{text} ({_list_known(known)}); fix the file, or diameter, mixture and spread."])
         if np.count_nonzero(apart[row] == apart[row, best[row]]) > 1:
             text = f"{_word(start, first)}, which several kinds of the case have"
             raise CaseError([f"{text} ({_list_known(known)}); add a column `kind`, numbered from 1 in this order."])

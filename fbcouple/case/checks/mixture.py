@@ -40,7 +40,7 @@ def _check_spread(particles: Particles) -> Iterator[Problem]:
         return
     if not particles.smallest < particles.diameter < particles.largest:
         text = f"{particles.smallest:g} to {particles.largest:g} m does not hold the diameter {particles.diameter:g} m"
-        yield Problem("particles.smallest", f"{text}; mend one of the three.")
+        yield Problem("particles.smallest", f"{text}; fix one of the three.")
 
 
 def _check_sizes(particles: Particles) -> Iterator[Problem]:

@@ -53,7 +53,7 @@ def _check_sizes(case: Case, sizes: tuple[tuple[float, float, int], ...]) -> Ite
     if case.particles.sizes != sizes:
         given, found = (show(rows) if rows else "nothing" for rows in (case.particles.sizes, sizes))
         text = f"{given} is given and {case.particles.positions} says {found}"
-        yield Problem("particles.sizes", f"{text}; remove it (it follows from the file), or mend the file.")
+        yield Problem("particles.sizes", f"{text}; remove it (it follows from the file), or fix the file.")
 
 
 def _check_number(case: Case, start: StartFile) -> Iterator[Problem]:
@@ -62,7 +62,7 @@ def _check_number(case: Case, start: StartFile) -> Iterator[Problem]:
     assert particles is not None
     if not has_bed(case):
         return
-    mend = f"give particles.count = {held} (in place of mass) or mend the file."
+    mend = f"give particles.count = {held} (in place of mass) or fix the file."
     if particles.count is None and particles.sizes:
         mass = sum(kind.mass * count for kind, count in zip(list_kinds(particles), count_kinds(particles), strict=True))
         assert particles.mass is not None
@@ -88,7 +88,7 @@ def _check_kinds(case: Case, start: StartFile) -> Iterator[Problem]:
     held = np.bincount(found, minlength=len(counts)).tolist()
     if len(found) == sum(counts) and held != counts:
         text = f"{particles.positions} holds {show(held)} particles of each kind and the case {show(counts)}"
-        yield Problem(_KEY, f"{text}; mend the column `kind` (or the sizes), or the fractions of the mixture.")
+        yield Problem(_KEY, f"{text}; fix the column `kind` (or the sizes), or the fractions of the mixture.")
 
 
 def _find_outside(case: Case, folder: Path, positions: np.ndarray, diameters: np.ndarray) -> Iterator[Problem]:
@@ -110,7 +110,7 @@ def _find_outside(case: Case, folder: Path, positions: np.ndarray, diameters: np
     text = f"{case.particles.positions}: {outside.size} particles are not inside the {region}"
     end = f"its centre may come as near as {margins[row]:g} m to a wall, coordinates are in m"
     guess = guess_frame(float(positions[:, 2].min()), float(positions[:, 2].max()), float(size[2]))
-    yield Problem(_KEY, f"{text}, first is {_word_particle(positions, row)}; {end}{guess}.")
+    yield Problem(_KEY, f"{text}, first is {_format_particle(positions, row)}; {end}{guess}.")
 
 
 def _find_outside_mesh(case: Case, folder: Path, positions: np.ndarray, margins: np.ndarray) -> np.ndarray:
@@ -135,7 +135,7 @@ def _find_overlap(case: Case, positions: np.ndarray, diameters: np.ndarray) -> I
     if overlap <= START_OVERLAP:
         return
     across = " across a periodic side" if max(one, other) >= len(positions) else ""
-    words = " and ".join(_word_particle(positions, int(row)) for row in sorted((rows[one], rows[other])))
+    words = " and ".join(_format_particle(positions, int(row)) for row in sorted((rows[one], rows[other])))
     told = f"overlap{across} by {overlap:.3g} of their mean diameter, at most {START_OVERLAP} is allowed"
     if overlap == 1.0:
         told = f"are at one place{across}"
@@ -143,5 +143,5 @@ def _find_overlap(case: Case, positions: np.ndarray, diameters: np.ndarray) -> I
     yield Problem(_KEY, f"{text}; move them apart (coordinates in m), or remove one.")
 
 
-def _word_particle(positions: np.ndarray, row: int) -> str:
+def _format_particle(positions: np.ndarray, row: int) -> str:
     return f"particle {row + 1} at ({', '.join(f'{x:g}' for x in positions[row])}) m"

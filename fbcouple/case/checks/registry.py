@@ -86,7 +86,7 @@ def needed_memory(case: Case, folder: Path = Path()) -> int:
 def check_title(case: Case, folder: Path) -> Iterator[Problem]:
     """The title is one line: it goes into the head of decks and figures."""
     if not case.title.isprintable():
-        yield Problem("title", f"{show(case.title)} is given, one line without control characters is allowed; mend it.")
+        yield Problem("title", f"{show(case.title)} is given, one line without control characters is allowed; fix it.")
 
 
 @check("gas", "particles", "exchange")

@@ -91,31 +91,31 @@ def list_options(root: type[Section] = Case) -> dict[str, Option]:
             rules = described["properties"][name]
             default = None if field.default is PydanticUndefined else field.default
             options[key] = Option(
-                key, word_rules(rules), rules["unit"], default, field.is_required(), field.description or ""
+                key, format_rules(rules), rules["unit"], default, field.is_required(), field.description or ""
             )
     return options
 
 
-def word_rules(rules: dict[str, Any]) -> str:
+def format_rules(rules: dict[str, Any]) -> str:
     """Put the rules of one value (JSON schema) into words: kind and limits."""
     if "anyOf" in rules:
-        return word_rules(next(r for r in rules["anyOf"] if r.get("type") != "null"))
+        return format_rules(next(r for r in rules["anyOf"] if r.get("type") != "null"))
     if "enum" in rules:
         return " or ".join(f'"{word}"' for word in rules["enum"])
     if rules["type"] == "array":
-        return _word_list(rules)
+        return _format_list(rules)
     limits = [f"{word} {rules[name]:.10g}" for name, word in _LIMITS.items() if name in rules]
     unit = " characters" if limits and rules["type"] == "string" else ""
     return f"{_KINDS[rules['type']]} {' and '.join(limits)}".strip() + unit
 
 
-def _word_list(rules: dict[str, Any]) -> str:
+def _format_list(rules: dict[str, Any]) -> str:
     if "items" not in rules:
-        return f"a list of {rules['minItems']} values, each {word_rules(rules['prefixItems'][0])}"
+        return f"a list of {rules['minItems']} values, each {format_rules(rules['prefixItems'][0])}"
     if "prefixItems" in rules["items"]:
-        kinds = " and ".join(word_rules(rule) for rule in rules["items"]["prefixItems"])
+        kinds = " and ".join(format_rules(rule) for rule in rules["items"]["prefixItems"])
         return f"a list of rows, each of {kinds}"
-    return f"a list, each entry {word_rules(rules['items'])}"
+    return f"a list, each entry {format_rules(rules['items'])}"
 
 
 def find_options(name: str) -> list[Option]:

@@ -120,7 +120,7 @@ MONITORS: dict[str, Monitor] = {
     "inflow": Monitor(
         "inflow_error",
         "gas comes in by the inlet at {inflow:.6g} m/s over its area and the case asks for {inflow_asked:.6g} m/s: "
-        "{inflow_error:.3g} of the fastest, allowed {limit:g}; set the run up again, or mend the inlet in CFD/0/U",
+        "{inflow_error:.3g} of the fastest, allowed {limit:g}; set the run up again, or fix the inlet in CFD/0/U",
     ),
     "substeps": Monitor("substeps", "a fluid step has {substeps} DEM steps, allowed {limit}"),
     "voidage": Monitor(

@@ -46,7 +46,7 @@ def write_checkpoint(sim: Simulation, tasks: Sequence[Task], run: Path, about: d
         return comm.bcast(place)
     except (OSError, SolverError) as error:
         checkpoint.abandon(run)
-        stands = checkpoint.word_newest(run)
+        stands = checkpoint.format_newest(run)
         raise SolverError(f"the checkpoint of step {step} cannot be written: {error}; {stands}") from error
 
 

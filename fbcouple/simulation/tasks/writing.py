@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from fbcouple.errors import SolverError
-from fbcouple.run_folder.checkpoint import word_newest
+from fbcouple.run_folder.checkpoint import format_newest
 
 
 @contextmanager
@@ -16,4 +16,4 @@ def writing(run: Path, name: str) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise SolverError(f"{name} cannot be written: {error}; {word_newest(run)}") from error
+        raise SolverError(f"{name} cannot be written: {error}; {format_newest(run)}") from error

@@ -200,7 +200,7 @@ def _compile(target: Path) -> None:
     unfinished = target.with_name(f".{target.name}.{os.getpid()}")
     includes = [f"-I{folder}" for folder in include_folders(headers)]
     command = [_compiler(), *installation.compile_flags]
-    mend = f"mend the sources in {SOURCES}, or {_COMPILER}"
+    mend = f"fix the sources in {SOURCES}, or {_COMPILER}"
 
     def translate(source: Path) -> str:
         part = Path(scratch, source.stem).with_suffix(".o")

@@ -17,7 +17,7 @@ def run_command(command: Sequence[str], *, mend: str, folder: Path | None = None
     Parameters
     ----------
     command : the program and its arguments
-    mend : what the user can do if the program is missing or fails, ends the error's text
+    fix : what the user can do if the program is missing or fails, ends the error's text
     folder : where it runs, the present folder if not given
 
     Raises

@@ -19,7 +19,7 @@ from fbcouple.errors import DivergedError, SolverError
 from fbcouple.geometry.polyhedra import Polyhedra, take_apart
 from fbcouple.geometry.polymesh import PolyMesh
 from fbcouple.geometry.ragged import pile_up
-from fbcouple.run_folder.plain_files import is_same, word_moved
+from fbcouple.run_folder.plain_files import format_moved, is_same
 from fbcouple.solvers.c_library import Signature, load_library
 from fbcouple.solvers.openfoam.build import adapter_path
 
@@ -181,7 +181,7 @@ class Gas:
             with suppress(OSError):  # what is not empty was there
                 for folder in there.parents[: len(there.parents) - len(self._place.parents) + 1]:
                     folder.rmdir()
-        raise SolverError(word_moved(self._place.parent))
+        raise SolverError(format_moved(self._place.parent))
 
     def _read_fields(self) -> None:
         self._check(self._library.gas_fields(*map(_pointer, (self.state, self.pressure, self.voidage, self._totals))))

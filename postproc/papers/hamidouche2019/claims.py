@@ -50,7 +50,7 @@ def tabulate_claims(folders: Iterable[Path]) -> list[dict[str, Any]]:
     return [asdict(row) for row in judge_claims(open_results(folder) for folder in folders)]
 
 
-def _word_run(need: str, runs: Runs) -> str:
+def _format_run(need: str, runs: Runs) -> str:
     """The name of a bed of the paper, with what the run of it does not take from the paper."""
     differences = name_differences(runs[need])
     return f"{need} ({', '.join(differences)})" if differences else need
@@ -59,7 +59,7 @@ def _word_run(need: str, runs: Runs) -> str:
 def _judge(name: str, numerics: str, runs: Runs, left_out: dict[str, str]) -> Row:
     stated = CLAIMS[name]
     given = [need for need in stated.needs if need in runs or need in left_out]
-    used = ", ".join(_word_run(need, runs) if need in runs else f"{need} (left out)" for need in given)
+    used = ", ".join(_format_run(need, runs) if need in runs else f"{need} (left out)" for need in given)
     missing = [need for need in stated.needs if need not in runs]
     if not stated.needs:
         finding = stated.judge(runs)
