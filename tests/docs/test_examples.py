@@ -129,3 +129,20 @@ def test_notebook_has_the_cells_of_its_page():
     cells = ["".join(cell["source"]) for cell in notebook["cells"] if cell["cell_type"] == "code"]
     assert cells == [block.text.rstrip("\n") for block in PAGES["docs/tutorials/notebook.md"]]
     assert not any(cell.get("outputs") for cell in notebook["cells"])
+
+
+def test_notebook_runs(tmp_path):
+    """Its cells one after the other, as a kernel would; the bed is run for less long."""
+    notebook = json.loads((ROOT / "docs/tutorials/first_bed.ipynb").read_text(encoding="utf-8"))
+    cells = ["".join(cell["source"]) for cell in notebook["cells"] if cell["cell_type"] == "code"]
+    long = '{"end_time": 0.05, "averages.start": 0.02}'
+    assert long in cells[0]
+    cells[0] = cells[0].replace(long, '{"end_time": 0.02, "averages.start": 0.01, "averages.blocks": 2}')
+    (tmp_path / "cells.py").write_text("\n".join(cells), encoding="utf-8")
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "MPLBACKEND": "Agg"}
+    command = [sys.executable, "cells.py"]
+    done = subprocess.run(
+        command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False, timeout=LIMIT
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert (tmp_path / "notebook.html").is_file() and list((tmp_path / "runs/notebook/figures").glob("*.png"))
