@@ -1,6 +1,7 @@
 """What is installed, what fits together and what to do about the rest; libraries are only loaded in other processes."""
 
 import importlib.metadata
+import importlib.util
 import os
 import platform
 import re
@@ -252,6 +253,8 @@ def _pictures() -> Row:
 
     EGL finds nothing to draw with where Mesa's drivers are not there, which libegl1 does not bring along.
     """
+    if importlib.util.find_spec("pyvista") is None:
+        return Row("3-D pictures", "left out (pyvista is not installed)", "not needed for a run", True, "")
     tried = _try_out(_PICTURE)
     mend = f"{_INSTALL} libegl1 libgl1-mesa-dri"
     return Row("3-D pictures", tried.words, "drawn without a screen", not tried.failed, mend)

@@ -28,6 +28,7 @@ from fbcouple.postproc.scales import format_scale, velocity_scale
 from fbcouple.postproc.style import DPI, inset_axes, journal_style, new_figure
 from fbcouple.postproc.views.colours import SPEED, list_colours, voidage_map
 from fbcouple.postproc.views.frames import choose_frames, list_frames, read_frame
+from fbcouple.postproc.views.library import require_pyvista
 from fbcouple.results.reader import NotDrawableError, Results, open_results
 
 STILLS = 3
@@ -86,6 +87,7 @@ def render(
 
     Raises: NotDrawableError if it did.
     """
+    require_pyvista()
     files = [folder / f"{number}.png" for number in range(len(wanted))]
     request = {
         "corner": results.corner,

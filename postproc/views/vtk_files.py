@@ -16,6 +16,7 @@ import xarray as xr
 
 from fbcouple.postproc.files import write_whole, writing
 from fbcouple.postproc.views.frames import Frame, list_frames, number_of, read_frame
+from fbcouple.postproc.views.library import require_pyvista
 from fbcouple.results.reader import NotDrawableError, Results, open_results
 
 FOLDER = "vtk"
@@ -30,6 +31,7 @@ def export(run: Path, folder: Path | None = None) -> list[Path]:
     Raises: CaseError if there are no results, or a file cannot be written; NotDrawableError if they hold neither means
     nor frames.
     """
+    require_pyvista()
     results = open_results(run)
     means = _list_means(results.data)
     try:

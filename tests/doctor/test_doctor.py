@@ -151,3 +151,9 @@ def test_a_compiler_is_only_needed_until_the_adapter_is_built(monkeypatch, tmp_p
     assert row("C++ compiler").ok and row("adapter").ok
     monkeypatch.setenv("FBCOUPLE_CACHE", str(tmp_path))
     assert not row("C++ compiler").ok and not row("adapter").ok
+
+
+def test_3d_pictures_are_no_part_of_a_run(monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    row = doctor._pictures()
+    assert row.ok and "not installed" in row.found

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+
 import numpy as np
 import pytest
 import pyvista
@@ -10,7 +12,7 @@ from click.testing import CliRunner
 from fbcouple.cli.main import cli
 from fbcouple.postproc.views.frames import list_frames, read_frame
 from fbcouple.postproc.views.vtk_files import export
-from fbcouple.results.reader import open_results
+from fbcouple.results.reader import NotDrawableError, open_results
 from tests.postproc.conftest import SIZE
 from tests.postproc.frames_of_bed import write_frames
 from tests.postproc.whole_run import write_whole
@@ -51,3 +53,10 @@ def test_frames_are_a_collection_over_time(run):
 def test_post_names_the_files(run):
     done = CliRunner().invoke(cli, ["post", str(run), "--vtk"])
     assert done.exit_code == 0 and f"{run}/vtk/particles.pvd" in done.output.replace("\n", "")
+
+
+def test_without_the_library_it_is_told_how_to_install_it(tmp_path, monkeypatch):
+    library = import_module("fbcouple.postproc.views.library")
+    monkeypatch.setattr(library, "find_spec", lambda name: None)
+    with pytest.raises(NotDrawableError, match=r"need pyvista, which is not installed; .*fbcouple\[views\]"):
+        export(tmp_path)
