@@ -15,4 +15,4 @@ check() {
 check ruff check .
 check ruff format --check .
 check mypy
-check pytest -q -n auto --maxprocesses 4 --dist loadfile -m "not slow" "$@"
+check pytest -q -n auto --maxprocesses 4 --dist worksteal -m "not slow" "$@"
