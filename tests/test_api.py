@@ -47,12 +47,13 @@ with fbcouple.Simulation.open(sys.argv[1]) as sim:
     before = sim.particles.positions.copy()
     for _ in range(3):
         sim.step()
-    print(sim.comm.size, sim.comm.allreduce(len(sim.particles.positions)), sim.clock.steps, sim.gas.pressure.max() > 0)
+    count = sim.comm.allreduce(len(sim.particles.positions))
+    sys.stdout.write(f"{sim.comm.size} {count} {sim.clock.steps} {sim.gas.pressure.max() > 0}\\n")
     sim.run()
 try:
     fbcouple.Simulation.open(sys.argv[1], fresh=True)
 except fbcouple.errors.CaseError as error:
-    print("once" if "one simulation" in str(error) else error)
+    sys.stdout.write("once\\n" if "one simulation" in str(error) else str(error))
 """
 
 

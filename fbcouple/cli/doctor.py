@@ -17,7 +17,7 @@ from fbcouple.run_folder.plain_files import require_plain
 @click.option("--fix", "fixes", is_flag=True, help="First repair what needs no package manager.")
 @click.option("--bundle", "bundles", is_flag=True, help="Write an archive for a bug report, with RUN if one is given.")
 @click.argument("run", required=False, type=click.Path(path_type=Path))
-def doctor(mends: bool, bundles: bool, run: Path | None) -> None:
+def doctor(fixes: bool, bundles: bool, run: Path | None) -> None:
     """Check the installation and how to repair it; exit code 0 only if a run can work.
 
     With --bundle, write versions, and of RUN the case, decks, manifest and logs, to an archive without secrets.
@@ -28,7 +28,7 @@ def doctor(mends: bool, bundles: bool, run: Path | None) -> None:
         require_plain(run)
     from fbcouple.doctor import checks as examination
 
-    if mends:
+    if fixes:
         examination.fix()
     rows = examination.examine()
     columns = ["what", "found", "wanted", "", "fix"]

@@ -135,7 +135,13 @@ def test_written_case_says_every_default(tmp_path):
     given = {f"{section}.{key}" for section, table in written.items() if isinstance(table, dict) for key in table}
     given |= {key for key, value in written.items() if not isinstance(value, dict)}
     unset = {"particles.count", "particles.positions", "exchange.drag_file", "gas.inlet_ramp", "gas.max_step"}
-    unset |= {"checkpoint.every", "exchange.kernel_width", "exchange.diffusion_width", "exchange.accelerated"}
+    unset |= {
+        "output.task_file",
+        "checkpoint.every",
+        "exchange.kernel_width",
+        "exchange.diffusion_width",
+        "exchange.accelerated",
+    }
     unset |= {f"domain.{key}" for key in ("elements", "mesh", "scale", "inlet", "outlet")}
     unset |= {f"particles.{key}" for key in ("spread", "deviation", "smallest", "largest")}
     unset |= {f"contact.{key}" for key in (*HERTZ_KEYS, *SPRING_KEYS, "skin")}

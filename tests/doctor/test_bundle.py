@@ -151,7 +151,7 @@ def test_what_a_reader_needs_of_a_log_stays(run, tmp_path):
         "ERROR: Unexpected end of data file (./src/read_data.cpp:687)",
         "--> FOAM FATAL IO ERROR:",
         "file: CFD/system/fvSchemes.ddtSchemes at line 11.",
-        '  File "/opt/fbcouple/worker.py", line 12, in simulate',
+        '  File "/opt/fbcouple/worker.py", line 12, in initialise',
         "smoothSolver:  Solving for Ux, Initial residual = 1.5e-05, Final residual = 3e-10, No Iterations 4",
         "t = 0.0125 s, dt = 1e-5, 250 particles",
     )

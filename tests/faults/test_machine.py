@@ -30,12 +30,12 @@ def run_in_a_process(run: Path, *words: str) -> subprocess.CompletedProcess:
         ("libDPMTurbulenceModels.so", "fbcouple doctor --fix"),
     ],
 )
-def test_library_that_does_not_load(tmp_path, monkeypatch, name, mend):
+def test_library_that_does_not_load(tmp_path, monkeypatch, name, fix):
     run = prepare(tmp_path)
     (tmp_path / name).write_bytes(b"")
     monkeypatch.setenv("LD_LIBRARY_PATH", str(tmp_path))
     with pytest.raises(
-        SolverError, match=rf"library .* cannot be loaded: {tmp_path / name}: file too short; fix: {mend}"
+        SolverError, match=rf"library .* cannot be loaded: {tmp_path / name}: file too short; fix: {fix}"
     ):
         launch(run, 1, lambda row: None)
 

@@ -161,7 +161,7 @@ def test_figures_go_to_the_folder_that_is_asked_for(run, tmp_path):
         ("claims/claims.json", ["claims", "--json"], "give another file with --json"),
     ],
 )
-def test_what_cannot_be_written_is_told_in_one_line_with_the_way_out(run, blocked, command, mend):
+def test_what_cannot_be_written_is_told_in_one_line_with_the_way_out(run, blocked, command, fix):
     """As in a run folder that is read-only; here something else stands in the way, which root cannot pass either."""
     if blocked == "report.html":
         (run / blocked / "kept").mkdir(parents=True)
@@ -171,7 +171,7 @@ def test_what_cannot_be_written_is_told_in_one_line_with_the_way_out(run, blocke
     done = CliRunner().invoke(cli, [*words, str(run)])
     assert done.exit_code == 1 and isinstance(done.exception, SystemExit), done.output
     last = done.output.splitlines()[-1]
-    assert f"{run / blocked}" in last and "cannot be written" in last and last.endswith(f"{mend}.")
+    assert f"{run / blocked}" in last and "cannot be written" in last and last.endswith(f"{fix}.")
     assert (run / blocked.partition("/")[0]).exists() and not list(run.glob(".*"))
 
 

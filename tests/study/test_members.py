@@ -70,9 +70,9 @@ def test_a_knob_of_lists(write):
         ("[1e-3, 2e-3]", str([1e-3] * 501), "knobs", "501 x 2 = 1002 combinations are given, at most 1000 are allowed"),
     ],
 )
-def test_mistake_names_key_and_mend(write, old, new, key, mend):
+def test_mistake_names_key_and_mend(write, old, new, key, fix):
     problems = problems_of(write((old, new)))
-    assert any(key in problem and mend in problem for problem in problems), problems
+    assert any(key in problem and fix in problem for problem in problems), problems
 
 
 def test_a_grid_is_counted_before_it_is_made(write):

@@ -81,10 +81,10 @@ def test_end_is_so_many_characteristic_times_and_steps(write):
         ('span = "particles"', 'span = "particle"', "span", 'did you mean "particles"'),
     ],
 )
-def test_mistake_names_key_and_mend(write, old, new, key, mend):
+def test_mistake_names_key_and_mend(write, old, new, key, fix):
     with pytest.raises(CaseError) as caught:
         expand(write((old, new), text=STABILITY))
-    assert any(key in problem and mend in problem for problem in caught.value.problems), caught.value.problems
+    assert any(key in problem and fix in problem for problem in caught.value.problems), caught.value.problems
 
 
 GOOD = {"steps": 1, "time": 1e-3, "substeps": 10, "max_courant": 0.05, "momentum_error": 1e-14, "min_voidage": 0.99}
