@@ -32,6 +32,7 @@ def complete_case_or_set(ctx: click.Context, parameter: click.Parameter, incompl
 
 take_case = click.argument("case", shell_complete=complete_case)
 take_case_or_set = click.argument("case", shell_complete=complete_case_or_set)
+take_ranks = click.option("-n", "--ranks", type=click.IntRange(min=1), default=1, show_default=True, help="MPI ranks.")
 
 
 def take_settings(command: Command) -> Command:

@@ -10,11 +10,18 @@ from typing import Any
 
 import click
 
-from fbcouple.cli.arguments import take_case, take_settings
+from fbcouple.cli.arguments import take_case, take_ranks, take_settings
 from fbcouple.cli.group import WholeSentences
 from fbcouple.cli.table import print_table
 
 Row = dict[str, Any]
+take_warm = click.option(
+    "--warm",
+    type=click.FloatRange(min=0.0),
+    default=0.01,
+    show_default=True,
+    help="Simulated time before the measurement [s].",
+)
 take_file = click.option(
     "--json", "file", type=click.Path(path_type=Path, dir_okay=False), help="Write the tables to FILE."
 )
@@ -43,7 +50,7 @@ def bench() -> None:
 
 @bench.command()
 @take_case
-@click.option("-n", "--ranks", type=click.IntRange(min=1), default=1, show_default=True, help="MPI ranks.")
+@take_ranks
 @click.option("--seconds", type=click.FloatRange(min=0.1), default=20.0, show_default=True, help="Wall time measured.")
 @click.option("--warm", type=click.FloatRange(min=0.0), default=0.0, help="Simulated time before the measurement [s].")
 @take_settings
@@ -84,7 +91,7 @@ def parts(case: str, warm: float, steps: int, repeats: int, sets: tuple[str, ...
 
 @bench.command()
 @take_case
-@click.option("-n", "--ranks", type=click.IntRange(min=1), default=1, show_default=True, help="MPI ranks.")
+@take_ranks
 @take_settings
 @take_file
 def memory(case: str, ranks: int, sets: tuple[str, ...], file: Path | None) -> None:
@@ -98,14 +105,8 @@ def memory(case: str, ranks: int, sets: tuple[str, ...], file: Path | None) -> N
 
 @bench.command()
 @take_case
-@click.option("-n", "--ranks", type=click.IntRange(min=1), default=1, show_default=True, help="MPI ranks.")
-@click.option(
-    "--warm",
-    type=click.FloatRange(min=0.0),
-    default=0.01,
-    show_default=True,
-    help="Simulated time before the measurement [s].",
-)
+@take_ranks
+@take_warm
 @click.option("--steps", type=click.IntRange(min=5), default=20, show_default=True, help="Fluid steps measured.")
 @take_settings
 @take_file
@@ -134,14 +135,8 @@ def peers(case: str, ranks: int, warm: float, steps: int, sets: tuple[str, ...],
     multiple=True,
     help="Skin in diameters; may be given several times.  [default: 0.2, 0.3, 0.4, 0.5, 0.7]",
 )
-@click.option("-n", "--ranks", type=click.IntRange(min=1), default=1, show_default=True, help="MPI ranks.")
-@click.option(
-    "--warm",
-    type=click.FloatRange(min=0.0),
-    default=0.01,
-    show_default=True,
-    help="Simulated time before the measurement [s].",
-)
+@take_ranks
+@take_warm
 @click.option("--steps", type=click.IntRange(min=1), default=100, show_default=True, help="Fluid steps measured.")
 @take_settings
 @take_file
@@ -174,13 +169,7 @@ def skin(
     multiple=True,
     help="Number of MPI ranks; may be given several times.",
 )
-@click.option(
-    "--warm",
-    type=click.FloatRange(min=0.0),
-    default=0.01,
-    show_default=True,
-    help="Simulated time before the measurement [s].",
-)
+@take_warm
 @click.option("--steps", type=click.IntRange(min=1), default=50, show_default=True, help="Fluid steps per repeat.")
 @click.option("--repeats", type=click.IntRange(min=1), default=3, show_default=True, help="The fastest counts.")
 @take_settings

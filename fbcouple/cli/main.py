@@ -22,7 +22,7 @@ from rich.console import Console
 from rich.text import Text
 
 from fbcouple.batch.schedulers import SCHEDULERS
-from fbcouple.cli.arguments import take_case, take_case_or_set, take_settings, take_trust
+from fbcouple.cli.arguments import take_case, take_case_or_set, take_ranks, take_settings, take_trust
 from fbcouple.cli.bench import bench
 from fbcouple.cli.doctor import doctor
 from fbcouple.cli.group import Commands, finish
@@ -161,7 +161,7 @@ def setup(case: str, output: Path | None, sets: tuple[str, ...], explained: bool
 
 @cli.command()
 @click.argument("run", type=click.Path(path_type=Path))
-@click.option("-n", "--ranks", type=click.IntRange(min=1), default=1, show_default=True, help="MPI ranks.")
+@take_ranks
 @click.option(
     "--until",
     type=click.FloatRange(min=0.0, min_open=True),
@@ -255,7 +255,7 @@ def require_run(run: Path) -> None:
 @click.option(
     "--time", "limit", required=True, metavar="HH:MM:SS", callback=read_clock, help="Wall-time limit of a job."
 )
-@click.option("-n", "--ranks", type=click.IntRange(min=1), default=1, show_default=True, help="MPI ranks.")
+@take_ranks
 @click.option(
     "--notice",
     type=click.IntRange(min=1),
