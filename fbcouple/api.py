@@ -25,6 +25,7 @@ from fbcouple.launcher.launch import is_complete, launch
 from fbcouple.launcher.progress import RunProgress
 from fbcouple.launcher.stop_signals import Requests
 from fbcouple.paths import LOG
+from fbcouple.results.writer import read_log
 from fbcouple.run_folder.checkpoint import list_checkpoints
 from fbcouple.run_folder.failure import read_note
 from fbcouple.run_folder.lock import is_held
@@ -180,8 +181,7 @@ class Run:
     def history(self) -> list[dict[str, Any]]:
         """Rows of the history so far, also while the run is under way."""
         log = self.path / LOG
-        lines = log.read_text(encoding="utf-8").splitlines(keepends=True) if log.is_file() else []
-        return [json.loads(line) for line in lines if line.endswith("\n")]
+        return read_log(log) if log.is_file() else []
 
     def results(self) -> xr.Dataset:
         """results.nc: time means, histories, snapshots, in memory. Raises: CaseError if there is none yet."""

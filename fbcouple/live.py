@@ -16,16 +16,14 @@ from fbcouple.errors import CaseError, FbcoupleError
 from fbcouple.launcher.launch import Choice, Start, make_ready, note_run
 from fbcouple.launcher.openfoam_mesh import Guard
 from fbcouple.launcher.stop_signals import Requests
-from fbcouple.run_folder.checkpoint import describe
 from fbcouple.run_folder.lock import hold
 from fbcouple.run_folder.manifest import read_manifest
 from fbcouple.run_folder.plain_files import require_plain
-from fbcouple.run_folder.provenance import list_makers, read_making
 from fbcouple.simulation import loop
 from fbcouple.simulation.simulation import Simulation as RankSimulation
-from fbcouple.simulation.task_list import list_tasks
-from fbcouple.simulation.tasks.checkpoints import Checkpoints, Limits, StopSignal
-from fbcouple.simulation.tasks.restart import RESTART, read_checkpoint
+from fbcouple.simulation.task_list import open_tasks
+from fbcouple.simulation.tasks.checkpoints import Limits, StopSignal
+from fbcouple.simulation.tasks.restart import RESTART
 from fbcouple.simulation.tasks.task import Task
 
 Made = TypeVar("Made")
@@ -75,14 +73,7 @@ class Simulation(RankSimulation):
         case, checkpoint = load_case("case.toml"), start.checkpoint
         place = Path("checkpoints") / checkpoint.folder.name if checkpoint else None
         sim = cls(case, Path(), comm, case.end_time, place / RESTART if place else None)
-        sim._stack = stack
-        made = read_making(Path())
-        text = Path("case.toml").read_text(encoding="utf-8-sig")
-        monitors, sim.tasks = list_tasks(sim, Path(), text, made.list_attributes())
-        if place:
-            read_checkpoint(sim, sim.tasks, place)
-        about = describe(case, Path(), list_makers(made.versions), made.updates) if comm.rank == 0 else {}
-        sim.tasks.append(Checkpoints(sim, Path(), Limits(), StopSignal(), about, monitors, list(sim.tasks)))
+        sim._stack, sim.tasks = stack, open_tasks(sim, Limits(), StopSignal(), place)
         sim.initialise()
         return sim
 

@@ -36,12 +36,19 @@ def cache_folder() -> Path:
     """
     if given := os.environ.get("FBCOUPLE_CACHE"):
         return Path(given).expanduser().resolve()
-    above = Path(os.environ.get("XDG_CACHE_HOME", ""))
-    if not above.is_absolute():  # as the XDG specification says
-        above = Path(os.path.expanduser("~/.cache")) if os.environ.get("HOME", "~") else Path("~")
-    if not above.is_absolute():
+    folder = find_user_folder("XDG_CACHE_HOME", "~/.cache")
+    if folder is None:
         raise SolverError("there is no home folder for the cache of built things; name a folder in FBCOUPLE_CACHE")
-    return above / "fbcouple"
+    return folder
+
+
+def find_user_folder(variable: str, default: str) -> Path | None:
+    """The folder `fbcouple` in the one that the XDG variable names or, where it names none from the root, in `default`;
+    None without a home folder."""
+    above = Path(os.environ.get(variable, ""))
+    if not above.is_absolute():  # as the XDG specification says
+        above = Path(os.path.expanduser(default)) if os.environ.get("HOME", "~") else Path("~")
+    return above / "fbcouple" if above.is_absolute() else None
 
 
 def require_usable(run: Path) -> None:

@@ -11,7 +11,7 @@ import secrets
 import stat
 from pathlib import Path
 
-from fbcouple.paths import cache_folder
+from fbcouple.paths import cache_folder, find_user_folder
 
 _NAME = "checkpoint-key"
 _BYTES = 32
@@ -19,10 +19,7 @@ _BYTES = 32
 
 def key_file() -> Path:
     """Where the key is: among the user's own states (XDG), without a home folder in the cache."""
-    above = Path(os.environ.get("XDG_STATE_HOME", ""))
-    if not above.is_absolute():
-        above = Path(os.path.expanduser("~/.local/state")) if os.environ.get("HOME", "~") else Path("~")
-    return above / "fbcouple" / _NAME if above.is_absolute() else cache_folder() / _NAME
+    return (find_user_folder("XDG_STATE_HOME", "~/.local/state") or cache_folder()) / _NAME
 
 
 def make_key() -> None:

@@ -52,13 +52,8 @@ def give_room_back(run: Path) -> None:
 
 def read_failure(run: Path, launcher_words: str) -> tuple[str, int]:
     """Text and exit code of a failed run: the rank's own note, a solver's last error, or the launcher's last words."""
-    note = run / _NOTE
-    if note.exists():
-        try:
-            known = json.loads(note.read_text(encoding="utf-8"))
-            return known["text"], known["exit_code"]
-        except json.JSONDecodeError:
-            pass
+    if note := _read_note(run):
+        return note
     for name, solver in SOLVER_LOGS.items():
         words = _find_last_error(run / "logs" / name)
         if words:
@@ -72,10 +67,16 @@ def read_failure(run: Path, launcher_words: str) -> tuple[str, int]:
 
 def read_note(run: Path) -> str:
     """Why a rank ended the run, by its own note; "" where there is none."""
+    note = _read_note(run)
+    return note[0] if note else ""
+
+
+def _read_note(run: Path) -> tuple[str, int] | None:
     try:
-        return str(json.loads((run / _NOTE).read_text(encoding="utf-8"))["text"])
+        known = json.loads((run / _NOTE).read_text(encoding="utf-8"))
+        return str(known["text"]), int(known["exit_code"])
     except (OSError, ValueError, LookupError, TypeError):
-        return ""
+        return None
 
 
 def _find_last_error(log: Path) -> str | None:

@@ -5,15 +5,33 @@ from __future__ import annotations
 from pathlib import Path
 
 from fbcouple.paths import FRAMES
+from fbcouple.run_folder.checkpoint import describe
+from fbcouple.run_folder.provenance import list_makers, read_making
 from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.tasks.averages import Averages
+from fbcouple.simulation.tasks.checkpoints import Checkpoints, Limits, StopSignal
 from fbcouple.simulation.tasks.frames import Frames
 from fbcouple.simulation.tasks.history import History
 from fbcouple.simulation.tasks.monitors import Monitors
+from fbcouple.simulation.tasks.restart import read_checkpoint
 from fbcouple.simulation.tasks.results_file import ResultsFile
 from fbcouple.simulation.tasks.snapshots import Snapshots
 from fbcouple.simulation.tasks.task import Task
 from fbcouple.simulation.user_tasks import load_tasks
+
+
+def open_tasks(sim: Simulation, limits: Limits, stop_signal: StopSignal, resume: Path | None) -> list[Task]:
+    """The tasks of the run in the current folder, the checkpoints last, in the state of the checkpoint `resume` if one
+    is given (collective)."""
+    here = Path()
+    made = read_making(here)
+    monitors, tasks = list_tasks(
+        sim, here, (here / "case.toml").read_text(encoding="utf-8-sig"), made.list_attributes()
+    )
+    if resume:
+        read_checkpoint(sim, tasks, resume)
+    about = describe(sim.case, here, list_makers(made.versions), made.updates) if sim.comm.rank == 0 else {}
+    return [*tasks, Checkpoints(sim, here, limits, stop_signal, about, monitors, tasks)]
 
 
 def list_tasks(

@@ -15,14 +15,13 @@ from mpi4py import MPI
 from fbcouple.case.load import load_case
 from fbcouple.errors import FbcoupleError, SolverError, StoppedError
 from fbcouple.machine.unexpected import describe as describe_error
-from fbcouple.run_folder.checkpoint import describe, find_checkpoint
+from fbcouple.run_folder.checkpoint import find_checkpoint
 from fbcouple.run_folder.failure import write_failure
-from fbcouple.run_folder.provenance import list_makers, read_making
 from fbcouple.simulation import loop
 from fbcouple.simulation.simulation import Simulation
-from fbcouple.simulation.task_list import list_tasks
-from fbcouple.simulation.tasks.checkpoints import UNTIL, Checkpoints, Limits, StopSignal
-from fbcouple.simulation.tasks.restart import RESTART, read_checkpoint
+from fbcouple.simulation.task_list import open_tasks
+from fbcouple.simulation.tasks.checkpoints import UNTIL, Limits, StopSignal
+from fbcouple.simulation.tasks.restart import RESTART
 
 
 def work(run: Path, limits: Limits, resume: Path | None, comm: MPI.Comm, stop_signal: StopSignal) -> None:
@@ -30,23 +29,16 @@ def work(run: Path, limits: Limits, resume: Path | None, comm: MPI.Comm, stop_si
     early leaves a note of it."""
     os.chdir(run)
     os.environ["PWD"] = str(run)
-    here = Path(".")
     case = load_case("case.toml")
-    made = read_making(here)
-    about = describe(case, here, list_makers(made.versions), made.updates) if comm.rank == 0 else {}
-    sim = Simulation(case, here, comm, case.end_time, resume / RESTART if resume else None)
-    case_text = Path("case.toml").read_text(encoding="utf-8-sig")
-    monitors, tasks = list_tasks(sim, here, case_text, made.list_attributes())
-    if resume:
-        read_checkpoint(sim, tasks, resume)
-    loop.run(sim, [*tasks, Checkpoints(sim, here, limits, stop_signal, about, monitors, tasks)])
+    sim = Simulation(case, Path(), comm, case.end_time, resume / RESTART if resume else None)
+    loop.run(sim, open_tasks(sim, limits, stop_signal, resume))
     stopped_early = sim.stop not in ("", UNTIL)
     if sim.has_gas and not stopped_early:
         sim.gas.write()
     if sim.has_particles:
         sim.liggghts.close()
     if stopped_early and comm.rank == 0:
-        write_failure(here, format_stop(sim), StoppedError.exit_code)
+        write_failure(Path(), format_stop(sim), StoppedError.exit_code)
     if stop_signal.caught and not stopped_early:
         print(
             f"{signal.Signals(stop_signal.caught).name} came after the last moment to stop: the run went on to its end"

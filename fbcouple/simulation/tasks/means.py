@@ -103,8 +103,7 @@ class Means:
         """Go on from what `save` gave, with the rows of this rank's cells and blocks as long as before, also where the
         window is longer now."""
         for name in self._NUMBERS:
-            if name in counts:  # checkpoints once had no length
-                setattr(self, name, counts[name])
+            setattr(self, name, counts[name])
         self._total[:], self._block[:] = sums["total"], sums["block"]
         for name, values in self._sums.items():
             values[:] = np.moveaxis(sums[name], 0, 1)

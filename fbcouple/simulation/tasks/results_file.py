@@ -59,7 +59,7 @@ class ResultsFile(Task):
 
     def save(self, sim: Simulation, folder: Path) -> Saved:
         """What the run has cost so far."""
-        return Saved(dict(self._count_costs(sim)))
+        return Saved(self._count_costs(sim))
 
     def load(self, sim: Simulation, saved: Saved, folder: Path) -> None:
         """Go on from `saved`."""
