@@ -18,6 +18,8 @@ from fbcouple.case.schema.sections import Case
 
 _LONGEST = 60
 _DEEPEST = 3
+_MOST_MEANT = 200
+"""Problems of a file up to which unknown keys are compared with known ones; a file with more is not misspelt."""
 _DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d+(?:[eE][+-]?\d+)?\s*")
 
 
@@ -80,7 +82,7 @@ def format_errors(
         key = ".".join(parts)
         is_entry = len(parts) < len(detail["loc"])
         if detail["type"] == "extra_forbidden":
-            wanted = _find_meant(parts, root)
+            wanted = _find_meant(parts, root) if len(found) < _MOST_MEANT else None
             meant.update([".".join([*parts[:-1], wanted])] if wanted else [])
             found[key] = _format_unknown(parts, wanted, root)
         elif detail["type"] == "missing" and not is_entry:

@@ -13,6 +13,7 @@ import fbcouple.paths as places
 from fbcouple.case.problems import Problem, show, suggest
 from fbcouple.case.schema.reference import FILE_KEYS
 from fbcouple.errors import CaseError
+from fbcouple.input_files.toml_text import NestingError, parse_toml
 
 FILE_NAME = "case.toml"
 SETS_NAME = "sets.toml"
@@ -92,15 +93,15 @@ def read_toml(path: Path, place: str) -> dict[str, Any]:
         if path.stat().st_size > LARGEST_FILE:
             raise CaseError([f"{place}: larger than {LARGEST_FILE / 1e6:.0f} MB; a case file has a few kB."])
         content = path.read_bytes()
-        return tomllib.loads(content.decode("utf-8-sig"))
+        return parse_toml(content.decode("utf-8-sig"))
     except OSError as error:
         problem = f"cannot be read: {error.strerror}; check the path and its permissions."
     except tomllib.TOMLDecodeError as error:
         problem = _format_not_toml(str(error), content.decode("utf-8-sig").splitlines())
     except UnicodeDecodeError as error:
         problem = _format_not_utf8(error, content)
-    except RecursionError:
-        problem = "lists or tables are nested too deeply; a case file needs two levels."
+    except NestingError as error:
+        problem = f"{error}; a case file needs two levels."
     except ValueError as error:
         problem = f"holds a value that cannot be read ({str(error)[:100]}); fix it."
     raise CaseError([f"{place}: {problem}"])
@@ -178,7 +179,7 @@ def _place(raw: dict[str, Any], parts: list[str], value: Any) -> bool:
 def _read_value(text: str) -> Any:
     """Read a TOML value; words that are not TOML are text, which the schema refuses where it wants a number."""
     try:
-        read = tomllib.loads(f"value = {text}")
-    except (ValueError, RecursionError):
+        read = parse_toml(f"value = {text}")
+    except ValueError:
         return text
     return read["value"] if set(read) == {"value"} else text

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,6 +13,7 @@ import numpy as np
 import xarray as xr
 
 from fbcouple.errors import CaseError
+from fbcouple.input_files.toml_text import parse_toml
 from fbcouple.results.expected import find_faults
 from fbcouple.results.inlet_speed import find_fastest
 from fbcouple.results.stored import load
@@ -205,8 +205,8 @@ def open_results(run: Path) -> Results:
     if not isinstance(text, str):
         raise CaseError([f"{path} has no attribute `case` (the effective case file): fbcouple did not write it."])
     try:
-        case = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        case = parse_toml(text)
+    except ValueError as error:
         raise CaseError([f"{path}: attribute `case` is not TOML ({error})."]) from error
     if faults := find_faults(data, case):
         raise CaseError([f"{path}: {fault}; fbcouple did not write it so. Run the case again." for fault in faults])

@@ -75,8 +75,14 @@ def mutate_structure(text: bytes) -> Iterator[tuple[str, bytes]]:
     yield "brackets", b"end_time = " + b"[" * 100_000
     yield "closed brackets", b"end_time = " + b"[" * 500 + b"]" * 500 + b"\n" + text
     yield "braces", b"gas = " + b"{a=" * 5000 + b"1" + b"}" * 5000
-    yield "dotted key", b".".join([b"a"] * 5000) + b" = 1\n" + text
-    yield "dotted section", text + b"\n[" + b".".join([b"a"] * 5000) + b"]\nb = 1\n"
+    deep = b".".join([b"a"] * 5000)
+    yield "dotted key", deep + b" = 1\n" + text
+    yield "dotted section", text + b"\n[" + deep + b"]\nb = 1\n"
+    yield (
+        "many keys of a dotted section",
+        text + b"\n[" + deep + b"]\n" + b"".join(b"b%d = 1\n" % n for n in range(5000)),
+    )
+    yield "quoted dotted key", b"gas = { " + b" . ".join([b'"a b"', b"'c'"] * 2500) + b" = 1 }\n"
     yield "long title", replace_value(text, "title", b'"' + b"x" * LONG + b'"')
     yield "long word", replace_value(text, "gas.walls", b'"' + b"y" * LONG + b'"')
     yield "long key", b"k" * LONG + b" = 1\n" + text
@@ -100,6 +106,8 @@ def mutate_structure(text: bytes) -> Iterator[tuple[str, bytes]]:
     yield "noise", bytes(range(256)) * 50
     yield "YAML", text.replace(b" = ", b": ")
     yield "JSON", b'{"title": "x", "end_time": 20}'
+    yield "words without an end", b"a" * (LONG // 2) + b"." + b"a" * (LONG // 2)
+    yield "quotes and dots", (b'"' + b"a" * 1000 + b'".') * 40 + b"=\n" + b"'a'." * 1_000_000
     yield "binary", b"\x7fELF" + bytes(1000)
 
 
