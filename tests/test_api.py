@@ -42,7 +42,8 @@ class Probe(fbcouple.Task):
         self.values = saved.numbers["values"]
 """
 STEP = """
-import sys, fbcouple
+import os, sys, fbcouple
+here, variable = os.getcwd(), os.environ.get("PWD")
 with fbcouple.Simulation.open(sys.argv[1]) as sim:
     before = sim.particles.positions.copy()
     for _ in range(3):
@@ -50,10 +51,34 @@ with fbcouple.Simulation.open(sys.argv[1]) as sim:
     count = sim.comm.allreduce(len(sim.particles.positions))
     sys.stdout.write(f"{sim.comm.size} {count} {sim.clock.steps} {sim.gas.pressure.max() > 0}\\n")
     sim.run()
+    assert os.environ["PWD"] == os.getcwd() and os.path.samefile(os.getcwd(), sys.argv[1])
+assert os.getcwd() == here and os.environ.get("PWD") == variable
 try:
     fbcouple.Simulation.open(sys.argv[1], fresh=True)
 except fbcouple.errors.CaseError as error:
     sys.stdout.write("once\\n" if "one simulation" in str(error) else str(error))
+"""
+
+LEAVE = """
+import sys, fbcouple
+class Count(fbcouple.Task):
+    seen = 0
+    def after_step(self, sim):
+        self.seen += 1
+    def finish(self, sim):
+        sys.stdout.write(f"{self.seen} done\\n")
+with fbcouple.Simulation.open(sys.argv[1], tasks=[Count()]) as sim:
+    for _ in range(4):
+        sim.step()
+"""
+HINDERED = """
+import os, sys, fbcouple
+here = os.getcwd()
+try:
+    fbcouple.Simulation.open(sys.argv[1])
+except fbcouple.errors.FbcoupleError as error:
+    assert os.getcwd() == here and len(str(error)) > 40, str(error)
+    sys.stdout.write("told, and back\\n")
 """
 
 
@@ -173,6 +198,25 @@ def test_a_simulation_is_stepped_in_every_rank_and_run_to_its_end(case_file, tmp
     count = run.case.particles.count
     assert done.stdout.count(f"{ranks} {count} 3 True") == ranks and done.stdout.count("once") == ranks
     assert run.status().state == "complete"
+
+
+def test_a_simulation_that_is_left_early_has_its_results_and_tasks_of_its_own(case_file, tmp_path):
+    run = fbcouple.setup(case_file, tmp_path / "run", {"end_time": 3e-3})
+    done = subprocess.run([sys.executable, "-c", LEAVE, str(run.path)], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split() == ["4", "done"]
+    assert run.results().attrs["complete"] == 0 and len(run.history()) > 1
+    assert run.start(fresh=True, progress=False).state == "complete"
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_what_hinders_a_simulation_is_told_on_every_rank(case_file, tmp_path, ranks):
+    run = fbcouple.setup(case_file, tmp_path / "run")
+    (run.path / "DEM" / "particles.data").unlink()
+    (run.path / "DEM" / "particles.data").mkdir()  # reading it is an error of the system
+    command = mpi_command(ranks, [sys.executable, "-c", HINDERED, str(run.path)])
+    done = subprocess.run(command, env=mpi_environment(), capture_output=True, text=True, check=False)
+    assert done.stdout.count("told, and back") == ranks, done.stdout + done.stderr
 
 
 def test_the_import_is_quick_and_loads_no_mpi_numba_or_vtk():

@@ -58,6 +58,7 @@ def open_run(case: Case, comm: MPI.Comm, warm: float = 0.0) -> tuple[Simulation,
     """Open the run in the current folder, and take it through its first steps and through `warm` [s] (collective)."""
     sim = Simulation(case, Path("."), comm, 1e9)
     _, tasks = list_tasks(sim, Path("."), Path("case.toml").read_text(encoding="utf-8-sig"))
+    sim.initialise()
     start(sim, tasks)
     for _ in range(_FIRST):
         step(sim, tasks)

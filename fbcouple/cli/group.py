@@ -9,8 +9,8 @@ from typing import Any
 import click
 
 from fbcouple.errors import CaseError, FbcoupleError
-from fbcouple.launcher.stop_signals import SIGNALS
 from fbcouple.machine.output import drop
+from fbcouple.machine.stop_signals import SIGNALS
 from fbcouple.machine.unexpected import EXIT_CODE, report
 
 INTERRUPTED = 130

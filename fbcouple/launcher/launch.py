@@ -75,22 +75,13 @@ def launch(
     require_plain(run)
     read_manifest(run)
     with hold(run, say) as lock, nullcontext(requests) if requests else Requests() as asked:
-        try:
-            choice = Choice(fresh, resume, until, trusted, accept_update, say, begin)
-            command: list[str] = []
-            if start := make_ready(run, ranks, choice, Guard(lock, asked)):
-                command = _format_job(run, ranks, until, deadline, start.checkpoint)
-                note_run(run, ranks, command, start)
-        except OSError as error:
-            raise SolverError(f"{run}: cannot be made ready: {error}") from error
-        except StoppedError:
-            give_room_back(run)
-            raise
-        if command and asked.first:
-            give_room_back(run)
-            raise StoppedError(f"stopped by {asked.first} before the first step")
-        if command:
-            Job(command, run, patience, lock, asked).follow(watch)
+        choice = Choice(fresh, resume, until, trusted, accept_update, say, begin)
+        start = make_ready(run, ranks, choice, Guard(lock, asked))
+        if start is None:
+            return
+        command = _format_job(run, ranks, until, deadline, start.checkpoint)
+        note_run(run, ranks, command, start)
+        Job(command, run, patience, lock, asked).follow(watch)
 
 
 @dataclass(frozen=True)
@@ -123,6 +114,19 @@ def make_ready(run: Path, ranks: int, choice: Choice, guard: Guard) -> Start | N
 
     Returns: what the run starts with; None if nothing is left to do. Raises: as `launch`.
     """
+    try:
+        start = _make_ready(run, ranks, choice, guard)
+        if start and guard.requests.first:
+            raise StoppedError(f"stopped by {guard.requests.first} before the first step")
+    except OSError as error:
+        raise SolverError(f"{run}: cannot be made ready: {error}") from error
+    except StoppedError:
+        give_room_back(run)
+        raise
+    return start
+
+
+def _make_ready(run: Path, ranks: int, choice: Choice, guard: Guard) -> Start | None:
     case = _read_run(run, choice.fresh, choice.resume)
     require_trust(case, choice.trusted)
     changed = require_unchanged(case, run, choice.trusted)
@@ -253,7 +257,7 @@ def _clear(run: Path, checkpoint: Checkpoint | None) -> None:
 
 
 def note_run(run: Path, ranks: int, command: list[str], start: Start) -> None:
-    """Write into the manifest how the run was started, and with what."""
+    """Write into the manifest how the run was started, and with what. Raises: SolverError if that cannot be."""
     about = {
         "ranks": ranks,
         "host": platform.node(),
@@ -262,4 +266,7 @@ def note_run(run: Path, ranks: int, command: list[str], start: Start) -> None:
         "changed": list(start.changed),
         "updates": list(start.updates),
     }
-    write_manifest(run, read_manifest(run) | {"run": about, "run_with": start.versions})
+    try:
+        write_manifest(run, read_manifest(run) | {"run": about, "run_with": start.versions})
+    except OSError as error:
+        raise SolverError(f"{run}: cannot be made ready: {error}") from error

@@ -1,4 +1,4 @@
-"""The signals that ask a run to stop, as the process hears them that the user started."""
+"""Requests to stop a run: signals, as the process hears them that the user started, and those of other threads."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import threading
 from types import FrameType
 from typing import Any
 
-SIGNALS = (signal.SIGTERM, signal.SIGUSR1, signal.SIGINT)
+from fbcouple.machine.stop_signals import SIGNALS
 
 
 class Requests:

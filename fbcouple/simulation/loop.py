@@ -9,23 +9,33 @@ from fbcouple.simulation.tasks.task import Task
 
 
 def run(sim: Simulation, tasks: Sequence[Task]) -> None:
-    """Take `sim` to its end; every task looks at every step (collective)."""
+    """Take `sim`, initialised, to its end; every task looks at every step (collective)."""
     start(sim, tasks)
     while sim.proceed:
         step(sim, tasks)
-    for task in tasks:
-        task.finish(sim)
+    finish(sim, tasks)
 
 
 def start(sim: Simulation, tasks: Sequence[Task]) -> None:
-    """Set the solvers up, and show the tasks where they stand."""
-    sim.initialise()
+    """Show the tasks the simulation as it is before its first step."""
     for task in tasks:
         task.start(sim)
 
 
-def step(sim: Simulation, tasks: Sequence[Task]) -> None:
-    """Gas, gas force on the particles, DEM steps, choice of the next step, voidage, drag; then the tasks."""
-    sim.step()
+def step(sim: Simulation, tasks: Sequence[Task] = ()) -> None:
+    """One coupling step, and the tasks look at it."""
+    sim.step_gas()  # one PISO step, under voidage and drag as the last step left them
+    sim.apply_gas_force()  # what the gas lost is the particles' impulse
+    sim.move_particles()  # the DEM steps of this step
+    sim.choose_step()  # how long the next one is
+    sim.map_solids()  # its voidage
+    sim.deposit_drag()  # its drag
     for task in tasks:
         task.after_step(sim)
+
+
+def finish(sim: Simulation, tasks: Sequence[Task]) -> None:
+    """Show the tasks the simulation after its last step, and leave its last fields in CFD/."""
+    for task in tasks:
+        task.finish(sim)
+    sim.write_fields()

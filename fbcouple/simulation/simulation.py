@@ -1,4 +1,4 @@
-"""A run in one MPI rank: both solvers, the coupling between them, and the stages of a coupling step.
+"""A run in one MPI rank: both solvers, the coupling between them, and the stages of a coupling step (`loop.step`).
 
 A step is a gas step of whole DEM steps. Views of the solvers' arrays are valid until the next step.
 """
@@ -25,6 +25,8 @@ from fbcouple.solvers.liggghts import Liggghts
 from fbcouple.solvers.openfoam.gas import Gas, GasReport
 
 Part = TypeVar("Part")
+UNTIL = "--until"
+"""Why a run stops that has come as far as it was asked to."""
 
 
 class Simulation:
@@ -72,15 +74,6 @@ class Simulation:
     def proceed(self) -> bool:
         """Is there time left, and no reason to stop?"""
         return self.clock.running and not self.stop
-
-    def step(self) -> None:
-        """One coupling step."""
-        self.step_gas()
-        self.apply_gas_force()
-        self.move_particles()
-        self.choose_step()
-        self.map_solids()
-        self.deposit_drag()
 
     def step_gas(self) -> None:
         """The step that the clock has chosen begins: one PISO step of the gas, under voidage and drag as they are."""
@@ -140,6 +133,21 @@ class Simulation:
             with self.timers("drag"):
                 self.coupling.deposit_drag(self.particles, self.clock.dt, self.clock.last_dt)
                 require_sound_exchange(self.time, self.case.monitors, self.owned, self.gas, self.coupling)
+
+    @property
+    def stopped_early(self) -> bool:
+        """Has the run to end before its end, other than where it was asked to?"""
+        return self.stop not in ("", UNTIL)
+
+    def write_fields(self) -> None:
+        """Write the gas as it is into the case folder of OpenFOAM, unless the run stopped early (collective)."""
+        if self.has_gas and not self.stopped_early:
+            self.gas.write()
+
+    def close(self) -> None:
+        """End LIGGGHTS (collective)."""
+        if self.has_particles:
+            self.liggghts.close()
 
     def _derive_fields(self) -> None:
         """What lift, viscous force and virtual mass of the next step need of the gas."""

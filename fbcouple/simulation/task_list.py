@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from fbcouple.paths import FRAMES
@@ -17,19 +18,23 @@ from fbcouple.simulation.tasks.restart import read_checkpoint
 from fbcouple.simulation.tasks.results_file import ResultsFile
 from fbcouple.simulation.tasks.snapshots import Snapshots
 from fbcouple.simulation.tasks.task import Task
-from fbcouple.simulation.user_tasks import load_tasks
+from fbcouple.simulation.user_tasks import load_tasks, require_names
 
 
-def open_tasks(sim: Simulation, limits: Limits, stop_signal: StopSignal, resume: Path | None) -> list[Task]:
-    """The tasks of the run in the current folder, the checkpoints last, in the state of the checkpoint `resume` if one
-    is given (collective)."""
+def open_tasks(
+    sim: Simulation, limits: Limits, stop_signal: StopSignal, resume: Path | None, others: Sequence[Task] = ()
+) -> list[Task]:
+    """The tasks of the run in the current folder, then `others`, the checkpoints last, in the state of the checkpoint
+    `resume` if one is given (collective)."""
     here = Path()
     made = read_making(here)
     monitors, tasks = list_tasks(
         sim, here, (here / "case.toml").read_text(encoding="utf-8-sig"), made.list_attributes()
     )
+    require_names([*tasks, *others])
     if resume:
-        read_checkpoint(sim, tasks, resume)
+        read_checkpoint(sim, tasks, resume, others)
+    tasks += others
     about = describe(sim.case, here, list_makers(made.versions), made.updates) if sim.comm.rank == 0 else {}
     return [*tasks, Checkpoints(sim, here, limits, stop_signal, about, monitors, tasks)]
 
@@ -52,5 +57,5 @@ def list_tasks(
     own: tuple[Task | None, ...] = averages, monitors, snapshots, frames, history, results
     tasks = [task for task in own if task]
     if output.task_file:
-        tasks += load_tasks(run / output.task_file, tasks)
+        tasks += load_tasks(run / output.task_file)
     return monitors, tasks

@@ -20,7 +20,7 @@ from fbcouple.run_folder.failure import write_failure
 from fbcouple.simulation import loop
 from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.task_list import open_tasks
-from fbcouple.simulation.tasks.checkpoints import UNTIL, Limits, StopSignal
+from fbcouple.simulation.tasks.checkpoints import Limits, StopSignal
 from fbcouple.simulation.tasks.restart import RESTART
 
 
@@ -31,15 +31,13 @@ def work(run: Path, limits: Limits, resume: Path | None, comm: MPI.Comm, stop_si
     os.environ["PWD"] = str(run)
     case = load_case("case.toml")
     sim = Simulation(case, Path(), comm, case.end_time, resume / RESTART if resume else None)
-    loop.run(sim, open_tasks(sim, limits, stop_signal, resume))
-    stopped_early = sim.stop not in ("", UNTIL)
-    if sim.has_gas and not stopped_early:
-        sim.gas.write()
-    if sim.has_particles:
-        sim.liggghts.close()
-    if stopped_early and comm.rank == 0:
+    tasks = open_tasks(sim, limits, stop_signal, resume)
+    sim.initialise()
+    loop.run(sim, tasks)
+    sim.close()
+    if sim.stopped_early and comm.rank == 0:
         write_failure(Path(), format_stop(sim), StoppedError.exit_code)
-    if stop_signal.caught and not stopped_early:
+    if stop_signal.caught and not sim.stopped_early:
         print(
             f"{signal.Signals(stop_signal.caught).name} came after the last moment to stop: the run went on to its end"
         )

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
+from fbcouple.simulation.loop import step
 from fbcouple.simulation.simulation import Simulation
 from fbcouple.verify.harness import FRICTIONLESS, GAS, GLASS, Edit, open_bench
 from fbcouple.verify.published import PUBLISHED, Bed
@@ -52,7 +53,7 @@ def _run_ramp(bench: Simulation) -> np.ndarray:
     order = np.argsort(bench.gas.centres[:, 2])
     rows = []
     while bench.clock.time < _SETTLE + _RAMP:
-        bench.step()
+        step(bench)
         voidage = bench.coupling.voidage[order]
         velocity = (voidage * bench.gas.velocity[order, 2])[0]
         pressure = bench.gas.pressure[order]

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
+from fbcouple.simulation.loop import step
 from fbcouple.simulation.simulation import Simulation
 from fbcouple.verify.harness import GAS, GLASS, open_bench
 from fbcouple.verify.published import PUBLISHED, Bed
@@ -45,7 +46,7 @@ def _measure(bench: Simulation) -> Iterator[tuple[float, float, np.ndarray]]:
     """Superficial velocity [m/s], pressure drop [Pa] and voidage of each cell in each step of the ramp."""
     order = np.argsort(bench.gas.centres[:, 2])
     while bench.clock.time < _SETTLE + _RAMP:
-        bench.step()
+        step(bench)
         if bench.clock.time > _SETTLE:
             voidage = bench.coupling.voidage[order]
             velocity = (voidage * bench.gas.velocity[order, 2])[-1]

@@ -19,20 +19,18 @@ from typing import Any
 
 from mpi4py import MPI
 
+from fbcouple.machine.stop_signals import SIGNALS
 from fbcouple.paths import HEARTBEAT
 from fbcouple.simulation.clock import Cadence
-from fbcouple.simulation.simulation import Simulation
+from fbcouple.simulation.simulation import UNTIL, Simulation
 from fbcouple.simulation.tasks.monitors import Monitors
 from fbcouple.simulation.tasks.restart import write_checkpoint
 from fbcouple.simulation.tasks.task import Task
 
-SIGNALS = (signal.SIGTERM, signal.SIGUSR1, signal.SIGINT)
 # Room before the wall limit: this many times the longest stretch between two such steps and the longest checkpoint.
 _ROOM = 2.0
 _BEAT_EVERY = 1.0
 _ALMOST = 1.0 - 1e-9
-UNTIL = "--until"
-"""Why a run stops that has come as far as it was asked to."""
 
 
 @dataclass(frozen=True)

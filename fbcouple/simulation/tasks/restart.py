@@ -19,7 +19,7 @@ import numpy as np
 from fbcouple.errors import CaseError, SolverError
 from fbcouple.run_folder import checkpoint
 from fbcouple.simulation.simulation import Simulation
-from fbcouple.simulation.tasks.task import Saved, Task
+from fbcouple.simulation.tasks.task import Saved, Task, name_task
 
 RESTART = "liggghts.restart"
 _CHUNK = 1 << 24
@@ -74,11 +74,6 @@ def _write_parts(sim: Simulation, tasks: Sequence[Task], folder: Path) -> list[P
     return written
 
 
-def name_task(task: Task) -> str:
-    """The name of a task in a checkpoint: that of its class."""
-    return type(task).__name__
-
-
 def _write_particles(sim: Simulation, place: Path) -> None:
     """LIGGGHTS writes into memory, and what it wrote to the disk: it does not notice a disk that is full."""
     memory = os.memfd_create("restart") if sim.comm.rank == 0 else -1
@@ -93,8 +88,9 @@ def _write_particles(sim: Simulation, place: Path) -> None:
                 target.write(chunk)
 
 
-def read_checkpoint(sim: Simulation, tasks: Sequence[Task], folder: Path) -> None:
-    """Put the clock and `tasks` into the state of the checkpoint in `folder`; the solvers are in it already.
+def read_checkpoint(sim: Simulation, tasks: Sequence[Task], folder: Path, others: Sequence[Task] = ()) -> None:
+    """Put the clock, `tasks`, and those of `others` that it has, into the state of the checkpoint in `folder`; the
+    solvers are in it already.
 
     Raises: CaseError if it holds other things than this run writes, whole as it may be.
     """
@@ -102,7 +98,8 @@ def read_checkpoint(sim: Simulation, tasks: Sequence[Task], folder: Path) -> Non
         state = json.loads((folder / _STATE).read_text(encoding="utf-8"))
         sim.clock.load(state["clock"])
         cells = _load_cells(sim, folder)
-        for task in tasks:
+        known = [task for task in others if name_task(task) in state["tasks"]]
+        for task in [*tasks, *known]:
             name = name_task(task)
             own = {key.removeprefix(f"{name}/"): rows for key, rows in cells.items() if key.startswith(f"{name}/")}
             task.load(sim, Saved(state["tasks"][name], own), folder)

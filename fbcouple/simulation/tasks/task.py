@@ -44,3 +44,8 @@ class Task:
 
     def load(self, sim: Simulation, saved: Saved, folder: Path) -> None:
         """Go on from what `save` gave; `folder` is that of the checkpoint."""
+
+
+def name_task(task: Task) -> str:
+    """The name of a task in a checkpoint: that of its class."""
+    return type(task).__name__
