@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import re
 import shlex
 import sys
@@ -22,6 +21,7 @@ from fbcouple.case.user_code import require_trust
 from fbcouple.decks.render import make_environment
 from fbcouple.errors import CaseError
 from fbcouple.machine.environment import find_package
+from fbcouple.machine.whole_files import replacing
 from fbcouple.run_folder.plain_files import require_plain
 
 # Resident memory of a rank with Python, numba and both solvers before it holds anything (measured: 320 MB) [MiB].
@@ -113,10 +113,9 @@ def write_job(place: Path, scheduler: str, request: Request) -> tuple[Path, Path
     environment.filters["shell"] = shlex.quote
     folder.mkdir(exist_ok=True)
     for path, template in ((job, f"batch/{scheduler}.sh"), (submit, "batch/submit.sh")):
-        unfinished = path.with_name(path.name + ".part")
-        unfinished.write_text(environment.get_template(template).render(context), encoding="utf-8")
-        unfinished.chmod(0o755)
-        os.replace(unfinished, path)
+        with replacing(path) as fresh:
+            fresh.write_text(environment.get_template(template).render(context), encoding="utf-8")
+            fresh.chmod(0o755)
     return job, submit
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -27,6 +26,7 @@ from fbcouple.case.schema.reference import list_sections
 from fbcouple.case.schema.sections import Case
 from fbcouple.case.source import FILE_NAME, apply_settings, find_case
 from fbcouple.errors import CaseError
+from fbcouple.machine.whole_files import write_whole
 
 
 def load_case(name: str, sets: Sequence[str] = (), say: Callable[[str], None] | None = None) -> Case:
@@ -100,9 +100,7 @@ def write_case(case: Case, path: Path) -> None:
     for section in sections:
         if content[section] is not None:
             lines += ["", f"[{section}]", *_write_keys(content[section])]
-    unfinished = path.with_name(path.name + ".part")
-    unfinished.write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
-    os.replace(unfinished, path)
+    write_whole(path, "\n".join(lines) + "\n")
 
 
 def _write_keys(table: dict[str, Any]) -> list[str]:

@@ -23,6 +23,7 @@ from fbcouple.doctor.checks import Row
 from fbcouple.doctor.disclosure import Vocabulary, list_environment, mask_values
 from fbcouple.errors import CaseError, SolverError
 from fbcouple.machine.unexpected import LAST_ERROR
+from fbcouple.machine.whole_files import replacing
 from fbcouple.paths import cache_folder
 from fbcouple.solvers.versions import find_commit
 from fbcouple.version import __version__
@@ -60,20 +61,18 @@ def write_bundle(rows: list[Row], run: Path | None, folder: Path) -> Path:
         raise CaseError([f"{run}: is not a run folder (no case.toml)."])
     moment = time.strftime("%Y%m%d-%H%M%S", time.gmtime())
     name = f"fbcouple-bundle-{run.resolve().name + '-' if run else ''}{moment}"
-    place, unfinished = folder / f"{name}.tar.gz", folder / f".{name}.part"
+    place = folder / f"{name}.tar.gz"
     vocabulary = Vocabulary([*_find_messages(rows), *sorted(_MPI_MESSAGES.glob("help-*.txt"))])
     try:
         texts = {"about.json": _describe(rows, vocabulary), "environment.txt": list_environment(os.environ)}
         texts |= _read_last_error(vocabulary) | (_read_run(run, vocabulary) if run else {})
-        with tarfile.open(unfinished, "w:gz") as archive:
+        with replacing(place) as fresh, tarfile.open(fresh, "w:gz") as archive:
             for file, text in texts.items():
                 content = mask_values(text, os.environ).encode("utf-8", "backslashreplace")
                 about = tarfile.TarInfo(f"{name}/{file}")
                 about.size, about.mtime = len(content), int(time.time())
                 archive.addfile(about, io.BytesIO(content))
-        unfinished.replace(place)
     except OSError as error:
-        unfinished.unlink(missing_ok=True)
         raise SolverError(f"{place}: cannot be written: {error}") from error
     return place
 

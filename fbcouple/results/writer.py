@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import zlib
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,6 +13,7 @@ import xarray as xr
 
 from fbcouple.geometry.grid import Grid
 from fbcouple.geometry.ragged import Ragged
+from fbcouple.machine.whole_files import replacing
 from fbcouple.results.conventions import follow_conventions, leave_unfilled
 
 STAGES = ("dem", "cfd", "map", "drag", "react", "average", "record", "wait")
@@ -156,15 +156,11 @@ def _lay_out_tracks(history: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def write_dataset(path: Path, dataset: xr.Dataset, encoding: dict[str, Any]) -> None:
-    """Write `dataset` as netCDF under a temporary name, bring it to the disk, and move it into place."""
-    fresh = path.with_suffix(".tmp")
+    """Write `dataset` as netCDF, all of it or nothing. Raises: OSError."""
     try:
-        dataset.to_netcdf(fresh, encoding=leave_unfilled(dataset, encoding))
-        with fresh.open("rb") as file:
-            os.fsync(file.fileno())
-        fresh.replace(path)
+        with replacing(path) as fresh:
+            dataset.to_netcdf(fresh, encoding=leave_unfilled(dataset, encoding))
     except (OSError, RuntimeError) as error:  # the latter are the netCDF library's
-        fresh.unlink(missing_ok=True)
         raise OSError(f"{error}; is the disk full?") from error
 
 

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from fbcouple.errors import CaseError
+from fbcouple.machine.whole_files import write_whole
 from fbcouple.run_folder.plain_files import format_path
 
 NAME = "manifest.json"
-UNFINISHED = "manifest.tmp"
 LARGEST = 50_000_000
 """Bytes that a manifest may have."""
 _PARTS = {"fbcouple": str, "files": dict, "case": dict}
@@ -52,9 +52,7 @@ def _is_inside(name: str) -> bool:
 
 def write_manifest(run: Path, content: dict[str, Any]) -> None:
     """Replace the manifest of `run`, all of it or nothing. Raises: OSError."""
-    fresh = run / UNFINISHED
-    fresh.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
-    fresh.replace(run / NAME)
+    write_whole(run / NAME, json.dumps(content, indent=2) + "\n")
 
 
 def hash_file(path: Path) -> str:

@@ -30,8 +30,8 @@ PICTURES = (
 """Figures of one run."""
 _STEP = r"step-\d{12}"
 _PRODUCTS = {
-    "": r"results\.(nc|tmp)|report\.(html|json)",
-    FRAMES: r"frame-\d{6,}\.(nc|tmp)",
+    "": r"results\.nc(\.part)?|report\.(html|json)",
+    FRAMES: r"frame-\d{6,}\.nc(\.part)?",
     "checkpoints": rf"{_STEP}(\.refused)?|\.unfinished-({_STEP}|\d+)",
     "figures": rf"({'|'.join(PICTURES)})\.(png|svg|pdf)|bed\.gif",
     "vtk": r"means\.vt[iu]|particles-\d{6,}\.vtp|gas-\d{6,}\.vti|(particles|gas)\.pvd",

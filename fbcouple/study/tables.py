@@ -15,6 +15,7 @@ from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from fbcouple.machine.whole_files import write_whole
 from fbcouple.paths import TEMPLATES
 
 Row = dict[str, Any]
@@ -79,6 +80,4 @@ def write_page(path: Path, title: str, note: str, pictures: Sequence[Path], tabl
 
 def _write(path: Path, text: str) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
-    fresh = path.with_name(path.name + ".part")
-    fresh.write_text(text, encoding="utf-8")
-    fresh.replace(path)
+    write_whole(path, text)

@@ -85,7 +85,7 @@ def test_full_disk_while_writing(disk, monkeypatch, whole, write, means):
     assert text.startswith(f"{words} cannot be written: "), text
     assert "checkpoints/step-000000000010 stands, --resume goes on from it" in text and "Traceback" not in text
     assert list_checkpoints(run)[0].name == "step-000000000010"
-    left = [path.name for path in run.rglob("*") if ".tmp" in path.name or "unfinished" in path.name]
+    left = [path.name for path in run.rglob("*") if ".part" in path.name or "unfinished" in path.name]
     assert left == []
     (run / "filler").unlink(missing_ok=True)
     monkeypatch.undo()

@@ -67,7 +67,7 @@ def test_frames_that_came_after_the_checkpoint_are_taken_again(tmp_path):
         launch(run, 1, lambda row: None, resume=True, wall_limit=SHORT_OF_TIME)
     late = run / "frames/frame-000099.nc"
     late.write_bytes(b"of a moment after the checkpoint")
-    (run / "frames/frame-000099.tmp").write_bytes(b"half of one")
+    (run / "frames/frame-000099.nc.part").write_bytes(b"half of one")
     launch(run, 1, lambda row: None, resume=True)
     assert not late.exists() and compare_frames(run, other) == []
 

@@ -80,8 +80,8 @@ KINDS: dict[str, tuple[Callable[[Path, Path], None], str]] = {
     "second name": (make_second_name, "has another name elsewhere"),
     "pipe": (make_pipe, "is a pipe, socket or device"),
 }
-PLACES = ["lock", "logs/launcher.log", "logs/failure.room", "results.tmp", "CFD/system/decomposeParDict"]
-PLAIN = [*((kind, "manifest.tmp") for kind in KINDS), *(("link", place) for place in PLACES)]
+PLACES = ["lock", "logs/launcher.log", "logs/failure.room", "results.nc.part", "CFD/system/decomposeParDict"]
+PLAIN = [*((kind, "manifest.json.part") for kind in KINDS), *(("link", place) for place in PLACES)]
 COMMANDS: dict[str, Callable[[Path], list[object]]] = {
     "run": lambda run: ["run", run],
     "run --trust": lambda run: ["run", run, "--trust", "--resume"],

@@ -54,7 +54,7 @@ def test_particles_are_in_the_order_of_their_numbers_and_cells_in_their_places(f
 def test_a_run_that_goes_on_has_the_frames_up_to_its_checkpoint(frames, tmp_path):
     for time in (0.0, 0.1, 0.2):
         write(frames, time)
-    (tmp_path / "frames/frame-000003.tmp").write_bytes(b"cut short")
+    (tmp_path / "frames/frame-000003.nc.part").write_bytes(b"cut short")
     frames.cut(1)
     assert [path.name for path in (tmp_path / "frames").iterdir()] == ["frame-000000.nc"]
     write(frames, 0.15)

@@ -1,0 +1,34 @@
+"""Files that are there whole or not at all, whatever stops the process that writes them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+UNFINISHED = ".part"
+"""What the name of a file ends in while it is being written."""
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Give a name beside `path`; the file that is written under it takes the place of `path`, once it is on the disk.
+
+    After an error nothing of it is left, and `path` is as it was. Raises: OSError.
+    """
+    fresh = path.with_name(path.name + UNFINISHED)
+    try:
+        yield fresh
+        with fresh.open("rb") as file:
+            os.fsync(file.fileno())
+        fresh.replace(path)
+    except BaseException:
+        fresh.unlink(missing_ok=True)
+        raise
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Replace `path` by `text` in UTF-8, all of it or nothing. Raises: OSError."""
+    with replacing(path) as fresh:
+        fresh.write_text(text, encoding="utf-8", newline="\n")
