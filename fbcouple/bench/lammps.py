@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import shutil
-import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ from fbcouple.decks.needs import find_needs
 from fbcouple.decks.render import make_environment
 from fbcouple.errors import SolverError
 from fbcouple.machine.environment import mpi_command, mpi_environment
+from fbcouple.machine.programs import run_program
 
 PROGRAM = "lmp"
 SETTLE = 20
@@ -65,16 +65,7 @@ def time_lammps(folder: Path, ranks: int) -> dict[str, Any]:
     Raises SolverError with its last words.
     """
     command = mpi_command(ranks, [PROGRAM, "-in", "in.bed", "-screen", "none", "-log", "log"])
-    done = subprocess.run(
-        command,
-        cwd=folder,
-        env=mpi_environment(),
-        capture_output=True,
-        text=True,
-        check=False,
-        encoding="utf-8",
-        errors="replace",
-    )
+    done = run_program(command, mpi_environment(), folder)
     log = (folder / "log").read_text(encoding="utf-8", errors="replace") if (folder / "log").exists() else ""
     loops = re.findall(r"Loop time of (\S+) on \d+ procs for (\d+) steps with (\d+) atoms", log)
     if done.returncode or len(loops) != 2:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -25,6 +24,7 @@ from fbcouple.decks.set_up import lay_out
 from fbcouple.errors import SolverError
 from fbcouple.launcher.openfoam_mesh import prepare_mesh
 from fbcouple.machine.environment import mpi_command, mpi_environment
+from fbcouple.machine.programs import run_program
 
 _TAIL = 12
 _FOUND = "bench.json"
@@ -169,15 +169,7 @@ def _measure(kind: str, run: Path, case: Case, ranks: int, *numbers: float) -> d
 def _start(kind: str, run: Path, ranks: int, *numbers: float) -> dict[str, Any]:
     program = [sys.executable, "-m", "fbcouple.bench.process", kind, str(run), *map(repr, numbers)]
     environment = mpi_environment() | {"PWD": os.getcwd()}
-    done = subprocess.run(
-        mpi_command(ranks, program),
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=False,
-        encoding="utf-8",
-        errors="replace",
-    )
+    done = run_program(mpi_command(ranks, program), environment)
     if done.returncode:
         words = "\n".join((done.stdout + done.stderr).strip().splitlines()[-_TAIL:])
         raise SolverError(f"bench {kind} on {ranks} ranks failed:\n{words}")

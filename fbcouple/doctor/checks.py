@@ -7,7 +7,6 @@ import platform
 import re
 import shlex
 import shutil
-import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +15,7 @@ from typing import TYPE_CHECKING
 from fbcouple.errors import SolverError
 from fbcouple.machine.cache import require_trusted
 from fbcouple.machine.environment import child_environment
+from fbcouple.machine.programs import run_program
 from fbcouple.paths import ABOVE, cache_folder
 from fbcouple.solvers.c_library import MPI_LIBRARY
 from fbcouple.solvers.openfoam.build import adapter_path, build_adapter, compiler_version
@@ -152,16 +152,8 @@ def _load(name: str) -> _Loaded:
 def _try_out(program: str, *words: str) -> _Loaded:
     """Run a small Python program whose first line says what it got, whose others are the files it loaded."""
     command = [sys.executable, "-c", program, *words]
-    done = subprocess.run(
-        command,
-        cwd="/",  # a library's settings file in the current folder is not for it
-        env={"WM_PROJECT_DIR": _SYSTEM_PROJECT} | child_environment(),
-        capture_output=True,
-        text=True,
-        encoding="utf-8",
-        errors="replace",
-        check=False,
-    )
+    environment = {"WM_PROJECT_DIR": _SYSTEM_PROJECT} | child_environment()
+    done = run_program(command, environment, "/")  # a library's settings file in the current folder is not for it
     lines = done.stdout.splitlines()
     if done.returncode != 0 or not lines:
         last = next((line.strip() for line in reversed(done.stderr.splitlines()) if line.strip()), "no words")
@@ -286,15 +278,7 @@ def _disk() -> Row:
 
 def _first_line(command: list[str]) -> str:
     try:
-        done = subprocess.run(
-            command,
-            env=child_environment(),
-            capture_output=True,
-            text=True,
-            encoding="utf-8",
-            errors="replace",
-            check=False,
-        )
+        done = run_program(command, child_environment())
     except FileNotFoundError:
         return "not on PATH"
     lines = (done.stdout or done.stderr).splitlines()

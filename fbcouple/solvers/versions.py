@@ -8,7 +8,6 @@ import os
 import platform
 import re
 import shutil
-import subprocess
 import sys
 from functools import cache
 from pathlib import Path
@@ -16,6 +15,7 @@ from pathlib import Path
 from fbcouple.case.schema.sections import Case
 from fbcouple.errors import SolverError
 from fbcouple.machine.environment import mpi_environment
+from fbcouple.machine.programs import run_program
 from fbcouple.paths import ABOVE, PACKAGE
 from fbcouple.run_folder.provenance import Versions
 from fbcouple.solvers.c_library import LIGGGHTS
@@ -104,8 +104,6 @@ def _ask(*command: str) -> str:
     """First line that a program prints."""
     if not shutil.which(command[0]):
         return NOT_FOUND
-    done = subprocess.run(
-        command, env=mpi_environment(), capture_output=True, encoding="utf-8", errors="replace", check=False
-    )
+    done = run_program(command, mpi_environment())
     lines = done.stdout.splitlines()
     return lines[0].strip() if lines and done.returncode == 0 else NOT_FOUND

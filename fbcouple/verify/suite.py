@@ -5,7 +5,6 @@ from __future__ import annotations
 import difflib
 import json
 import os
-import subprocess
 import sys
 import tempfile
 import time
@@ -15,6 +14,7 @@ from typing import Any
 
 from fbcouple.errors import CaseError, SolverError
 from fbcouple.machine.environment import mpi_command, mpi_environment
+from fbcouple.machine.programs import run_program
 from fbcouple.verify.process import NUMBERS
 from fbcouple.verify.registry import Check, Number, load_checks
 
@@ -59,9 +59,7 @@ def _run_process(check: Check, ranks: int, variant: list[str]) -> list[Number]:
         program = [sys.executable, "-m", "fbcouple.verify.process", check.name, place, *variant]
         environment = mpi_environment() | {"PWD": os.getcwd()}
         command = mpi_command(ranks, program)
-        done = subprocess.run(
-            command, env=environment, capture_output=True, text=True, check=False, encoding="utf-8", errors="replace"
-        )
+        done = run_program(command, environment)
         if done.returncode:
             words = "\n".join((done.stdout + done.stderr).strip().splitlines()[-_TAIL:])
             raise SolverError(f"verify {check.name} on {ranks} ranks failed:\n{words}")

@@ -1,12 +1,12 @@
 """Outside programs that a build needs: a failure becomes an error with the program's own last words."""
 
 import shlex
-import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 
 from fbcouple.errors import SolverError
 from fbcouple.machine.environment import child_environment
+from fbcouple.machine.programs import run_program
 
 _LAST_LINES = 30
 
@@ -25,17 +25,7 @@ def run_command(command: Sequence[str], *, mend: str, folder: Path | None = None
     SolverError : the program is missing or failed; the text holds the command and its last lines
     """
     try:
-        done = subprocess.run(
-            command,
-            cwd=folder,
-            env=child_environment(),
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            errors="replace",
-            check=False,
-            encoding="utf-8",
-        )
+        done = run_program(command, child_environment(), folder)
     except FileNotFoundError as error:
         raise SolverError(f"program '{command[0]}' is not on PATH; {mend}") from error
     if done.returncode != 0:
