@@ -16,8 +16,10 @@ _SUFFIX = ".toml"
 _ALLOWED = "the name of a shipped case, or the path of a .toml file in the folder of this file or above it, is allowed"
 
 
-def read_case(path: Path, place: str) -> dict[str, Any]:
+def read_case(path: Path, place: str) -> tuple[dict[str, Any], list[Path]]:
     """Read a case file, and what it leaves out from the case that its `base` names, if it names one.
+
+    Returns: the content, and the folders of the bases, the nearest first.
 
     A section of the file goes on top of the section of its base, key by key; anything else replaces what the base has.
     What `unset` lists is removed from the base first.
@@ -27,14 +29,14 @@ def read_case(path: Path, place: str) -> dict[str, Any]:
     return _read(path, place, [])
 
 
-def _read(path: Path, place: str, above: list[tuple[Path, str]]) -> dict[str, Any]:
+def _read(path: Path, place: str, above: list[tuple[Path, str]]) -> tuple[dict[str, Any], list[Path]]:
     """Read the file `path` and its bases; `above` are the files, and their names, that lead here."""
     raw = read_toml(path, place)
     base, unset = raw.pop(BASE, None), raw.pop(UNSET, None)
     if base is None:
         if unset is not None:
             raise CaseError([f"{place}: {UNSET}: is given without `{BASE}`; remove the keys themselves."])
-        return raw
+        return raw, []
     found, name = _find_base(base, path, place)
     chain = [*above, (path.resolve(), place)]
     if found.resolve() in [file for file, _ in chain]:
@@ -42,10 +44,10 @@ def _read(path: Path, place: str, above: list[tuple[Path, str]]) -> dict[str, An
         raise CaseError([f"{place}: {BASE}: the cases stand on each other in a circle ({names}); remove one `{BASE}`."])
     if len(chain) > MOST_BASES:
         raise CaseError([f"{place}: {BASE}: more than {MOST_BASES} cases stand on each other; name one lower down."])
-    below = _read(found, name, chain)
+    below, folders = _read(found, name, chain)
     if unset is not None:
         _remove(below, unset, name, place)
-    return _put_on_top(below, raw)
+    return _put_on_top(below, raw), [found.parent, *folders]
 
 
 def _find_base(base: Any, path: Path, place: str) -> tuple[Path, str]:

@@ -36,9 +36,10 @@ def find_mesh(folder: Path, name: str) -> Path:
 def copy_companions(case: Case, folder: Path, run: Path) -> None:
     """Copy the files that `case` brings from `folder` beside the case in `run`; of a mesh folder its own files."""
     for name in list_companions(case):
-        for file in list_files(folder, name):
+        source = case.find_folder(folder, name)
+        for file in list_files(source, name):
             (run / file).parent.mkdir(exist_ok=True)
-            shutil.copyfile(folder / file, run / file)
+            shutil.copyfile(source / file, run / file)
 
 
 def list_files(folder: Path, name: str) -> list[str]:

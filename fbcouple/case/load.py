@@ -41,13 +41,14 @@ def load_case(name: str, sets: Sequence[str] = (), say: Callable[[str], None] | 
     """
     path = find_case(name)
     place = _format_place(name, path)
-    raw = read_case(path, place)
+    raw, bases = read_case(path, place)
     set_keys, problems = apply_settings(raw, sets)
     if say and (fitted := fit_averages(raw, set_keys)):
         say(f"{place}: {fitted}")
     apply_preset(raw)
     unread = len(problems)
     case, spoiled = _validate(raw, problems)
+    case.remember_bases(bases)
     if not any(key.split(".")[0] == "particles" for key in spoiled):
         case = adopt_sizes(case, path.parent)
     problems += list_problems(case, path.parent, spoiled)

@@ -101,7 +101,7 @@ def cases() -> None:
     from fbcouple.case.source import list_sets, list_shipped
 
     # Not by load_case: a shipped case may be too large for this machine.
-    rows = [(name, str(read_case(path, name)["title"])) for name, path in list_shipped().items()]
+    rows = [(name, str(read_case(path, name)[0]["title"])) for name, path in list_shipped().items()]
     sets = [(name, f"{len(members)} cases: {', '.join(members)}") for name, members in list_sets().items()]
     print_table(["case", "title"], [*rows, *sets])
 

@@ -57,7 +57,9 @@ def read_own_law(case: Case, folder: Path) -> Any:
     """The drag law that `case` brings, if it brings one, from its file in `folder`, which is run."""
     from fbcouple.case.user_drag_law import choose_law  # noqa: PLC0415  (loads numba)
 
-    return choose_law(case.exchange, folder) if case.exchange and case.exchange.drag_file else None
+    if case.exchange is None or case.exchange.drag_file is None:
+        return None
+    return choose_law(case.exchange, case.find_folder(folder, case.exchange.drag_file))
 
 
 def name_run(case: str, source: Path | None) -> str:

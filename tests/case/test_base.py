@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from fbcouple.case.load import load_case
+from fbcouple.decks.set_up import lay_out
 from fbcouple.errors import CaseError
 from fbcouple.paths import CASES
 
@@ -43,6 +44,20 @@ def test_bases_stand_on_each_other(common, tmp_path):
     (tmp_path / "beds/wide/case.toml").write_text('base = "../slip.toml"\n[gas]\ninlet_velocity = 1.5\n')
     case = load_case(str(tmp_path / "beds/wide"))
     assert (case.end_time, case.gas.walls, case.gas.inlet_velocity, case.gas.density) == (3.0, "slip", 1.5, 1.165)
+
+
+def test_files_that_a_base_brings_come_from_its_folder(tmp_path):
+    """Of a shipped base, of one of one's own in another folder, and the nearest where several have the name."""
+    (tmp_path / "below/mine").mkdir(parents=True)
+    (tmp_path / "below/case.toml").write_text('base = "single-impact"\n')
+    (tmp_path / "below/mine/case.toml").write_text('base = "../case.toml"\ntitle = "mine"\n')
+    for name in ("below", "below/mine"):
+        (run,) = lay_out(str(tmp_path / name), tmp_path / name / "run", [], trusted=False, forced=True)
+        assert (run / "bead.csv").read_bytes() == (CASES / "single-impact/bead.csv").read_bytes()
+    table = (CASES / "single-impact/bead.csv").read_text()
+    (tmp_path / "below/bead.csv").write_text(f"# ours\n{table}")
+    (run,) = lay_out(str(tmp_path / "below/mine"), tmp_path / "second", [], trusted=False, forced=True)
+    assert (run / "bead.csv").read_text().startswith("# ours")
 
 
 def test_base_of_ones_own_stands_on_a_shipped_one(tmp_path):

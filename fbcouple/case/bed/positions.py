@@ -15,7 +15,8 @@ from fbcouple.case.schema.sections import Case
 def find_start_file(case: Case, folder: Path) -> StartFile | None:
     """The start file of a case whose own files lie in `folder`; None if it starts on a lattice."""
     assert case.particles is not None
-    return None if case.particles.positions is None else read_start(folder / case.particles.positions)
+    name = case.particles.positions
+    return None if name is None else read_start(case.find_folder(folder, name) / name)
 
 
 def start_positions(case: Case, folder: Path) -> np.ndarray:

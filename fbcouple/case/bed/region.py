@@ -72,7 +72,7 @@ def read_mesh(case: Case, folder: Path = Path()) -> PolyMesh:
 
     Raises: CaseError (one text, without the key) if the mesh cannot be read.
     """
-    return SHAPES[case.domain.shape](case.domain, folder)
+    return SHAPES[case.domain.shape](case.domain, case.find_folder(folder, case.domain.mesh))
 
 
 def find_region(case: Case, folder: Path = Path()) -> Region:
@@ -139,7 +139,7 @@ def list_inner_surfaces(case: Case, folder: Path) -> dict[str, int]:
     """Surfaces of the case's mesh file that lie between cells, and how many faces of each do."""
     if case.domain.shape != "file":
         return {}
-    return _find_imported(case.domain, folder).inner
+    return _find_imported(case.domain, case.find_folder(folder, case.domain.mesh)).inner
 
 
 def _find_imported(domain: Domain, folder: Path) -> ImportedMesh:

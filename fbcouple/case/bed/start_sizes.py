@@ -27,7 +27,8 @@ def adopt_sizes(case: Case, folder: Path) -> Case:
     if particles is None or particles.positions is None or particles.sizes:
         return case
     try:
-        sizes = find_sizes(particles, read_start(find_companion(folder, particles.positions, ".csv")))
+        place = case.find_folder(folder, particles.positions)
+        sizes = find_sizes(particles, read_start(find_companion(place, particles.positions, ".csv")))
     except CaseError:
         return case  # told by check_positions
     return case.model_copy(update={"particles": particles.model_copy(update={"sizes": sizes})}) if sizes else case

@@ -32,10 +32,11 @@ def check_records(case: Case, folder: Path) -> Iterator[Problem]:
 @check("output.task_file")
 def check_task_file(case: Case, folder: Path) -> Iterator[Problem]:
     """A file of tasks is a Python file beside the case with a class of Task."""
-    if case.output.task_file is None:
+    name = case.output.task_file
+    if name is None:
         return
     try:
-        examine_task_file(find_companion(folder, case.output.task_file, ".py"))
+        examine_task_file(find_companion(case.find_folder(folder, name), name, ".py"))
     except CaseError as error:
         yield from (Problem("output.task_file", problem) for problem in error.problems)
 
@@ -94,7 +95,8 @@ def check_references(case: Case, folder: Path) -> Iterator[Problem]:
     for text in case.output.references:
         try:
             reference = parse_reference(text)
-            read_line(reference, find_companion(folder, reference.file, ".csv"), case.domain.size)
+            file = find_companion(case.find_folder(folder, reference.file), reference.file, ".csv")
+            read_line(reference, file, case.domain.size)
         except CaseError as error:
             yield from (Problem(key, problem) for problem in error.problems)
 

@@ -33,7 +33,8 @@ def check_positions(case: Case, folder: Path) -> Iterator[Problem]:
     if case.particles is None or case.particles.positions is None:
         return
     try:
-        start = read_start(find_companion(folder, case.particles.positions, ".csv"))
+        name = case.particles.positions
+        start = read_start(find_companion(case.find_folder(folder, name), name, ".csv"))
         sizes = find_sizes(case.particles, start)
     except CaseError as error:
         yield from (Problem(_KEY, problem) for problem in error.problems)

@@ -217,7 +217,7 @@ def check_drag(case: Case, folder: Path) -> Iterator[Problem]:
     if case.exchange is None:
         return
     if case.exchange.drag == OWN or case.exchange.drag_file is not None:
-        yield from check_drag_file(case.exchange, folder)
+        yield from check_drag_file(case.exchange, case.find_folder(folder, case.exchange.drag_file))
         return
     from fbcouple.case.user_drag_law import DRAG_LAWS  # noqa: PLC0415  (loads numba)
 

@@ -7,6 +7,7 @@ A section that a case does not need is left out of the file: no `[gas]`, and Ope
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Literal
 
 from pydantic import Field, PrivateAttr
@@ -291,6 +292,7 @@ class Case(Section):
     """A whole case file."""
 
     _origin: tuple[str, tuple[str, ...]] = PrivateAttr(("", ()))
+    _base_folders: tuple[Path, ...] = PrivateAttr(())
 
     title: str = option("One line that says what this case is.", min_length=1, max_length=200)
     end_time: float = option(
@@ -320,6 +322,21 @@ class Case(Section):
     def remember_origin(self, name: str, sets: Sequence[str]) -> None:
         """Keep the name or path that the case was read by, and the `key=value` settings on top of it."""
         self._origin = name, tuple(sets)
+
+    def remember_bases(self, folders: Sequence[Path]) -> None:
+        """Keep the folders of the case files that this case stands on, the nearest first."""
+        self._base_folders = tuple(folders)
+
+    def find_folder(self, folder: Path, name: str | None) -> Path:
+        """Where the file `name` of the case lies: in its own `folder`, or in that of the nearest base that has it."""
+        places = (folder, *self._base_folders) if name else ()
+        return next((place for place in places if (place / str(name)).exists()), folder)
+
+    def __eq__(self, other: object) -> bool:
+        """Cases are the same by their values, wherever they were read from."""
+        return isinstance(other, Case) and self.__dict__ == other.__dict__
+
+    __hash__ = Section.__hash__
 
     @property
     def origin(self) -> tuple[str, tuple[str, ...]]:
