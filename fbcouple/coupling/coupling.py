@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +31,8 @@ class Coupling:
         self._law = choose_law(case.exchange, Path())
         self._explicit = case.exchange.scheme == "explicit"
         addresses = find_address(self._law.kernel), find_address(DRAG_SCHEMES[case.exchange.scheme])
-        self._drag = Drag(*addresses, self._explicit, case.gas.density, case.gas.viscosity)
+        self._polydisperse = case.exchange.polydisperse != "none"
+        self._drag = Drag(*addresses, self._explicit, self._polydisperse, case.gas.density, case.gas.viscosity)
         self._gradient_factor = float(case.exchange.pressure_gradient)
         self._buoyancy = self._gradient_factor * case.gas.density * case.gravity
         self.forces = None
@@ -41,7 +43,9 @@ class Coupling:
         self.voidage, self._solids, self.drag_sums = np.ones(cells), np.zeros((cells, 1)), np.zeros((cells, 4))
         self._fields = {c: space.make_field(c) for c in (1, 4, 6)}
         self._scratch = {c: space.make_field(c) for c in (1, 4, 6)} if space.needs_scratch else self._fields
-        # Velocity, voidage and pressure gradient of a cell side by side, and one number more: two vectors of four.
+        self._areas = np.zeros((cells if self._polydisperse else 0, 1))
+        # Velocity, voidage and pressure gradient of a cell side by side, and one number more, which polydisperse drag
+        # has a use for: two vectors of four.
         self._gas_rows = space.make_field(8)
         self._room = -1
         self._nobody = np.empty((0, 3))
@@ -55,13 +59,20 @@ class Coupling:
         self.mapping.locate(particles.positions, particles.radii)
         self._make_room(len(particles.positions))
         self._layers = self._count_layers()
-        field = self._fields[1][: self._layers]
-        rows = self.mapping.open(field)
-        kernels.write_volume(self.mapping.stencil, particles.radii, rows)
-        self.mapping.write(rows, field)
-        self._add_up(self._solids)
+        self._map(kernels.write_volume, particles.radii, self._solids)
         np.divide(self._solids[:, 0], self.space.volumes, out=self.voidage)
         np.subtract(1.0, self.voidage, out=self.voidage)
+        if self._polydisperse:
+            self._map(kernels.write_area, particles.radii, self._areas)
+            self._areas /= self.space.volumes[:, None]
+
+    def _map(self, write: Callable[..., None], radii: np.ndarray, sums: np.ndarray) -> None:
+        """Set `sums` (cells, 1) to what the kernel `write` makes of the particles."""
+        field = self._fields[1][: self._layers]
+        rows = self.mapping.open(field)
+        write(self.mapping.stencil, radii, rows)
+        self.mapping.write(rows, field)
+        self._add_up(sums)
 
     def deposit_drag(self, particles: Particles, dt: float, last_dt: float = 0.0) -> None:
         """The drag of the next gas step from slip and voidage at the particles, averaged over `dt` [s].
@@ -75,9 +86,12 @@ class Coupling:
         voidage = self._fields[1][: self._layers]
         self.plan.fetch(self.voidage[:, None], voidage)
         self._gas_rows[: self._layers, ..., 3] = voidage[..., 0]
+        if self._polydisperse:
+            self.plan.fetch(self._areas, voidage)
+            self._gas_rows[: self._layers, ..., 7] = voidage[..., 0]
         self.beta = self._beta[: len(particles.positions)]
         field = self._fields[4][: self._layers]
-        rows, gas_rows = self.mapping.open(field), self.mapping.read(self._gas_rows, 4)
+        rows, gas_rows = self.mapping.open(field), self.mapping.read(self._gas_rows, 8 if self._polydisperse else 4)
         drag_only, effective = self._nobody, particles.velocities
         if particles.drag_only_velocities is not None:
             drag_only, effective = particles.drag_only_velocities, self._effectives[: len(particles.positions)]

@@ -12,10 +12,13 @@ from typing import NamedTuple
 import numpy as np
 
 from fbcouple.coupling.box.corners import Stencil, add_four, corner_weights, read_four
+from fbcouple.physics.drag.polydisperse import size_factor
 from fbcouple.physics.elementary import decay
 from fbcouple.physics.jit import SCHEME, call_law, call_scheme, compile_as, compiled, inlined
 
 _BLOCK = 256
+LONE = 1e-9
+"""Solids fraction below which a particle is alone, and the mean diameter is its own."""
 BLENDING = 0.5
 """Weight of the last step in what `predict` knows of the other forces. The pressure gradient answers to what the gas
 gets: the change of one step comes back as -alpha/eps (1 - y/x) of it, which would grow where alpha > eps; so it grows
@@ -28,6 +31,8 @@ class Drag(NamedTuple):
     law: int
     scheme: int
     is_explicit: bool
+    is_polydisperse: bool
+    """By the mean diameter of a cell and a factor of the particle's own."""
     density: float
     """Of the gas [kg/m3]."""
     viscosity: float
@@ -77,6 +82,16 @@ def write_volume(stencil: Stencil, radii, field):
         weights = corner_weights(stencil.upper[p, 0], stencil.upper[p, 1], stencil.upper[p, 2])
         for c in range(8):
             field[stencil.base[p] + stencil.offsets[c], 0] += weights[c] * volume
+
+
+@compiled
+def write_area(stencil: Stencil, radii, field):
+    """Add volume over diameter [m2] of the particles to patch `field` (places, 1)."""
+    for p in range(len(stencil.base)):
+        area = 2.0 / 3.0 * np.pi * radii[p] ** 2
+        weights = corner_weights(stencil.upper[p, 0], stencil.upper[p, 1], stencil.upper[p, 2])
+        for c in range(8):
+            field[stencil.base[p] + stencil.offsets[c], 0] += weights[c] * area
 
 
 DRAG_SCHEMES: dict[str, Callable[..., None]] = {}
@@ -136,13 +151,14 @@ def deposit_drag(drag: Drag, stencil: Stencil, bed: Bed, gas, dt, beta, predicti
 
     w is the velocity that the drag acts on: v, or, where `prediction.drag_only` is given, what makes beta~ exact for
     other forces too (see `predict`), which goes into `prediction.effective`. `gas` (places, >= 4) starts with the
-    filtered gas velocity and the voidage as the cells have it; `dt` [s] is the step to come. The explicit scheme has no
-    implicit part: it adds 0 and beta (v - u).
+    filtered gas velocity and the voidage as the cells have it, and polydisperse drag finds the solids fraction over the
+    mean diameter [1/m] in its column 7; `dt` [s] is the step to come. The explicit scheme has no implicit part: it adds
+    0 and beta (v - u).
     Particles go through in blocks that fit the cache.
     """
     base, upper, offsets = stencil.base, stencil.upper, stencil.offsets
     eps, slip, size = np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK)
-    ux, uy, uz = np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK)
+    ux, uy, uz, ratio = np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK)
     left = 1.0 if drag.is_explicit else 0.0
     for first in range(0, len(base), _BLOCK):
         n = min(_BLOCK, len(base) - first)
@@ -155,7 +171,17 @@ def deposit_drag(drag: Drag, stencil: Stencil, bed: Bed, gas, dt, beta, predicti
             slip[q] = np.sqrt(rx * rx + ry * ry + rz * rz)
             size[q] = 2.0 * bed.radii[first + q]
         b, masses = beta[first : first + n], bed.masses[first : first + n]
+        if drag.is_polydisperse:
+            for q in range(n):
+                weights = corner_weights(up[q, 0], up[q, 1], up[q, 2])
+                _, _, _, area = read_four(gas, np.uint64(4), at[q], offsets, weights)
+                phi = 1.0 - eps[q]
+                ratio[q] = size[q] * area / phi if phi > LONE else 1.0
+                size[q] /= ratio[q]
         call_law(drag.law, eps[:n], slip[:n], size[:n], drag.density, drag.viscosity, b)
+        if drag.is_polydisperse:
+            for q in range(n):
+                b[q] *= ratio[q] * size_factor(eps[q], ratio[q])
         if len(prediction.drag_only):
             for q in range(n):
                 size[q] = dt * b[q] / masses[q]
@@ -177,10 +203,11 @@ def deposit_drag(drag: Drag, stencil: Stencil, bed: Bed, gas, dt, beta, predicti
 def apply_gas_force(stencil: Stencil, bed: Bed, gas, beta, force: GasForce, dt, prediction: Prediction):
     """Put each particle under the force of the gas [N]: beta~ (u - w) - V (gradient_factor grad P) + V buoyancy.
 
-    `prediction.effective` is w [m/s]. `gas` (places, 8) holds filtered gas velocity, voidage, pressure gradient and
-    nothing. The force goes into `force.coupling`, and its change into `force.total`. Returns the summed drag magnitude
-    [N]. `prediction.drag_only`, where it is given, becomes what drag alone makes of the velocities in the step of `dt`
-    [s] that comes, less the part of the last one's other forces that `predict` is to keep.
+    `prediction.effective` is w [m/s]. `gas` (places, 8) holds filtered gas velocity, voidage, pressure gradient and a
+    number that is not asked for. The force goes into `force.coupling`, and its change into `force.total`. Returns the
+    summed drag magnitude [N]. `prediction.drag_only`, where it is given, becomes what drag alone makes of the
+    velocities in the step of `dt` [s] that comes, less the part of the last one's other forces that `predict` is to
+    keep.
     """
     upper, offsets, drag_only, effective = stencil.upper, stencil.offsets, prediction.drag_only, prediction.effective
     velocities, coupling, total_force = bed.velocities, force.coupling, force.total

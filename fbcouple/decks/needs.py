@@ -208,6 +208,12 @@ def _filter(case: Case) -> tuple[bool, str]:
 
 
 @_part
+def _polydisperse_drag(case: Case) -> tuple[bool, str]:
+    wanted = case.exchange is not None and case.exchange.polydisperse != "none"
+    return wanted, "exchange.polydisperse" if wanted else "not asked for"
+
+
+@_part
 def _pressure_gradient_force(case: Case) -> tuple[bool, str]:
     wanted = case.exchange is not None and case.exchange.pressure_gradient
     return wanted, "exchange.pressure_gradient" if wanted else "not asked for"

@@ -64,16 +64,19 @@ def _count_sites() -> np.ndarray:
 class HeldBed:
     """The layers in an upward flow of `inlet` [m/s], with their drag by `law`.
 
-    `voidages` (layers,) is what the spheres leave free. With a `second` diameter [m] every other pair of spheres has
-    it, and `parts` (layers, 2) are the parts of the cells that the two sizes fill.
+    `exchange`: other options of that section. `voidages` (layers,) is what the spheres leave free. With a `second`
+    diameter [m] every other pair of spheres has it, and `parts` (layers, 2) are the parts of the cells that the two
+    sizes fill.
     """
 
-    def __init__(self, place: Path, comm: MPI.Comm, law: str, inlet: float, second: float | None = None) -> None:
+    def __init__(
+        self, place: Path, comm: MPI.Comm, law: str, inlet: float, second: float | None = None, **exchange: Any
+    ) -> None:
         cells = [_COLUMNS, _COLUMNS, LAYER * len(VOIDAGES)]
         sections: dict[str, Any] = {
             "domain": {"size": [float(edge) for edge in SIZE * cells], "cells": cells, "periodic": ["x", "y"]},
             "gas": GAS | {"inlet_velocity": inlet, "pressure_tolerance": 1e-12},
-            "exchange": {"drag": law},
+            "exchange": {"drag": law} | exchange,
         }
         edits = {"DEM/in.liggghts": lambda text: text.replace("fix             motion", "# fix             motion")}
         kinds = _choose_kinds() if second else None

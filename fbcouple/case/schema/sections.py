@@ -252,6 +252,11 @@ class Exchange(Section):
         'Python file beside the case with the case\'s own law, for drag = "own"; it runs only with --trust.',
         default=None,
     )
+    polydisperse: Literal["none", "beetstra"] = option(
+        "Drag of particles of several sizes: the law at a particle's own diameter, or at the mean diameter of its cell "
+        "times the factor eps y + (1 - eps) y^2 + 0.064 eps y^3 of Beetstra et al., y its diameter over that mean.",
+        default="none",
+    )
     scheme: Literal["exponential", "semi-implicit", "explicit"] = option(
         "Drag over a fluid step: averaged exactly, backward Euler, or the value at the start (paper).",
         default="exponential",
