@@ -36,6 +36,10 @@ HISTORIES: dict[str, tuple[str, str]] = {
         "Pa",
         "dynamic pressure at the inlet against the outlet, mean since the last row (none at the start)",
     ),
+    "inlet_velocity": (
+        "m s-1",
+        "superficial velocity of the gas that came in by the inlet, mean since the last row; of ramps only",
+    ),
     "gas_support": ("1", "upward force of the gas over the weight of the particles, mean since the last row"),
     "solids_volume": ("m3", "solids volume that the gas sees"),
     "solids_centre_z": ("m", "height of the particles' centre of mass above the floor"),

@@ -19,6 +19,7 @@ PICTURES = (
     "slices",
     "moment_slices",
     "depth_profiles",
+    "fluidization_curve",
     "history",
     "impact",
     "flux_profile",

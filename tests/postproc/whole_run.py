@@ -108,6 +108,7 @@ def make_history() -> list[dict[str, Any]]:
                 "time": float(time),
                 "bed_height": height + 2e-4 * rng.standard_normal(),
                 "pressure_drop": pressure + 2.0 * rng.standard_normal() if time else float("nan"),
+                "inlet_velocity": 1.2 - 0.12 * abs(float(time) - 10.0),
                 "gas_support": 0.98,
                 "solids_volume": 3e-5,
                 "solids_centre_z": 0.5 * height,

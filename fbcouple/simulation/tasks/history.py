@@ -50,6 +50,7 @@ class History(Task):
             since["courant"] = max(since["courant"], report.courant)
             since["mass_error"] = max(since["mass_error"], inlet.find_loss(report, sim.dt))
             since["elapsed"] += sim.dt
+            since["inflow_time"] += report.inflow * sim.dt
             since["pressure_time"] += report.inlet_pressure * sim.dt
             since["support_time"] += sim.conservation.support * sim.dt
             since["displaced_wrongly"] += report.displaced_wrongly
@@ -79,6 +80,9 @@ class History(Task):
         if sim.has_gas:
             row.setdefault("gas_flux_error", float("nan"))
             row["pressure_drop"] = since["pressure_time"] / elapsed if elapsed else float("nan")
+            if sim.case.gas and sim.case.gas.inlet_ramp:
+                area = self._monitors.inlet.area
+                row["inlet_velocity"] = since["inflow_time"] / elapsed / area if elapsed else float("nan")
             row |= {"gas_mass_error": since["mass_error"], "max_courant": since["courant"]}
             row["gas_inflow_error"] = since["inflow_error"]
         if sim.is_coupled:
@@ -109,6 +113,7 @@ _SINCE = (
     "inflow_error",
     "courant",
     "elapsed",
+    "inflow_time",
     "pressure_time",
     "support_time",
     "displaced_wrongly",

@@ -28,8 +28,9 @@ class InletFlow:
         if sim.has_gas and sim.comm.rank == 0:
             region = find_region(sim.case, run)
             sizes = region.inlet, region.volume
-        self._area: float
-        self._area, volume = sim.comm.bcast(sizes)
+        self.area: float
+        """Of the inlet [m2]."""
+        self.area, volume = sim.comm.bcast(sizes)
         bed = sim.case.particles
         self._gas_volume = volume - (solids_volume(bed) if bed else 0.0)
         self._fastest = fastest_inlet(sim.case.gas) if sim.case.gas else 0.0
@@ -37,7 +38,7 @@ class InletFlow:
     def judge(self, gas: Gas, state: GasReport, time: float) -> dict[str, Any]:
         """The superficial velocity [m/s] that came in by the step's end at `time` [s], the one asked for, and their
         difference over the fastest of the run; any gas is infinitely much where the case asks for none."""
-        found = state.inflow / self._area
+        found = state.inflow / self.area
         asked = float(np.clip(found, *inlet_range(gas, time * (1.0 - _NEAR), time * (1.0 + _NEAR))))
         error = abs(found - asked)
         error = error / self._fastest if self._fastest else math.inf if error else 0.0
@@ -47,7 +48,7 @@ class InletFlow:
         """Gas volume that continuity lost in the step `dt` [s]: over what the fastest inlet velocity brings in that
         time or, where nothing ever comes in, over all the gas."""
         if self._fastest:
-            return state.lost / (self._fastest * self._area)
+            return state.lost / (self._fastest * self.area)
         return state.lost * dt / self._gas_volume
 
     def measure_outlet(self, sim: Simulation) -> dict[str, Any]:
