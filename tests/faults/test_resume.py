@@ -44,8 +44,11 @@ def run_with_stops(run: Path, *ranks: int) -> list[dict]:
     return rows
 
 
-@pytest.mark.parametrize("scene", SCENES)
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize(
+    ("ranks", "scene"),
+    [(2, scene) for scene in SCENES]
+    + [pytest.param(1, scene, marks=[pytest.mark.slow] if scene != "paper" else []) for scene in SCENES],
+)
 def test_resumed_run_is_the_uninterrupted_one(tmp_path, ranks, scene):
     one, other = prepare(tmp_path / "one", SCENES[scene]), prepare(tmp_path / "other", SCENES[scene])
     rows = run_through(one, ranks)
