@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,7 +29,9 @@ from fbcouple.paths import LOG
 from fbcouple.results.writer import read_log
 from fbcouple.run_folder.checkpoint import list_checkpoints
 from fbcouple.run_folder.failure import read_note
-from fbcouple.run_folder.lock import is_held
+from fbcouple.run_folder.lock import hold, is_held
+from fbcouple.run_folder.plain_files import require_plain
+from fbcouple.run_folder.products import remove_run
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,18 +60,24 @@ def load_case(name: str | os.PathLike[str], values: Mapping[str, Any] | None = N
     """Read and check a case.
 
     name: a shipped name (`patil/c2`), a case file, or a folder that holds a case.toml; values: key (`section.option`)
-    -> value, on top of the file.
+    -> value, on top of the file, as `--set` of the command line: a new `end_time` before the averages start fits them,
+    with a warning.
 
     Raises: CaseError with every mistake found: key, value, what is allowed, and how to fix it.
     """
     name, sets = os.fspath(name), _format_sets(values)
-    case = load(name, sets)
+    case = load(name, sets, lambda text: warnings.warn(text, stacklevel=3))
     case.remember_origin(name, sets)
     return case
 
 
 def _format_sets(values: Mapping[str, Any] | None) -> list[str]:
-    return [f"{key}={json.dumps(value)}" for key, value in (values or {}).items()]
+    return [f"{key}={json.dumps(value, default=_to_plain)}" for key, value in (values or {}).items()]
+
+
+def _to_plain(value: Any) -> Any:
+    """Numbers, lists and texts of NumPy and paths as JSON has them."""
+    return value.tolist() if hasattr(value, "tolist") else os.fspath(value)
 
 
 def setup(
@@ -78,11 +87,13 @@ def setup(
     *,
     trust: bool = False,
     force: bool = False,
+    overwrite: bool = False,
 ) -> Run:
     """Write the decks of a case into the run folder `path`.
 
     case: what `load_case` gave, or a name for it; values: key -> value, on top of the case; trust: also with a drag
-    law that the case brings, which is run; force: also what the pre-flight numbers of `fbcouple check` call unfit.
+    law that the case brings, which is run; force: also what the pre-flight numbers of `fbcouple check` call unfit;
+    overwrite: what a run left in `path` is removed first, and no file of your own.
 
     Raises: CaseError, before anything is written, if the case is wrong or unfit, or `path` holds a run.
     """
@@ -93,6 +104,10 @@ def setup(
     if not name or name in list_sets():
         what = f"{name} is a set of cases" if name else "the case was not read by fbcouple.load_case"
         raise CaseError([f"{what}; give one that was, or a name or path."])
+    if overwrite and Path(path).is_dir():
+        require_plain(Path(path))
+        with hold(Path(path), print):
+            remove_run(Path(path))
     (run,) = set_up.lay_out(name, Path(path), [*sets, *_format_sets(values)], trust, force)
     return Run(run)
 
@@ -105,7 +120,7 @@ class Run:
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         """Raises: CaseError if `path` is no run folder."""
-        self.path = Path(path)
+        self.path = Path(path).absolute()
         if not (self.path / "case.toml").is_file():
             raise CaseError([f"{self.path}: is not a run folder (no case.toml); write one with fbcouple.setup."])
 

@@ -13,7 +13,10 @@ from fbcouple.errors import CaseError
 
 MOST_BASES = 5
 _SUFFIX = ".toml"
-_ALLOWED = "the name of a shipped case, or the path of a .toml file in the folder of this file or above it, is allowed"
+_ALLOWED = (
+    "the name of a shipped case, or the relative path of a .toml file in or beside the folder of this file or above "
+    "it, is allowed"
+)
 
 
 def read_case(path: Path, place: str) -> tuple[dict[str, Any], list[Path]]:
@@ -62,7 +65,7 @@ def _find_base(base: Any, path: Path, place: str) -> tuple[Path, str]:
     given = f"{place}: {BASE}: {show(base)}"
     folder = path.parent.resolve()
     wanted = Path(os.path.normpath(folder / base))
-    if Path(base).is_absolute() or not base.isprintable() or wanted.parent not in (folder, *folder.parents):
+    if Path(base).is_absolute() or not base.isprintable() or not _is_near(wanted, folder):
         raise CaseError([f"{given} is given, {_ALLOWED}; put the file there and give its relative path."])
     try:
         found = wanted.resolve(strict=True)
@@ -74,6 +77,11 @@ def _find_base(base: Any, path: Path, place: str) -> tuple[Path, str]:
     if not found.is_file():
         raise CaseError([f"{given} is not a plain file; give the path of a .toml file."])
     return found, os.path.normpath(os.path.join(os.path.dirname(place), base))
+
+
+def _is_near(wanted: Path, folder: Path) -> bool:
+    """Does the file lie in or beside the folder of the case, or above it?"""
+    return wanted.parent in folder.parents or wanted.is_relative_to(folder.parent)
 
 
 def _remove(below: dict[str, Any], unset: Any, base: str, place: str) -> None:

@@ -119,7 +119,9 @@ def read_line(reference: Reference, path: Path, size: Sequence[float]) -> Points
     if low < 0.0 or high > width:
         given = f"{path.name} has x from {low:g} to {high:g} m"
         mend = "give x in m from the left wall (another unit in the head, as `x [mm]`)."
-        raise CaseError([f"{given}, 0 to {width:g} m is allowed (domain.size){guess_frame(low, high, width)}; {mend}"])
+        raise CaseError(
+            [f"{given}, 0 to {width:g} m is allowed (domain.size){guess_frame([low], [high], [width])}; {mend}"]
+        )
     wrong = np.flatnonzero(np.abs(points.value - 0.5) > 0.5 + SLACK)
     if wrong.size and reference.quantity in PARTS:
         given = f"{path.name} has {points.value[wrong[0]]:g} at x = {points.x[wrong[0]]:g} m"

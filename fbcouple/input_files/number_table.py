@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import chain
 from pathlib import Path
@@ -22,6 +22,8 @@ SPEEDS = {"m/s": 1.0, "m s-1": 1.0, "m s^-1": 1.0, "cm/s": 1e-2, "mm/s": 1e-3}
 DENSITIES = {"kg/m3": 1.0, "kg/m^3": 1.0, "kg/m³": 1.0, "kg m-3": 1.0, "g/cm3": 1e3, "g/cm^3": 1e3, "g/cm³": 1e3}
 """Units that a head may name, and their size in SI units."""
 
+_LIKELY = 0.1
+"""Part of a bed's edge that the coordinates of a file reach at least."""
 _SIGNATURES = {
     b"\xff\xfe": "UTF-16 text",
     b"\xfe\xff": "UTF-16 text",
@@ -293,13 +295,16 @@ def _shorten(text: str) -> str:
     return shown if len(shown) <= _SHOWN else f"{shown[:_SHOWN]}..."
 
 
-def guess_frame(low: float, high: float, width: float) -> str:
-    """What coordinates from `low` to `high` may be measured in that are not within 0 to `width` [m]; "" if no guess."""
-    scales = {"": 1.0, "mm": LENGTHS["mm"], "cm": LENGTHS["cm"]}
-    if low >= 0.0:
-        found = [unit for unit, scale in scales.items() if unit and 0.1 * width <= high * scale <= width]
-    else:
-        reach = 2.0 * max(-low, high)
-        fitting = [unit for unit, scale in scales.items() if 0.1 * width <= reach * scale <= width]
-        found = [f"{unit} from the middle".strip() for unit in fitting]
+def guess_frame(low: Sequence[float], high: Sequence[float], size: Sequence[float]) -> str:
+    """What coordinates from `low` to `high` along each axis may be measured in that are not within 0 to `size` [m]; ""
+    if no guess."""
+    reaches, middle = list(high), ""
+    if min(low) < 0.0:
+        reaches, middle = [2.0 * max(-a, b) for a, b in zip(low, high, strict=True)], " from the middle"
+    scales = {"mm": LENGTHS["mm"], "cm": LENGTHS["cm"]} | ({"": 1.0} if middle else {})
+    found = []
+    for unit, scale in scales.items():
+        shares = [reach * scale / width for reach, width in zip(reaches, size, strict=True)]
+        if max(shares) <= 1.0 and any(share >= _LIKELY for share in shares):
+            found.append(f"{unit}{middle}".strip())
     return f" (they look like {' or '.join(found)})" if found else ""

@@ -15,6 +15,7 @@ from typing import Any
 from fbcouple.errors import CaseError, DivergedError, FbcoupleError, SolverError, StoppedError
 from fbcouple.launcher.stop_signals import Requests
 from fbcouple.machine.environment import missing_program, mpi_environment
+from fbcouple.machine.stop_signals import LONGEST_WAIT
 from fbcouple.paths import HEARTBEAT, LOG
 from fbcouple.results.writer import read_line
 from fbcouple.run_folder.checkpoint import format_newest
@@ -31,6 +32,7 @@ _GRACE = 5.0
 _PARENT_DIES = 1  # PR_SET_PDEATHSIG
 
 Watch = Callable[[dict[str, Any]], None]
+Say = Callable[[str], None]
 
 
 class Job:
@@ -40,10 +42,12 @@ class Job:
     process, whatever ended it, is a first request.
     """
 
-    def __init__(self, command: list[str], run: Path, patience: float, lock: Lock, requests: Requests) -> None:
+    def __init__(
+        self, command: list[str], run: Path, patience: float, lock: Lock, requests: Requests, say: Say
+    ) -> None:
         """`patience` [s] of wall time without a coupling step, after which the job is taken for hanging; `lock`: of
-        the run folder, which the job holds on if this process dies."""
-        self._requests = requests
+        the run folder, which the job holds on if this process dies; `say` is told that a request was heard."""
+        self._requests, self._say = requests, say
         self._command, self._run, self._patience = command, run, patience
         self._words = run / "logs/launcher.log"
         self._lock = lock
@@ -128,6 +132,8 @@ class Job:
             _end(job)
         elif asked > told and (self._run / HEARTBEAT).exists():
             job.send_signal(PASSED_ON)
+            text = f"stops at its next checkpoint, at most {LONGEST_WAIT:g} s and a step from now"
+            self._say(f"{self._run}: {self._requests.first}: {text}; a second signal ends it at once, without one")
         else:
             return told
         return asked

@@ -81,7 +81,7 @@ def launch(
             return
         command = _format_job(run, ranks, until, deadline, start.checkpoint)
         note_run(run, ranks, command, start)
-        Job(command, run, patience, lock, asked).follow(watch)
+        Job(command, run, patience, lock, asked, say).follow(watch)
 
 
 @dataclass(frozen=True)

@@ -24,12 +24,20 @@ def common(tmp_path: Path) -> Path:
     path = tmp_path / "common.toml"
     path.write_text((CASES / "patil/c2/case.toml").read_text())
     (tmp_path / "beds/wide").mkdir(parents=True)
+    (tmp_path / "beds/beside").mkdir(parents=True)
+    (tmp_path / "beds/beside/case.toml").write_text(path.read_text())
     return path
 
 
 @pytest.mark.parametrize(
     ("variant", "base"),
-    [("case.toml", "common.toml"), ("beds/case.toml", "../common.toml"), ("beds/wide/v.toml", "../../common.toml")],
+    [
+        ("case.toml", "common.toml"),
+        ("beds/case.toml", "../common.toml"),
+        ("beds/wide/v.toml", "../../common.toml"),
+        ("beds/wide/w.toml", "../beside/case.toml"),
+        ("v.toml", "beds/beside/case.toml"),
+    ],
 )
 def test_base_is_a_case_of_ones_own(common, tmp_path, variant, base):
     (tmp_path / variant).write_text(f'base = "{base}"\ntitle = "mine"\n[particles]\ndensity = 2000\n')
@@ -71,12 +79,12 @@ def test_base_of_ones_own_stands_on_a_shipped_one(tmp_path):
     ("base", "words"),
     [
         ('"patil/c22"', "did you mean `patil/c2`"),
-        ('"../../secret"', "the name of a shipped case, or the path of a .toml file"),
-        ("3", "3 is given, the name of a shipped case, or the path"),
+        ('"../../secret"', "the name of a shipped case, or the relative path of a .toml file"),
+        ("3", "3 is given, the name of a shipped case, or the relative path"),
         ('["patil/c2"]', "`fbcouple cases` lists the shipped cases"),
-        ('"beds/wide/v.toml"', "in the folder of this file or above it, is allowed"),
-        ('"/etc/pyproject.toml"', "in the folder of this file or above it, is allowed"),
-        ('"../elsewhere/v.toml"', "in the folder of this file or above it, is allowed"),
+        ('"/etc/pyproject.toml"', "in or beside the folder of this file or above it, is allowed"),
+        ('"../../elsewhere/v.toml"', "in or beside the folder of this file or above it, is allowed"),
+        ('"../elsewhere/v.toml"', "cannot be read: No such file or directory"),
         ('"none.toml"', "cannot be read: No such file or directory"),
         ('"folder.toml"', "is not a plain file"),
         ('"link.toml"', "is a link that leads out of its folder"),
@@ -86,8 +94,6 @@ def test_base_that_is_none(common, tmp_path, base, words):
     folder = tmp_path / "beds/mine"
     (folder / "folder.toml").mkdir(parents=True)
     (folder / "link.toml").symlink_to(common)
-    (folder / "beds/wide").mkdir(parents=True)
-    (folder / "beds/wide/v.toml").write_text(common.read_text())
     (folder / "case.toml").write_text(f"base = {base}\n")
     (problem,) = problems_of(folder)
     assert problem.startswith(f"{folder}/case.toml: base: ") and words in problem

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -61,6 +62,14 @@ def prepare(folder: Path, sets: list[str] | None = None, text: str = BED) -> Pat
     (folder / "case.toml").write_text(text)
     set_up(load_case(str(folder / "case.toml"), sets or []), folder / "run")
     return folder / "run"
+
+
+def stop_at_next_moment(run: Path, ranks: int, rows: list[dict]) -> None:
+    """Start the run, or go on with it, up to the first moment for a checkpoint that comes; `rows` gets its history."""
+    steps = [int(place.name.removeprefix("step-")) for place in (run / "checkpoints").glob("step-*")]
+    newest = run / f"checkpoints/step-{max(steps, default=0):012d}/state.json"
+    time = json.loads(newest.read_text())["clock"]["time"] if steps else 0.0
+    fbcouple.launcher.launch.launch(run, ranks, rows.append, resume=True, until=time + 1e-9)
 
 
 def find_differences(one: Path, other: Path) -> list[str]:

@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from small_bed import compare_frames, find_differences, prepare
+from small_bed import compare_frames, find_differences, prepare, stop_at_next_moment
 
-from fbcouple.errors import StoppedError
 from fbcouple.launcher.launch import launch
 
 SCENES = {
@@ -24,8 +23,6 @@ SCENES = {
         "gas.turbulence=smagorinsky",
     ],
 }
-SHORT_OF_TIME = 0.01
-"""Wall limit [s] that is over before the first moment, so that a run stops at each."""
 
 
 def run_through(run: Path, ranks: int = 1) -> list[dict]:
@@ -38,8 +35,7 @@ def run_with_stops(run: Path, *ranks: int) -> list[dict]:
     """Stop at the first moment on each of `ranks` but the last, on which the run ends."""
     rows: list[dict] = []
     for number in ranks[:-1]:
-        with pytest.raises(StoppedError, match="the wall limit"):
-            launch(run, number, rows.append, resume=True, wall_limit=SHORT_OF_TIME)
+        stop_at_next_moment(run, number, rows)
     launch(run, ranks[-1], rows.append, resume=True)
     return rows
 
@@ -66,8 +62,7 @@ def test_frames_that_came_after_the_checkpoint_are_taken_again(tmp_path):
     """A run that went on without a checkpoint has frames that its history does not know any more."""
     run, other = prepare(tmp_path / "run"), prepare(tmp_path / "other")
     run_through(other)
-    with pytest.raises(StoppedError):
-        launch(run, 1, lambda row: None, resume=True, wall_limit=SHORT_OF_TIME)
+    stop_at_next_moment(run, 1, [])
     late = run / "frames/frame-000099.nc"
     late.write_bytes(b"of a moment after the checkpoint")
     (run / "frames/frame-000099.nc.part").write_bytes(b"half of one")

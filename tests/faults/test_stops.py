@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import signal
@@ -10,10 +11,12 @@ import time
 from pathlib import Path
 
 import pytest
+import xarray as xr
 from small_bed import PATIENCE, await_true, find_differences, find_ranks, prepare, start, start_held
 
 from fbcouple.errors import CaseError
 from fbcouple.launcher.launch import launch
+from fbcouple.machine.stop_signals import LONGEST_WAIT
 from fbcouple.results.writer import read_line
 
 LONG = ["checkpoint.every=5e-4"]
@@ -156,10 +159,44 @@ def test_wall_limit_does_not_follow_a_clock_that_is_set_back(tmp_path, monkeypat
     assert parent.returncode == 75 and "stopped by the wall limit at t = " in words, words
 
 
+SELDOM = ["checkpoint.moment_steps=100000"]
+"""No moment for a checkpoint comes before the end of the run."""
+
+
+def test_wall_limit_does_not_wait_for_a_moment_that_is_far(tmp_path):
+    run = prepare(tmp_path, [*SELDOM, "end_time=0.5"])
+    parent = start(run, "--wall-limit", "10")
+    _, words = parent.communicate(timeout=PATIENCE)
+    assert parent.returncode == 75 and "stopped by the wall limit at t = " in words, words
+    (newest,) = (run / "checkpoints").glob("step-*")
+    step = int(newest.name.removeprefix("step-"))
+    reached = json.loads((newest / "state.json").read_text())["clock"]["time"]
+    case = run / "case.toml"
+    case.write_text(case.read_text().replace("end_time = 0.5", f"end_time = {reached + 2e-3!r}"))
+    rows: list[dict] = []
+    launch(run, 1, rows.append, resume=True)
+    assert rows[-1]["steps"] > step
+    with xr.open_dataset(run / "results.nc") as results:
+        assert results.attrs["complete"] == 1 and "stopped between two moments" in results.attrs["updates"]
+
+
+@pytest.mark.slow
+def test_signal_is_told_and_does_not_wait_for_a_moment_that_is_far(tmp_path):
+    run = prepare(tmp_path, [*SELDOM, "end_time=10.0"])
+    parent = start(run)
+    await_true((run / "logs/heartbeat").exists, parent)
+    began = time.monotonic()
+    parent.send_signal(signal.SIGTERM)
+    said, words = parent.communicate(timeout=PATIENCE)
+    assert parent.returncode == 75 and LONGEST_WAIT < time.monotonic() - began < 3 * LONGEST_WAIT
+    assert "SIGTERM: stops at its next checkpoint, at most 20 s and a step from now; a second signal ends" in said
+    assert "stopped by SIGTERM at t = " in words and list((run / "checkpoints").glob("step-*"))
+
+
 @pytest.mark.slow
 def test_second_signal_ends_at_once(tmp_path):
     """No moment for a checkpoint comes before it; what was written stands."""
-    run = prepare(tmp_path, ["checkpoint.moment_steps=100000", "end_time=10.0"])
+    run = prepare(tmp_path, [*SELDOM, "end_time=10.0"])
     parent = start(run)
     await_true((run / "logs/heartbeat").exists, parent)
     for _ in range(2):

@@ -115,4 +115,9 @@ def test_units_are_exact_to_the_last_digit(tmp_path):
     ],
 )
 def test_what_coordinates_may_be_measured_in(low, high, words):
-    assert guess_frame(low, high, 0.02).strip() == words
+    assert guess_frame([low], [high], [0.02]).strip() == words
+
+
+def test_every_axis_of_coordinates_tells_of_their_unit():
+    """A bed of 10 mm in a column of 160 by 40: by its height alone it may be in cm."""
+    assert guess_frame([0.4, 0.4, 0.4], [39.6, 7.6, 10.0], [0.04, 0.008, 0.16]).strip() == "(they look like mm)"

@@ -110,7 +110,7 @@ def _find_outside(case: Case, folder: Path, positions: np.ndarray, diameters: np
     region = "box" if case.domain.shape == "box" else "mesh" if case.domain.shape == "file" else case.domain.shape
     text = f"{case.particles.positions}: {outside.size} particles are not inside the {region}"
     end = f"its centre may come as near as {margins[row]:g} m to a wall, coordinates are in m"
-    guess = guess_frame(float(positions[:, 2].min()), float(positions[:, 2].max()), float(size[2]))
+    guess = guess_frame(positions.min(axis=0).tolist(), positions.max(axis=0).tolist(), size.tolist())
     yield Problem(_KEY, f"{text}, first is {_format_particle(positions, row)}; {end}{guess}.")
 
 

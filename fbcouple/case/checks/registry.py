@@ -150,8 +150,10 @@ def check_inlet(case: Case, folder: Path) -> Iterator[Problem]:
     if case.gas is None:
         return
     if (case.gas.inlet_velocity is None) == (case.gas.inlet_ramp is None):
-        given = "neither it nor inlet_ramp is" if case.gas.inlet_velocity is None else "it and inlet_ramp are both"
-        yield Problem("gas.inlet_velocity", f"{given} given; give one of them (in m/s).")
+        text = "neither it nor inlet_ramp is given; give one of them (in m/s)"
+        if case.gas.inlet_velocity is not None:
+            text = 'it and inlet_ramp are both given; remove one, that of a base by unset = ["gas.inlet_ramp"]'
+        yield Problem("gas.inlet_velocity", f"{text}.")
     times = [time for time, _ in case.gas.inlet_ramp or ()]
     for row, (before, after) in enumerate(pairwise(times), start=2):
         if after < before or times.count(after) > 2:

@@ -19,7 +19,7 @@ from typing import Any
 
 from mpi4py import MPI
 
-from fbcouple.machine.stop_signals import SIGNALS
+from fbcouple.machine.stop_signals import LONGEST_WAIT, SIGNALS
 from fbcouple.paths import HEARTBEAT
 from fbcouple.simulation.clock import Cadence
 from fbcouple.simulation.simulation import UNTIL, Simulation
@@ -80,27 +80,29 @@ class Checkpoints(Task):
         self._cadence = Cadence(options.every, options.every) if options.every else None
         self._stop_signal = stop_signal
         stop_signal.listen()
-        self._began = self._written = self._last = time.monotonic()
-        self._stretch = self._writing = self._beaten = 0.0
+        self._written = self._last = self._stepped = time.monotonic()
+        self._stretch = self._step = self._writing = self._beaten = 0.0
+        self._heard: float | None = None
 
     def after_step(self, sim: Simulation) -> None:
         """Where a checkpoint may be written: write it if one is due or the run has to stop, and set LIGGGHTS up anew
         if the run goes on (collective)."""
         self._beat(sim.comm)
         clock = sim.clock
-        if clock.steps % self._steps or not clock.running:
+        if not clock.running:
             return
-        due, sim.stop = self._agree(sim.comm, clock.time)
+        is_moment = clock.steps % self._steps == 0
+        due, sim.stop = self._agree(sim.comm, clock.time, is_moment)
         if due or sim.stop:
             with sim.timers("record"):
-                self._write(sim)
-        if sim.has_particles and not sim.stop:
+                self._write(sim, is_moment)
+        if is_moment and sim.has_particles and not sim.stop:
             sim.initialise()
 
     def finish(self, sim: Simulation) -> None:
         """At the end of the case: a checkpoint, for a run that is to be made longer (collective)."""
         if not sim.stop:
-            self._write(sim)
+            self._write(sim, True)
 
     def _beat(self, comm: MPI.Comm) -> None:
         now = time.monotonic()
@@ -108,25 +110,38 @@ class Checkpoints(Task):
             self._beaten = now
             (self._run / HEARTBEAT).touch()
 
-    def _agree(self, comm: MPI.Comm, now: float) -> tuple[bool, str]:
-        """Is a checkpoint due, and why has the run to stop, if it has: the same on every rank."""
+    def _agree(self, comm: MPI.Comm, now: float, is_moment: bool) -> tuple[bool, str]:
+        """Is a checkpoint due, and why has the run to stop, if it has: the same on every rank.
+
+        Between two moments a run stops only where it cannot wait for the next one: a signal came `LONGEST_WAIT` ago, or
+        the wall limit leaves no room for another step.
+        """
         clock = time.monotonic()
-        self._stretch = max(self._stretch, clock - self._last)
-        self._last = clock
-        room = _ROOM * (self._stretch + self._writing)
-        late = comm.rank == 0 and clock + room > self._limits.deadline  # on the host of the launcher
-        due = clock - self._written > self._wall
-        caught, late, due = comm.allreduce((self._stop_signal.caught, late, due), _merge)
-        if self._cadence and self._cadence.due(now):
+        caught, due = self._stop_signal.caught, False
+        self._heard = self._heard or (clock if caught else None)
+        self._step, self._stepped = max(self._step, clock - self._stepped), clock
+        longest = self._step
+        if is_moment:
+            self._stretch, self._last = max(self._stretch, clock - self._last), clock
+            longest, due = self._stretch, clock - self._written > self._wall
+        elif self._heard is None or clock - self._heard < LONGEST_WAIT:
+            caught = 0
+        late = comm.rank == 0 and clock + _ROOM * (longest + self._writing) > self._limits.deadline  # the launcher's
+        caught, late, due = comm.allreduce((caught, late, due), _merge)
+        if is_moment and self._cadence and self._cadence.due(now):
             due = True
-        if now >= self._limits.until * _ALMOST:
+        if is_moment and now >= self._limits.until * _ALMOST:
             return due, UNTIL
         return due, signal.Signals(caught).name if caught else "the wall limit" if late else ""
 
-    def _write(self, sim: Simulation) -> None:
+    def _write(self, sim: Simulation, is_moment: bool) -> None:
         begin = time.monotonic()
         self._monitors.inspect(sim)
-        sim.checkpoint = write_checkpoint(sim, self._tasks, self._run, self._about)
+        about = self._about
+        if not is_moment and about:
+            text = f"from t = {sim.time:.6g} s on: stopped between two moments for a checkpoint ({sim.stop})"
+            about = about | {"updates": [*about["updates"], f"{text}, equal to an uninterrupted run up to rounding"]}
+        sim.checkpoint = write_checkpoint(sim, self._tasks, self._run, about)
         self._written = time.monotonic()
         self._writing = max(self._writing, self._written - begin)
 
