@@ -66,9 +66,13 @@ def load_case(name: str | os.PathLike[str], values: Mapping[str, Any] | None = N
     Raises: CaseError with every mistake found: key, value, what is allowed, and how to fix it.
     """
     name, sets = os.fspath(name), _format_sets(values)
-    case = load(name, sets, lambda text: warnings.warn(text, stacklevel=3))
+    case = load(name, sets, _warn)
     case.remember_origin(name, sets)
     return case
+
+
+def _warn(text: str) -> None:
+    warnings.warn(text, stacklevel=4)
 
 
 def _format_sets(values: Mapping[str, Any] | None) -> list[str]:
@@ -108,7 +112,7 @@ def setup(
         require_plain(Path(path))
         with hold(Path(path), print):
             remove_run(Path(path))
-    (run,) = set_up.lay_out(name, Path(path), [*sets, *_format_sets(values)], trust, force)
+    (run,) = set_up.lay_out(name, Path(path), [*sets, *_format_sets(values)], trust, force, _warn)
     return Run(run)
 
 

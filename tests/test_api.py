@@ -228,3 +228,18 @@ def test_the_import_is_quick_and_loads_no_mpi_numba_or_vtk():
         times.append(float(seconds))
         assert not {"mpi4py", "numba", "vtkmodules", "xarray", "matplotlib"} & set(loaded)
     assert np.min(times) < 0.3
+
+
+def test_a_script_runs_again_where_it_says_so(case_file, tmp_path):
+    values = {"end_time": np.float64(2e-3), "domain.cells": np.array([3, 3, 8])}
+    path = tmp_path / "again"
+    with pytest.warns(UserWarning, match="averages.start = 0.001: end_time = 0.002"):
+        first = fbcouple.setup(case_file, path, values)
+    values |= {"averages.start": 1e-3}
+    assert first.case.end_time == 2e-3 and first.start(progress=False).state == "complete"
+    (path / "notes.txt").write_text("of the user")
+    with pytest.raises(CaseError, match="holds a run"):
+        fbcouple.setup(case_file, path, values)
+    again = fbcouple.setup(case_file, path, values, overwrite=True)
+    assert not (path / "results.nc").exists() and (path / "notes.txt").read_text() == "of the user"
+    assert again.status().state == "set up"

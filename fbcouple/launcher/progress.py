@@ -95,8 +95,7 @@ class RunProgress:
         for stage, seconds in self._walls.items():
             table.add_row(stage, f"{seconds:.1f}", f"{100 * seconds / total:.1f} %")
         outside = total - self._walls.get("dem", 0.0) - self._walls.get("cfd", 0.0)
-        table.caption = f"not in a solver: {outside:.1f} s, {100 * outside / total:.1f} %"
-        table.caption_justify = "left"
+        table.add_row("(not in a solver)", f"{outside:.1f}", f"{100 * outside / total:.1f} %")
         return table
 
 
