@@ -111,7 +111,10 @@ def cases() -> None:
 @take_settings
 @take_trust
 def check(case: str, sets: tuple[str, ...], trusted: bool) -> None:
-    """Report every mistake in CASE at once and the pre-flight numbers; start no solver."""
+    """Report every mistake in CASE at once and the pre-flight numbers; start no solver.
+
+    Exit code 1 if there is a mistake, or a number is unfit.
+    """
     from fbcouple.case.load import load_case
     from fbcouple.case.preflight import estimate
     from fbcouple.case.source import find_case
@@ -133,6 +136,8 @@ def check(case: str, sets: tuple[str, ...], trusted: bool) -> None:
         for number in numbers
     ]
     print_table(["number", "value", "unit", "wanted", "verdict", "meaning"], rows)
+    if unfit := [number.name for number in numbers if number.verdict == "unfit"]:
+        raise CaseError([f"{case}: {', '.join(unfit)}: unfit; `setup` refuses the case without --force."])
     if brings_code and not trusted:
         click.echo("exchange.drag_file is not run: no numbers of the drag; --trust runs it")
 

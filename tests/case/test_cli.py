@@ -139,6 +139,14 @@ def test_check_prints_the_numbers(call):
     assert "57296" in rows["particles"] and "612.8" in rows["pressure drop"] and "0.54 " in rows["minimum fluidization"]
 
 
+def test_check_of_an_unfit_case_fails_as_its_set_up_does(call, tmp_path):
+    """A stiffness with which particles pass through each other: the table is there, and what is unfit is named."""
+    result = call("check", "patil/c2", "--set", "contact.stiffness=0.1")
+    assert result.exit_code == 1 and "57296" in result.stdout
+    assert result.stderr == "patil/c2: overlap: unfit; `setup` refuses the case without --force.\n"
+    assert call("setup", "patil/c2", "--set", "contact.stiffness=0.1", "-o", str(tmp_path / "run")).exit_code == 1
+
+
 def test_cases_lists_the_shipped_ones(call):
     result = call("cases")
     assert result.exit_code == 0
