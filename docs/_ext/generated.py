@@ -173,7 +173,7 @@ def checks() -> str:
 @part
 def cases() -> str:
     """Shipped cases and sets."""
-    rows = [(f"`{name}`", escape(str(read_case(path, name)["title"]))) for name, path in list_shipped().items()]
+    rows = [(f"`{name}`", escape(str(read_case(path, name)[0]["title"]))) for name, path in list_shipped().items()]
     sets = [(f"`{name}`", ", ".join(f"`{member}`" for member in members)) for name, members in list_sets().items()]
     return table(("case", "title"), rows) + "\n## Sets\n\n" + table(("set", "cases"), sets)
 

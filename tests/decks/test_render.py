@@ -128,6 +128,7 @@ OTHER_OPTIONS = {
     "satellite_points": "test_voidage_parts.py",
     "gaussian_kernel": "test_voidage_parts.py",
     "diffusion": "test_voidage_parts.py",
+    "polydisperse_drag": "test_voidage_parts.py",
 }
 OTHER_OPTIONS |= dict.fromkeys(GAS_OPTIONS, "test_gas_decks.py")
 

@@ -1,4 +1,4 @@
-"""The parts of the exchange that a voidage option adds: out unless asked for, and never in the decks."""
+"""The parts of the exchange that an option adds: out unless asked for, and never in the decks."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ PARTS = {
     "satellite_points": ["exchange.voidage=divided"],
     "gaussian_kernel": ["exchange.voidage=gaussian", "exchange.kernel_width=3"],
     "diffusion": ["exchange.diffusion_width=6"],
+    "polydisperse_drag": ["exchange.polydisperse=beetstra"],
 }
 
 

@@ -119,4 +119,4 @@ def test_file_system_that_went_read_only_is_told(tmp_path, monkeypatch):
     monkeypatch.setattr("fbcouple.launcher.job.give_room_back", refuse)
     words = rf"{tmp_path}: cannot be written any more: .*Read-only file system.*step-000000000010 stands, --resume"
     with hold(tmp_path) as lock, Requests() as requests, pytest.raises(SolverError, match=words):
-        Job(["true"], tmp_path, 60.0, lock, requests).follow(lambda row: None)
+        Job(["true"], tmp_path, 60.0, lock, requests, print).follow(lambda row: None)
