@@ -29,9 +29,7 @@ from fbcouple.paths import LOG
 from fbcouple.results.writer import read_log
 from fbcouple.run_folder.checkpoint import list_checkpoints
 from fbcouple.run_folder.failure import read_note
-from fbcouple.run_folder.lock import hold, is_held
-from fbcouple.run_folder.plain_files import require_plain
-from fbcouple.run_folder.products import remove_run
+from fbcouple.run_folder.lock import is_held
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -108,11 +106,7 @@ def setup(
     if not name or name in list_sets():
         what = f"{name} is a set of cases" if name else "the case was not read by fbcouple.load_case"
         raise CaseError([f"{what}; give one that was, or a name or path."])
-    if overwrite and Path(path).is_dir():
-        require_plain(Path(path))
-        with hold(Path(path), print):
-            remove_run(Path(path))
-    (run,) = set_up.lay_out(name, Path(path), [*sets, *_format_sets(values)], trust, force, _warn)
+    (run,) = set_up.lay_out(name, Path(path), [*sets, *_format_sets(values)], trust, force, _warn, overwrite)
     return Run(run)
 
 

@@ -240,6 +240,9 @@ def test_a_script_runs_again_where_it_says_so(case_file, tmp_path):
     (path / "notes.txt").write_text("of the user")
     with pytest.raises(CaseError, match="holds a run"):
         fbcouple.setup(case_file, path, values)
+    with pytest.raises(CaseError, match=r"gas\.density"):
+        fbcouple.setup(case_file, path, values | {"gas.density": -1.0}, overwrite=True)
+    assert first.status().state == "complete", "a wrong case removes nothing"
     again = fbcouple.setup(case_file, path, values, overwrite=True)
     assert not (path / "results.nc").exists() and (path / "notes.txt").read_text() == "of the user"
     assert again.status().state == "set up"

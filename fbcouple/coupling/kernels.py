@@ -74,24 +74,26 @@ class GasForce(NamedTuple):
     """(n, 3) [N]: the force of the last DEM step, which the next half kick starts from."""
 
 
+@inlined
+def _share(stencil, p, amount, field):
+    """Add what particle `p` has to its corners of patch `field` (places, 1)."""
+    weights = corner_weights(stencil.upper[p, 0], stencil.upper[p, 1], stencil.upper[p, 2])
+    for c in range(8):
+        field[stencil.base[p] + stencil.offsets[c], 0] += weights[c] * amount
+
+
 @compiled
 def write_volume(stencil: Stencil, radii, field):
     """Add the particles' volumes [m3] to patch `field` (places, 1)."""
     for p in range(len(stencil.base)):
-        volume = 4.0 / 3.0 * np.pi * radii[p] ** 3
-        weights = corner_weights(stencil.upper[p, 0], stencil.upper[p, 1], stencil.upper[p, 2])
-        for c in range(8):
-            field[stencil.base[p] + stencil.offsets[c], 0] += weights[c] * volume
+        _share(stencil, p, 4.0 / 3.0 * np.pi * radii[p] ** 3, field)
 
 
 @compiled
 def write_area(stencil: Stencil, radii, field):
     """Add volume over diameter [m2] of the particles to patch `field` (places, 1)."""
     for p in range(len(stencil.base)):
-        area = 2.0 / 3.0 * np.pi * radii[p] ** 2
-        weights = corner_weights(stencil.upper[p, 0], stencil.upper[p, 1], stencil.upper[p, 2])
-        for c in range(8):
-            field[stencil.base[p] + stencil.offsets[c], 0] += weights[c] * area
+        _share(stencil, p, 2.0 / 3.0 * np.pi * radii[p] ** 2, field)
 
 
 DRAG_SCHEMES: dict[str, Callable[..., None]] = {}

@@ -17,6 +17,9 @@ from fbcouple.decks.render import set_up
 from fbcouple.decks.replace import refuse_foreign
 from fbcouple.errors import CaseError
 from fbcouple.paths import require_usable
+from fbcouple.run_folder.lock import hold
+from fbcouple.run_folder.plain_files import require_plain
+from fbcouple.run_folder.products import remove_run
 
 
 def lay_out(
@@ -26,11 +29,13 @@ def lay_out(
     trusted: bool,
     forced: bool = False,
     say: Callable[[str], None] | None = None,
+    overwrite: bool = False,
 ) -> dict[Path, Case]:
     """Write the run folder of the case `name`, or of each member of the set `name` in one folder.
 
     output: the folder; None: runs/<name>; forced: also what the pre-flight numbers call unfit; say: takes what
-    is fitted to `sets` (see `load_case`).
+    is fitted to `sets` (see `load_case`); overwrite: what a run left there is removed, once every case is known to be
+    right.
 
     Returns: run folder -> its case.
     Raises: CaseError, before anything is written, if a case is wrong, unfit, or brings code that is not `trusted`.
@@ -47,6 +52,10 @@ def lay_out(
             require_fit(case, law, source.parent)
         runs[place / name_run(member, source) if members else place] = case, source.parent
     for run in runs:
+        if overwrite and run.is_dir():
+            require_plain(run)
+            with hold(run):
+                remove_run(run)
         refuse_foreign(run)
     for run, (case, folder) in runs.items():
         _lay_out_run(case, folder, run)

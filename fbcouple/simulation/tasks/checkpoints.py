@@ -92,7 +92,8 @@ class Checkpoints(Task):
         if not clock.running:
             return
         is_moment = clock.steps % self._steps == 0
-        due, sim.stop = self._agree(sim.comm, clock.time, is_moment)
+        due, why = self._agree(sim.comm, clock.time, is_moment)
+        sim.stop = sim.stop or why
         if due or sim.stop:
             with sim.timers("record"):
                 self._write(sim, is_moment)
