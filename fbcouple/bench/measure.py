@@ -83,6 +83,19 @@ def time_coupled(sim: Simulation, tasks: list[Task], steps: int) -> Taken:
     return Taken(wall, dict(watch.total), taken)
 
 
+def time_coupled_for(sim: Simulation, tasks: list[Task], seconds: float) -> Taken:
+    """Take coupled steps on the clock until `seconds` of wall time are over, whatever a step costs as the bed begins to
+    move (collective)."""
+    parts = [time_coupled(sim, tasks, _FIRST)]
+    while sim.comm.bcast(sum(part.wall for part in parts) < seconds):
+        parts.append(time_coupled(sim, tasks, _FIRST))
+    return Taken(
+        sum(part.wall for part in parts),
+        {stage: sum(part.stages[stage] for part in parts) for stage in STAGES},
+        [taken for part in parts for taken in part.steps],
+    )
+
+
 def time_dem(sim: Simulation, steps: list[tuple[float, int]]) -> tuple[float, float]:
     """Wall seconds, of all ranks together and of this one, of LIGGGHTS alone on the same particles and steps.
 
@@ -132,9 +145,7 @@ def measure_overhead(case: Case, comm: MPI.Comm, warm: float, seconds: float) ->
     """Coupled steps for about `seconds` of wall time after `warm` [s] of simulated time, and the floors of the same
     steps; rows a rank and their totals, on every rank (collective)."""
     sim, tasks = open_run(case, comm, warm)
-    trial = time_coupled(sim, tasks, _FIRST)
-    count = comm.bcast(max(_FIRST, round(seconds / (trial.wall / _FIRST))))
-    coupled = time_coupled(sim, tasks, count)
+    coupled = time_coupled_for(sim, tasks, seconds)
     kept: list[list[np.ndarray]] = []
     if sim.is_coupled:
         for _ in range(_REPLAYED):
@@ -153,7 +164,7 @@ def measure_overhead(case: Case, comm: MPI.Comm, warm: float, seconds: float) ->
     solvers = sum(max(row[stage] for row in rows) for stage in ("dem", "cfd"))
     total = {
         "ranks": comm.size,
-        "steps": count,
+        "steps": len(coupled.steps),
         "simulated_seconds": sum(dt for dt, _ in coupled.steps),
         "wall_seconds": coupled.wall,
         "floor_seconds": floors,
