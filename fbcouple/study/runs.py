@@ -16,11 +16,12 @@ from pathlib import Path
 from types import FrameType
 from typing import Any, Literal, TypeVar
 
+from fbcouple.api import Run
 from fbcouple.case.load import load_case, write_case
 from fbcouple.case.schema.sections import Case
 from fbcouple.decks.set_up import lay_out
-from fbcouple.errors import DivergedError, SolverError, StoppedError
-from fbcouple.launcher.launch import is_complete, launch
+from fbcouple.errors import DivergedError, SolverError
+from fbcouple.launcher.launch import is_complete
 from fbcouple.machine.environment import child_environment, hand_down
 from fbcouple.run_folder.checkpoint import list_checkpoints
 from fbcouple.run_folder.plain_files import require_plain
@@ -161,14 +162,16 @@ def _read_ending(run: Path, ranks: int) -> Ending | None:
 def _start(run: Path, ranks: int, wall_limit: float) -> tuple[How, str]:
     try:
         with limit_wall(wall_limit + _GRACE):
-            launch(run, ranks, lambda row: None, resume=True, wall_limit=wall_limit)
+            status = Run(run).resume(ranks, progress=False, wall_limit=wall_limit)
     except DivergedError as error:
         return "diverged", str(error)
     except SolverError as error:
         return "failed", str(error)
-    except (OutOfTimeError, StoppedError) as error:
+    except OutOfTimeError as error:
         return "out of time", f"{error} (wall_limit = {wall_limit:g} s)"
-    return "complete", ""
+    if status.state == "complete":
+        return "complete", ""
+    return "out of time", f"{status.message} (wall_limit = {wall_limit:g} s)"
 
 
 @contextmanager
