@@ -120,7 +120,7 @@ def test_run_longer_than_its_limit_is_requeued_until_it_is_done(slurm, tmp_path)
     wanted = ("--scheduler", "slurm", "--time", "00:01:00", "--notice", 30, "--memory", 900)
     call("batch", tmp_path / "run", *wanted)
     hand_in(tmp_path / "run", slurm)
-    requeued = await_end(slurm, 900.0)
+    requeued = await_end(slurm, 3600.0)
     words = "".join(path.read_text() for path in (tmp_path / "run/batch").glob("slurm-*.out"))
     assert (tmp_path / "run/batch/state").read_text() == "0\n", words
     assert requeued >= 1 and is_complete(tmp_path / "run"), words
