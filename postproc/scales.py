@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from fbcouple.results.inlet_speed import is_constant
 from fbcouple.results.reader import Results
 
 
@@ -28,7 +29,7 @@ def velocity_scale(results: Results) -> tuple[float, str, str]:
 
 def format_scale(runs: Sequence[Results]) -> str:
     """What U_f is in a note, if the inflow of some run changes with time: "; U_f: ..." or nothing."""
-    ramps = [run for run in runs if run.inlet_speed is not None and run.case["gas"].get("inlet_velocity") is None]
+    ramps = [run for run in runs if run.inlet_speed is not None and not is_constant(run.case["gas"])]
     if not ramps:
         return ""
     value = f" = {ramps[0].inlet_speed:.3g} m/s" if len(runs) == 1 else ""

@@ -18,7 +18,7 @@ from sphinx.application import Sphinx
 
 from fbcouple.case.base import read_case
 from fbcouple.case.presets import PRESETS
-from fbcouple.case.schema.reference import Option, list_options, list_sections
+from fbcouple.case.schema.reference import Option, list_options, list_sections, list_tables
 from fbcouple.case.source import list_sets, list_shipped
 from fbcouple.cli.main import cli
 from fbcouple.coupling.box.mapping import VOIDAGE_METHODS
@@ -73,8 +73,9 @@ def read_doc(thing: Any) -> str:
 def options() -> str:
     """Every option of a case file, by section."""
     lines = []
-    for section in list_sections():
-        lines.append(f"## `[{section}]`\n" if section else "## Top of the file\n")
+    for section in [*list_sections(), *list_tables()]:
+        head = f"`[[{section}]]`" if section in list_tables() else f"`[{section}]`"
+        lines.append(f"## {head}\n" if section else "## Top of the file\n")
         for option in list_options().values():
             if option.key.rpartition(".")[0] == section:
                 lines.append(f"`{option.key}`\n: {describe_option(option)}\n\n  {escape(option.sentence)}\n")

@@ -1,4 +1,5 @@
-"""The files that a case brings beside its case file: start positions, code of its own, a mesh, measured lines."""
+"""The files that a case brings beside its case file: start positions, code of its own, a mesh, ramps of inlets,
+measured lines."""
 
 from __future__ import annotations
 
@@ -53,4 +54,5 @@ def list_companions(case: Case) -> list[str]:
     names += [case.particles.positions] if case.particles and case.particles.positions else []
     names += list_code(case).values()
     names += [case.domain.mesh] if case.domain.mesh else []
+    names += [inlet.ramp_file for inlet in case.gas.inlets if inlet.ramp_file] if case.gas else []
     return sorted(set(names))

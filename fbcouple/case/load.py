@@ -11,18 +11,20 @@ from pydantic import ValidationError
 
 import fbcouple.case.checks.bed
 import fbcouple.case.checks.contact
+import fbcouple.case.checks.inlets
 import fbcouple.case.checks.output
 import fbcouple.case.checks.positions
 import fbcouple.case.checks.region
 import fbcouple.case.checks.voidage  # noqa: F401  (each registers its checks)
 from fbcouple.case.base import read_case
+from fbcouple.case.bed.adopt_inlets import adopt_inlets
 from fbcouple.case.bed.start_sizes import adopt_sizes
 from fbcouple.case.checks.registry import list_problems
 from fbcouple.case.fit_averages import fit_averages
 from fbcouple.case.presets import apply_preset
 from fbcouple.case.problems import Problem, format_errors, show
 from fbcouple.case.schema.option import as_tuple
-from fbcouple.case.schema.reference import list_sections
+from fbcouple.case.schema.reference import list_sections, list_tables
 from fbcouple.case.schema.sections import Case
 from fbcouple.case.source import FILE_NAME, apply_settings, find_case
 from fbcouple.errors import CaseError
@@ -51,6 +53,8 @@ def load_case(name: str, sets: Sequence[str] = (), say: Callable[[str], None] | 
     case.remember_bases(bases)
     if not any(key.split(".")[0] == "particles" for key in spoiled):
         case = adopt_sizes(case, path.parent)
+    if not any(key.split(".")[0] in ("gas", "domain") for key in spoiled):
+        case = adopt_inlets(case, path.parent)
     problems += list_problems(case, path.parent, spoiled)
     if problems:
         is_set = [i < unread or _is_set(problem.key, set_keys) for i, problem in enumerate(problems)]
@@ -88,9 +92,17 @@ def _keep_valid(raw: dict[str, Any], spoiled: set[str]) -> Case:
         if section in spoiled or not isinstance(table, dict):
             continue
         keys = [key for key in model.model_fields if key in table and not (not section and key in list_sections())]
-        good = {key: as_tuple(table[key]) for key in keys if f"{section}.{key}".lstrip(".") not in spoiled}
+        good = {
+            key: _build(f"{section}.{key}", table[key]) for key in keys if f"{section}.{key}".lstrip(".") not in spoiled
+        }
         kept.update({section: model.model_construct(**good)} if section else good)
     return Case.model_construct(**kept)
+
+
+def _build(key: str, value: Any) -> Any:
+    """The value of `key`, which is right, as the schema holds it."""
+    model = list_tables().get(key)
+    return tuple(model.model_validate(row) for row in value) if model else as_tuple(value)
 
 
 def write_case(case: Case, path: Path) -> None:
@@ -114,6 +126,8 @@ def write_value(value: Any) -> str:
         return str(value).lower()
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")
+    if isinstance(value, dict):
+        return f"{{ {', '.join(_write_keys(value))} }}"
     if isinstance(value, list | tuple):
         return f"[{', '.join(write_value(entry) for entry in value)}]"
     return repr(value)

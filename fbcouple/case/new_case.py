@@ -8,6 +8,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 import fbcouple.case.kinds.bubbling  # noqa: F401  (registers its kind)
+from fbcouple.case.bed.adopt_inlets import adopt_inlets
 from fbcouple.case.bed.number import Number
 from fbcouple.case.checks.registry import list_problems
 from fbcouple.case.kinds.registry import KINDS, Wanted
@@ -42,7 +43,7 @@ def _write_text(kind: str, wanted: Wanted) -> tuple[str, list[Number]]:
     """The text of the case, and its pre-flight numbers."""
     try:
         text = KINDS[kind](wanted)
-        case = Case.model_validate(tomllib.loads(text))
+        case = adopt_inlets(Case.model_validate(tomllib.loads(text)))
         problems = list_problems(case, Path(), set())
     except (ValidationError, ArithmeticError):
         text = "the values are too large or too small to calculate with; give every one in SI units."

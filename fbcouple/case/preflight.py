@@ -16,11 +16,13 @@ from fbcouple.case.bed.derived import (
     fastest_inlet,
     inlet_ramp,
     inlet_range,
+    inlet_rows,
     open_velocity,
 )
 from fbcouple.case.bed.drag_balance import EXPANDED, find_drag, minimum_fluidization, terminal_velocity
 from fbcouple.case.bed.number import Law, Number
 from fbcouple.case.bed.number import judge as _judge
+from fbcouple.case.bed.opening_numbers import describe_openings
 from fbcouple.case.bed.particle_types import (
     largest_diameter,
     list_kinds,
@@ -32,6 +34,7 @@ from fbcouple.case.bed.particle_types import (
 from fbcouple.case.bed.region import Region, find_region, list_inner_surfaces
 from fbcouple.case.bed.speeds import SETTLED, estimate_overlap
 from fbcouple.case.bed.start_numbers import describe_start
+from fbcouple.case.bed.streams import has_openings, has_side_openings
 from fbcouple.case.checks.registry import machine_memory, needed_memory
 from fbcouple.case.schema.sections import Case
 from fbcouple.case.user_code import OWN
@@ -74,6 +77,8 @@ def estimate(case: Case, law: Law | None = None, folder: Path = Path()) -> list[
             parts.append(partial(_watch_rest, law=law, region=region))
     if case.gas:
         parts += [_time_gas, partial(_look_at_inlet, region=region)]
+        if has_openings(case):
+            parts.append(partial(describe_openings, region=region, folder=folder))
     if case.gas and case.particles and case.exchange:
         parts.append(partial(_measure_cells, cell=region.spacing))
         if law or case.exchange.drag != OWN:
@@ -103,8 +108,10 @@ def gas_step(case: Case) -> float:
     assert case.gas is not None
     cell = cell_size(case)
     fourier = case.gas.max_fourier * case.gas.density / case.gas.viscosity / float((1.0 / cell**2).sum())
-    speed = fastest_inlet(case.gas) / (EXPANDED if case.particles else 1.0)
-    courant = case.gas.max_courant * float(cell[2]) / speed if speed > 0.0 else math.inf
+    speed, edge = fastest_inlet(case.gas) / (EXPANDED if case.particles else 1.0), float(cell[2])
+    if case.gas.inlets and open_velocity(case) > speed:  # a jet keeps its velocity
+        speed, edge = open_velocity(case), float(cell.min() if has_side_openings(case) else cell[2])
+    courant = case.gas.max_courant * edge / speed if speed > 0.0 else math.inf
     return min(fourier, courant, case.gas.max_step or math.inf)
 
 
@@ -159,7 +166,10 @@ def _watch_rest(case: Case, law: Law | None, region: Region) -> Iterator[Number]
         known = case.exchange and (law or case.exchange.drag != OWN)
         heavier = mean_density(case.particles) > case.gas.density
         onset = (minimum_fluidization(case, law=law) if heavier else 0.0) if known else 0.0
-    jet = region.inlet < JET * region.section
+    passes = (
+        [inlet.area or 0.0 for inlet in case.gas.inlets if any(v for _, v in inlet_rows(inlet))] if case.gas else []
+    )
+    jet = (sum(passes) or region.inlet) < JET * region.section
     yield from tell_creep(case, rests=slowest == 0.0 or slowest < onset or (case.gas is not None and jet))
 
 
@@ -168,6 +178,8 @@ def _time_gas(case: Case) -> Iterator[Number]:
     meaning = "What the Courant limit at U_f/0.40, the Fourier limit and max_step allow; a lively bed takes less."
     yield Number("fluid step", gas_step(case), "s", None, None, meaning)
     meaning = "Superficial velocity through the open faces of the inlet."
+    if case.gas.inlets:
+        meaning = "Superficial velocity of the fastest inlet, in the middle of its profile."
     yield Number("open inlet velocity", open_velocity(case), "m s-1", None, None, meaning)
     if case.gas.turbulence != "none":
         reynolds = fastest_inlet(case.gas) * case.domain.size[0] * case.gas.density / case.gas.viscosity

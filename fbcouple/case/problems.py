@@ -13,7 +13,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from fbcouple.case.schema.option import Section
-from fbcouple.case.schema.reference import FILE_KEYS, list_options, list_sections
+from fbcouple.case.schema.reference import FILE_KEYS, list_options, list_sections, list_tables
 from fbcouple.case.schema.sections import Case
 
 _LONGEST = 60
@@ -76,11 +76,14 @@ def format_errors(
     """
     found: dict[str, Problem] = {}
     meant: set[str] = set()
+    spoiled: set[str] = set()
     missing: dict[str, Problem] = {}
     for detail in error.errors(include_url=False, include_context=False, include_input=False):
-        parts = [str(part) for part in detail["loc"] if not isinstance(part, int)]
+        place = _cut_entry(detail["loc"])
+        parts = [part for part in place if isinstance(part, str)]
         key = ".".join(parts)
-        is_entry = len(parts) < len(detail["loc"])
+        is_entry = len(place) < len(detail["loc"])
+        spoiled.add(_name_list(place))
         if detail["type"] == "extra_forbidden":
             wanted = _find_meant(parts, root) if len(found) < _MOST_MEANT else None
             meant.update([".".join([*parts[:-1], wanted])] if wanted else [])
@@ -88,26 +91,38 @@ def format_errors(
         elif detail["type"] == "missing" and not is_entry:
             missing[key] = _format_missing(key, root)
         else:
-            found[key] = _format_wrong(key, _look_up(raw, parts), root)
+            found[key] = _format_wrong(key, _look_up(raw, place), root)
     told = {key: problem for key, problem in missing.items() if key not in meant}
-    return [*found.values(), *told.values()], {*found, *missing, *meant}
+    return [*found.values(), *told.values()], {*found, *missing, *meant, *spoiled}
 
 
-def _look_up(raw: dict[str, Any], parts: list[str]) -> Any:
+def _cut_entry(place: Sequence[str | int]) -> list[str | int]:
+    """A place in a file up to its last key: numbers behind it count entries of a value, those within it tables."""
+    last = max(n for n, part in enumerate(place) if isinstance(part, str))
+    return list(place[: last + 1])
+
+
+def _name_list(place: Sequence[str | int]) -> str:
+    """The key that `place` lies in: itself, or that of the list of tables around it."""
+    tables = next((n for n, part in enumerate(place) if isinstance(part, int)), len(place))
+    return ".".join(map(str, place[:tables]))
+
+
+def _look_up(raw: dict[str, Any], place: Sequence[str | int]) -> Any:
     value: Any = raw
-    for part in parts:
+    for part in place:
         value = value[part]
     return value
 
 
 def _find_meant(parts: list[str], root: type[Section]) -> str | None:
-    return suggest(parts[-1], _list_keys(parts[0] if len(parts) > 1 else "", root))
+    return suggest(parts[-1], _list_keys(".".join(parts[:-1]), root))
 
 
 def _list_keys(section: str, root: type[Section]) -> list[str]:
     """Keys that may stand in `section` of a file ("": at its top)."""
     of_file = FILE_KEYS if root is Case and not section else ()
-    return [*of_file, *list_sections(root)[section].model_fields]
+    return [*of_file, *(list_sections(root) | list_tables(root))[section].model_fields]
 
 
 @lru_cache
@@ -117,19 +132,23 @@ def _find_owners(root: type[Section]) -> dict[str, str]:
 
 
 def _format_unknown(parts: list[str], wanted: str | None, root: type[Section]) -> Problem:
-    section = parts[0] if len(parts) > 1 else ""
+    section = ".".join(parts[:-1])
     known = ", ".join(_list_keys(section, root))
-    owner = f"[{section}]" if section else f"a {root.__name__.lower()} file"
+    owner = _write_head(section, root) if section else f"a {root.__name__.lower()} file"
     guess = wanted or _find_owners(root).get(parts[-1])
     hint = f"; did you mean `{guess}`" if guess else "; remove it"
     return Problem(show_key(parts), f"{owner} has no such key, allowed are: {known}{hint}.")
+
+
+def _write_head(section: str, root: type[Section]) -> str:
+    return f"[[{section}]]" if section in list_tables(root) else f"[{section}]"
 
 
 def _format_missing(key: str, root: type[Section]) -> Problem:
     if key in list_options(root):
         option = list_options(root)[key]
         section, _, name = key.rpartition(".")
-        where = f"under [{section}]" if section else "at the top of the file"
+        where = f"under {_write_head(section, root)}" if section else "at the top of the file"
         unit = f" in {option.unit}" if option.unit != "1" else ""
         return Problem(key, f"is missing; add `{name} = ...` {where}: {option.allowed}{unit}. {option.sentence}")
     needed = [name for name, field in list_sections(root)[key].model_fields.items() if field.is_required()]

@@ -10,7 +10,8 @@ from typing import Any
 from fbcouple.case.bed import derived
 from fbcouple.case.bed.contact_coefficients import find_pair, find_wall
 from fbcouple.case.bed.particle_types import Kind, list_kinds
-from fbcouple.case.bed.region import Region, find_region
+from fbcouple.case.bed.region import Region, find_openings, find_region
+from fbcouple.case.bed.streams import list_streams
 from fbcouple.case.schema.sections import Case, Contact, Gas, Particles
 from fbcouple.physics.contact import normal_damping
 
@@ -43,18 +44,21 @@ def build_context(case: Case, needs: dict[str, bool], folder: Path = Path()) -> 
     """Everything the templates of this case, whose own files lie in `folder`, may name."""
     context: dict[str, Any] = {"case": case, "needs": needs}
     if case.gas:
-        context |= _gas_context(case, case.gas, find_region(case, folder))
+        context |= _gas_context(case, case.gas, find_region(case, folder), needs)
+        if needs["openings"]:
+            context["streams"] = _list_streams(case, folder)
     if case.particles and case.contact:
         context |= _grains_context(case.particles, case.contact)
         context["boundary"] = " ".join("p" if wrapped else "f" for wrapped in derived.wraps(case.domain))
     return context
 
 
-def _gas_context(case: Case, gas: Gas, region: Region) -> dict[str, Any]:
+def _gas_context(case: Case, gas: Gas, region: Region, needs: dict[str, bool]) -> dict[str, Any]:
     context: dict[str, Any] = {
         "kinematic_viscosity": gas.viscosity / gas.density,
         "open_velocity": derived.inlet_ramp(gas)[0][1] * derived.open_share(case),
         "start_velocity": _find_start_velocity(gas, region),
+        "has_walls": needs["openings"] or len(case.domain.periodic) < len(_SIDES),
         "wall_faces": [face for axis, faces in _SIDES.items() if axis not in case.domain.periodic for face in faces],
         "cyclic_faces": {axis: faces for axis, faces in _SIDES.items() if axis in case.domain.periodic},
         "multigrid": region.cells >= _MULTIGRID_FROM,
@@ -69,6 +73,15 @@ def _gas_context(case: Case, gas: Gas, region: Region) -> dict[str, Any]:
     if gas.closed_nozzle:
         context["nozzle"] = _nozzle_box(case, gas.closed_nozzle)
     return context
+
+
+def _list_streams(case: Case, folder: Path) -> list[dict[str, Any]]:
+    """Rows of each stream through open faces, and its part of each face of the inlet."""
+    shares = find_openings(case, folder).shares.tolist()
+    moving = [(stream, parts) for stream, parts in zip(list_streams(case), shares, strict=True) if not stream.is_closed]
+    if not moving:  # an inlet without faces
+        moving = [(list_streams(case)[0], [])]
+    return [{"rows": stream.rows, "shares": parts} for stream, parts in moving]
 
 
 def _find_start_velocity(gas: Gas, region: Region) -> float:

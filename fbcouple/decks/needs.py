@@ -7,8 +7,10 @@ from dataclasses import dataclass
 
 from fbcouple.case.bed.acceleration import choose_acceleration
 from fbcouple.case.bed.contact_coefficients import list_coefficients
-from fbcouple.case.bed.derived import tangential_law
+from fbcouple.case.bed.derived import has_ramp, tangential_law
 from fbcouple.case.bed.particle_types import count_kinds, list_kinds
+from fbcouple.case.bed.region import has_own_mesh
+from fbcouple.case.bed.streams import has_openings
 from fbcouple.case.presets import NONE, describe_preset
 from fbcouple.case.schema.sections import Case
 
@@ -55,8 +57,9 @@ def _coupling(case: Case) -> tuple[bool, str]:
 
 @_part
 def _block_mesh(case: Case) -> tuple[bool, str]:
-    needed = case.gas is not None and case.domain.is_plain_box
-    return needed, f"domain.shape = {case.domain.shape}" if case.gas else "no [gas]: no mesh"
+    needed = case.gas is not None and not has_own_mesh(case)
+    words = "faces are parted for gas.inlets and gas.outlets" if has_openings(case) else ""
+    return needed, (words or f"domain.shape = {case.domain.shape}") if case.gas else "no [gas]: no mesh"
 
 
 @_part
@@ -78,6 +81,13 @@ def _closed_nozzle(case: Case) -> tuple[bool, str]:
 
 
 @_part
+def _openings(case: Case) -> tuple[bool, str]:
+    words = "gas.inlets, gas.outlets or gas.closed_nozzle_size"
+    there = has_openings(case)
+    return there, words if there else "gas comes in by the floor and leaves at the top"
+
+
+@_part
 def _lid(case: Case) -> tuple[bool, str]:
     closed = case.gas is not None and case.gas.top == "closed"
     return closed, "gas.top = closed" if closed else "gas leaves at the top"
@@ -91,14 +101,16 @@ def _periodic(case: Case) -> tuple[bool, str]:
 
 @_part
 def _inlet_ramp(case: Case) -> tuple[bool, str]:
-    ramp = case.gas is not None and case.gas.inlet_ramp is not None
-    return ramp, "gas.inlet_ramp is given" if ramp else "the inlet has one velocity"
+    ramp = case.gas is not None and has_ramp(case.gas)
+    return ramp, "gas.inlet_ramp, or a ramp of gas.inlets" if ramp else "the inlet has one velocity"
 
 
 @_part
 def _superficial_inlet(case: Case) -> tuple[bool, str]:
     if case.gas is None:
         return False, "no [gas]: nothing comes in"
+    if has_openings(case):
+        return True, "faces have parts of several velocities"
     if case.domain.shape == "file":
         return True, "each face of the mesh's inlet has its own normal"
     ramp = case.gas.inlet_ramp is not None

@@ -14,7 +14,7 @@ from jinja2.sandbox import ImmutableSandboxedEnvironment
 
 from fbcouple.case.bed.lattice import lattice_kinds, lattice_positions
 from fbcouple.case.bed.particle_types import largest_diameter, list_kinds, particle_count
-from fbcouple.case.bed.region import read_mesh
+from fbcouple.case.bed.region import has_own_mesh, read_mesh
 from fbcouple.case.changes import list_values
 from fbcouple.case.companions import copy_companions
 from fbcouple.case.load import write_case
@@ -125,7 +125,7 @@ def set_up(
     refuse_foreign(run)
     place = folder or Path()
     decks = render_decks(case, place)
-    mesh = None if case.domain.is_plain_box else read_mesh(case, place)
+    mesh = read_mesh(case, place) if has_own_mesh(case) else None
     lines: list[str] = []
     if case.particles:
         start = read_positions(case), read_kinds(case), find_box(case, mesh), read_velocities(case)

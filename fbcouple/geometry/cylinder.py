@@ -33,6 +33,13 @@ def find_section(diameter: float, across: int) -> float:
     return sides / 2.0 * (diameter / 2.0) ** 2 * float(np.sin(2.0 * np.pi / sides))
 
 
+def make_floor(diameter: float, across: int) -> np.ndarray:
+    """Corners (n, 2) [m] of that polygon, anticlockwise."""
+    sides = _SECTORS * (across // 2)
+    angles = 2.0 * np.pi * np.arange(sides) / sides
+    return 0.5 * diameter * (np.column_stack([np.cos(angles), np.sin(angles)]) + 1.0)
+
+
 def _triangulate(rings: int) -> tuple[np.ndarray, np.ndarray]:
     """Points (n, 2) of a disc of the radius `rings`, and its triangles (m, 3), anticlockwise."""
     points, triangles = [np.zeros((1, 2))], []

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from fbcouple.errors import CaseError
+from fbcouple.geometry.block import CYCLIC
 from fbcouple.geometry.foam_boundary import read_patches
 from fbcouple.geometry.foam_text import find_part, read_numbers
 from fbcouple.geometry.polymesh import Patches, PolyMesh
@@ -106,7 +107,8 @@ def _require_patches(patches: Patches, inner: int, faces: int) -> None:
 
 
 def write_polymesh(mesh: PolyMesh, folder: Path) -> None:
-    """Write `mesh` into `folder`; the patches "inlet" and "outlet" are open, all others walls."""
+    """Write `mesh` into `folder`; the patches "inlet" and "outlet" are open, those at the ends of an axis along which
+    a box repeats itself cyclic, all others walls."""
     folder.mkdir(parents=True, exist_ok=True)
     lists = {
         "points": (f"({x!r} {y!r} {z!r})" for x, y, z in mesh.points.tolist()),
@@ -120,10 +122,13 @@ def write_polymesh(mesh: PolyMesh, folder: Path) -> None:
             file.write(f"{_format_head(name)}{counts.get(name, len(mesh.neighbour))}\n(\n")
             file.writelines(f"{line}\n" for line in lines)
             file.write(")\n")
+    partners = {name: pair[1 - n] for pair in CYCLIC.values() for n, name in enumerate(pair)}
     with (folder / "boundary").open("w", encoding="utf-8") as file:
         file.write(f"{_format_head('boundary')}{len(mesh.patches)}\n(\n")
         for name, (start, count) in mesh.patches.items():
             kind = "patch" if name in ("inlet", "outlet") else "wall"
+            if name in partners:
+                kind = f"cyclic; neighbourPatch {partners[name]}"
             file.write(f"{name} {{ type {kind}; nFaces {count}; startFace {start}; }}\n")
         file.write(")\n")
 

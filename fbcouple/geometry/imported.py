@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fnmatch
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -136,40 +137,55 @@ def choose_patches(found: ImportedMesh, inlet: str, outlet: str) -> PolyMesh:
 
     Raises: CaseError (one text) if one is not there, is not all on the outside, or if they share faces.
     """
-    for key, name in ((INLET, inlet), (OUTLET, outlet)):
-        _require_surface(found, key, name)
-    first, second = found.surfaces[inlet], found.surfaces[outlet]
+    first, second = (take_surface(found, f"domain.{key}", name) for key, name in ((INLET, inlet), (OUTLET, outlet)))
     if shared := len(np.intersect1d(first, second)):
         text = f"{inlet} and {outlet} share {shared} faces"
         raise CaseError([f"{text}; name two surfaces with domain.inlet and domain.outlet that share none."])
     return arrange_patches(found.mesh, first, second)
 
 
-def _require_surface(found: ImportedMesh, key: str, name: str) -> None:
-    """Raise CaseError unless the surface `name` is there and all of it on the outside of cells."""
+def take_surfaces(found: ImportedMesh, key: str, patterns: Sequence[str]) -> np.ndarray:
+    """Faces of the surfaces that names or shell patterns, given by the option `key`, mean.
+
+    Raises: CaseError (one text) if one means no surface, or a surface is not all on the outside.
+    """
+    faces = [np.empty(0, np.int64)]
+    for pattern in patterns:
+        names = [pattern] if pattern in found.surfaces else fnmatch.filter(found.surfaces, pattern)
+        faces += [take_surface(found, key, name) for name in names or [pattern]]
+    return np.unique(np.concatenate(faces))
+
+
+def take_surface(found: ImportedMesh, key: str, name: str) -> np.ndarray:
+    """Faces of the surface `name`, which the option `key` gives.
+
+    Raises: CaseError (one text) unless it is there and all of it on the outside of cells.
+    """
     if inner := found.inner.get(name):
         text = f"{inner} faces of {name} lie between two cells"
-        raise CaseError([f"{text}; the {key} is on the outside of the mesh: take them out of the group."])
+        raise CaseError([f"{text}; {key} is on the outside of the mesh: take them out of the group."])
     if loose := found.loose.get(name):
         text = f"{loose} faces of {name} are no sides of cells"
         raise CaseError([f"{text}; mesh surface and volume in one go, so that they share their points."])
     if len(found.surfaces.get(name, [])):
-        return
+        return found.surfaces[name]
     known = ", ".join(word for word, faces in found.surfaces.items() if len(faces)) or "none"
     text = f"there is no patch {name} with faces"
     if name in found.others and name not in found.surfaces:
         text = f"{name} is a group of volumes, curves or points, a group of surfaces is allowed"
     elif name in found.surfaces:
         text = f"the patch {name} has no faces"
-    raise CaseError([f"{text}; give domain.{key} = one of: {known}."])
+    raise CaseError([f"{text}; give {key} = one of: {known}."])
 
 
-def arrange_patches(mesh: PolyMesh, first: np.ndarray, second: np.ndarray) -> PolyMesh:
-    """The mesh with the outer faces `first` as the patch inlet, `second` as outlet, and all others as walls."""
+def arrange_patches(mesh: PolyMesh, first: np.ndarray, second: np.ndarray, kept: Sequence[str] = ()) -> PolyMesh:
+    """The mesh with the outer faces `first` as the patch inlet, `second` as outlet, and all others as walls but for the
+    patches `kept`, which stay as they are."""
     inner = len(mesh.neighbour)
-    rest = np.setdiff1d(np.arange(inner, len(mesh.owner)), np.concatenate([first, second]))
-    order = np.concatenate([np.arange(inner), first, second, rest])
-    starts = np.cumsum([inner, len(first), len(second)]).tolist()
-    counts = map(len, (first, second, rest))
-    patches = dict(zip((INLET, OUTLET, WALLS), zip(starts, counts, strict=True), strict=True))
+    others = [mesh.list_patch(name) for name in kept]
+    rest = np.setdiff1d(np.arange(inner, len(mesh.owner)), np.concatenate([first, second, *others]))
+    parts = [first, second, rest, *others]
+    order = np.concatenate([np.arange(inner), *parts])
+    starts = np.cumsum([inner, *map(len, parts)]).tolist()[:-1]
+    patches = dict(zip((INLET, OUTLET, WALLS, *kept), zip(starts, map(len, parts), strict=True), strict=True))
     return replace(mesh, faces=mesh.faces.take(order), owner=mesh.owner[order], patches=patches)

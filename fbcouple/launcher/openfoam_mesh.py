@@ -11,7 +11,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from fbcouple.case.bed.region import read_mesh
+from fbcouple.case.bed.region import has_own_mesh, read_mesh
 from fbcouple.case.schema.sections import Case
 from fbcouple.decks.needs import find_needs
 from fbcouple.decks.render import make_environment
@@ -46,10 +46,10 @@ def prepare_mesh(case: Case, run: Path, ranks: int, guard: Guard | None = None) 
     for old in (*_list_parts(cfd), *_time_folders(cfd), cfd / "constant/polyMesh"):
         _remove(old)
     (run / "logs/mesh.log").write_text("", encoding="utf-8")
-    if case.domain.is_plain_box:
-        _run_tool(run, guard, "blockMesh")
-    else:
+    if has_own_mesh(case):
         write_polymesh(read_mesh(case, run), cfd / "constant/polyMesh")
+    else:
+        _run_tool(run, guard, "blockMesh")
     if find_needs(case)["closed_nozzle"]:
         _run_tool(run, guard, "topoSet")
         _run_tool(run, guard, "createPatch", "-overwrite")

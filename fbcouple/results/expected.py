@@ -116,8 +116,22 @@ def _find_in_case(case: Mapping[str, Any]) -> list[str]:
             faults.append(f"{key} of its case is {_show(options.get(name))}, and not {_describe(is_right)}")
     gas = case.get("gas")
     if gas is not None and gas.get("inlet_velocity") is None and gas.get("inlet_ramp") is None:
-        faults.append("[gas] of its case has neither inlet_velocity nor inlet_ramp")
+        faults += _find_in_inlets(gas)
     return faults
+
+
+def _find_in_inlets(gas: Mapping[str, Any]) -> list[str]:
+    inlets = gas.get("inlets")
+    if not inlets:
+        return ["[gas] of its case has neither inlet_velocity nor inlet_ramp nor inlets"]
+    tables = inlets if isinstance(inlets, list) else [None]
+    right = is_size(gas.get("inlet_section")) and all(
+        isinstance(table, dict)
+        and is_number(table.get("area"))
+        and (is_number(table.get("velocity")) or are_rows(table.get("ramp")))
+        for table in tables
+    )
+    return [] if right else ["gas.inlets of its case are not tables with velocity or ramp and area"]
 
 
 def _describe(is_right: Is) -> str:

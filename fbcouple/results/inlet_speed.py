@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -11,10 +11,36 @@ Row = tuple[float, float]
 
 
 def list_rows(gas: Mapping[str, Any]) -> list[Row]:
-    """Rows (time [s], velocity [m/s]) of the inflow; one if it is constant. Up is above zero."""
-    if gas.get("inlet_velocity") is not None:
-        return [(0.0, float(gas["inlet_velocity"]))]
-    return [(float(time), float(velocity)) for time, velocity in gas["inlet_ramp"]]
+    """Rows (time [s], velocity [m/s]) of the inflow, of several inlets together; one if it is constant. Up is above
+    zero."""
+    if inlets := gas.get("inlets"):
+        section = float(gas["inlet_section"])
+        return sum_rows([(float(inlet["area"]) / section, _list_own(inlet, "velocity", "ramp")) for inlet in inlets])
+    return _list_own(gas, "inlet_velocity", "inlet_ramp")
+
+
+def is_constant(gas: Mapping[str, Any]) -> bool:
+    """Does the inflow have one velocity from the start to the end?"""
+    return len(list_rows(gas)) == 1 and gas.get("inlet_ramp") is None
+
+
+def _list_own(table: Mapping[str, Any], velocity: str, ramp: str) -> list[Row]:
+    if table.get(velocity) is not None:
+        return [(0.0, float(table[velocity]))]
+    return [(float(time), float(value)) for time, value in table[ramp]]
+
+
+def sum_rows(parts: Sequence[tuple[float, Sequence[Row]]]) -> list[Row]:
+    """Rows of the sum of several inflows, each a factor and its rows; a jump of one is a jump of the sum."""
+    times = sorted({time for _, rows in parts for time, _ in rows})
+    if all(len(rows) == 1 for _, rows in parts):
+        return [(0.0, sum(factor * rows[0][1] for factor, rows in parts))]
+    sums: list[Row] = []
+    for time in times:
+        before = sum(factor * _find_before(rows, time) for factor, rows in parts)
+        after = sum(factor * _find_after(rows, time) for factor, rows in parts)
+        sums += [(time, before)] if before == after else [(time, before), (time, after)]
+    return sums
 
 
 def find_fastest(gas: Mapping[str, Any], start: float, end: float) -> float:
@@ -37,20 +63,20 @@ def _cut(rows: list[Row], start: float, end: float) -> list[Row]:
     return [(start, _find_after(rows, start)), *inner, (end, _find_before(rows, end))]
 
 
-def _find_after(rows: list[Row], time: float) -> float:
+def _find_after(rows: Sequence[Row], time: float) -> float:
     """Velocity at `time`, of a jump there the later one; before the first row its own, after the last its own."""
     place = bisect_right(rows, time, key=lambda row: row[0])
     return rows[-1][1] if place == len(rows) else _interpolate(rows, max(place, 1), time)
 
 
-def _find_before(rows: list[Row], time: float) -> float:
+def _find_before(rows: Sequence[Row], time: float) -> float:
     """Velocity at `time`, of a jump there the earlier one."""
     place = bisect_left(rows, time, key=lambda row: row[0])
     return rows[-1][1] if place == len(rows) else _interpolate(rows, max(place, 1), time)
 
 
-def _interpolate(rows: list[Row], place: int, time: float) -> float:
+def _interpolate(rows: Sequence[Row], place: int, time: float) -> float:
     """Velocity at `time` between the rows `place` - 1 and `place`; before them that of the former."""
     (early, slow), (late, fast) = rows[place - 1], rows[min(place, len(rows) - 1)]
     part = (time - early) / (late - early) if late > early else 0.0
-    return slow + min(max(part, 0.0), 1.0) * (fast - slow)
+    return fast if part >= 1.0 else slow + max(part, 0.0) * (fast - slow)

@@ -93,7 +93,7 @@ def _start_clock(case: Case, end: float, edge: float) -> Clock:
     if case.gas:
         speed = max(derived.open_velocity(case), _SLOWEST)
         room = case.gas.max_courant * edge / speed
-        longest = min(room if case.gas.inlet_ramp else math.inf, case.gas.max_step or math.inf)
+        longest = min(room if derived.has_ramp(case.gas) else math.inf, case.gas.max_step or math.inf)
         first = dem_step or min(room, longest)
     return Clock(end, dem_step, first, longest)
 

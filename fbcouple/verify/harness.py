@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
+from fbcouple.case.bed.adopt_inlets import adopt_inlets
 from fbcouple.case.bed.lattice import lattice_kinds, lattice_positions
 from fbcouple.case.companions import copy_companions
 from fbcouple.case.schema.sections import Case
@@ -43,7 +44,7 @@ def open_bench(
     folder: where the files lie that the case brings, a mesh.
     edits: deck file -> change of its text, for checks that need what no case asks for (a moving lid).
     """
-    case = _make_case(sections, positions)
+    case = adopt_inlets(_make_case(sections, positions), folder)
     run = place / "run"
     if comm.rank == 0:
         set_up(

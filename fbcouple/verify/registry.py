@@ -30,6 +30,7 @@ MODULES = (
     "fluidization",
     "inlet",
     "inlet_faces",
+    "openings",
     "mixture",
     "cylinder",
     "weight",

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fbcouple.postproc.statistics import summarise
-from fbcouple.results.inlet_speed import find_mean
+from fbcouple.results.inlet_speed import find_mean, is_constant
 from fbcouple.results.reader import NotDrawableError, Results, depth_average
 
 
@@ -137,7 +137,7 @@ def _inflow(results: Results) -> Watched:
         raise NotDrawableError(["as much gas flows down as up."])
     layers = results.mean("gas_flux").sel(component="z").mean(["x", "y"]).values / mean
     value = float(layers[np.argmax(np.abs(layers - 1.0))])
-    if gas.get("inlet_velocity") is None:
+    if not is_constant(gas):
         return Watched("mean gas flux at a height over the mean inflow, farthest from 1", value, "near 1")
     return Watched("mean gas flux at a height over U_f, farthest from 1", value, "1 within 1 %")
 

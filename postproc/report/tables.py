@@ -16,7 +16,7 @@ from fbcouple.postproc.figures.spectrum import SIGNALS as SPECTRA
 from fbcouple.postproc.figures.spectrum import spectra_of
 from fbcouple.postproc.report.monitors import MONITORS
 from fbcouple.postproc.statistics import format_not_reached, summarise
-from fbcouple.results.inlet_speed import list_rows
+from fbcouple.results.inlet_speed import is_constant, list_rows
 from fbcouple.results.reader import NotDrawableError, Results
 
 Rows = list[dict[str, Any]]
@@ -72,9 +72,9 @@ def tabulate_solved(results: Results) -> Rows:
 def _format_inflow(results: Results) -> float | str:
     """The constant velocity of the inflow, or what its rows are and which velocity others are put in proportion to."""
     gas = results.case["gas"]
-    if gas.get("inlet_velocity") is not None:
-        return float(gas["inlet_velocity"])
     rows = list_rows(gas)
+    if is_constant(gas):
+        return rows[0][1]
     words = f"{len(rows)} rows in time, {rows[0][1]:g} to {rows[-1][1]:g}"
     speed = results.inlet_speed
     return (

@@ -107,8 +107,9 @@ def test_mistakes_do_not_fit_the_schema(case, error):
 def test_schema_has_every_option_with_its_unit():
     properties = SCHEMA["properties"]
     for key, option in list_options().items():
-        section, _, name = key.rpartition(".")
-        rules = (properties[section]["properties"] if section else properties)[name]
+        section, *table, name = ["", *key.split(".")][-max(2, key.count(".") + 1) :]
+        held = properties[section]["properties"] if section else properties
+        rules = (held[table[0]]["items"]["properties"] if table else held)[name]
         assert rules["description"].startswith(option.sentence)
         assert (f"[{option.unit}]" in rules["description"]) is (option.unit != "1")
         assert "null" not in json.dumps(rules)

@@ -119,6 +119,7 @@ CONTACT_OPTIONS = ("tangential_history", "rolling_friction", "hertz")
 OTHER_OPTIONS = {
     "preset": "tests/case/test_presets.py",
     "lid": "test_inlet_decks.py",
+    "openings": "test_opening_decks.py",
     "inlet_ramp": "test_inlet_decks.py",
     "superficial_inlet": "test_inlet_decks.py",
     "periodic": "test_periodic_decks.py",

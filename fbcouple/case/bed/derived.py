@@ -6,6 +6,7 @@ Equation numbers are those of Hamidouche et al. 2019, Fluids 4(1):51.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from itertools import combinations_with_replacement
 from typing import Literal
 
@@ -14,8 +15,10 @@ import numpy as np
 from fbcouple.case.bed.contact_coefficients import Coefficients, find_pair, find_wall, list_coefficients
 from fbcouple.case.bed.contact_steps import FREE, Contacts, Oscillator, count_steps
 from fbcouple.case.bed.particle_types import Kind, list_kinds
+from fbcouple.case.schema.inlets import Inlet
 from fbcouple.case.schema.sections import Case, Contact, Domain, Gas, Particles
 from fbcouple.physics.contact import contact_time, normal_damping
+from fbcouple.results.inlet_speed import sum_rows
 
 # 2 times the integral of dx/sqrt(1 - x^(5/2)) from 0 to 1.
 _HERTZ_DURATION = 4.0 * math.sqrt(math.pi) * math.gamma(0.4) / (5.0 * math.gamma(0.9))
@@ -156,12 +159,31 @@ def wraps(domain: Domain) -> tuple[bool, bool, bool]:
     return "x" in domain.periodic, "y" in domain.periodic, False
 
 
+def inlet_rows(inlet: Inlet) -> tuple[tuple[float, float], ...]:
+    """Times [s] and superficial velocities [m/s] over one of the `inlets`."""
+    return inlet.ramp or ((0.0, inlet.velocity or 0.0),)
+
+
 def inlet_ramp(gas: Gas) -> tuple[tuple[float, float], ...]:
-    """Times [s] and superficial velocities [m/s] over the whole floor; a constant inlet is a ramp of one row."""
+    """Times [s] and superficial velocities [m/s] over the whole floor, of `inlets` that of all of them together; a
+    constant inlet is a ramp of one row."""
+    if gas.inlets:
+        return _sum_inlets(gas)
     if gas.inlet_ramp is not None:
         return gas.inlet_ramp
     assert gas.inlet_velocity is not None, "the checks ask for one of the two"
     return ((0.0, gas.inlet_velocity),)
+
+
+@lru_cache(maxsize=8)
+def _sum_inlets(gas: Gas) -> tuple[tuple[float, float], ...]:
+    assert gas.inlet_section is not None, "adopt_inlets fills it in"
+    return tuple(sum_rows([((inlet.area or 0.0) / gas.inlet_section, inlet_rows(inlet)) for inlet in gas.inlets]))
+
+
+def has_ramp(gas: Gas) -> bool:
+    """Does the inflow change in time?"""
+    return gas.inlet_ramp is not None or any(inlet.ramp for inlet in gas.inlets)
 
 
 def inlet_range(gas: Gas, start: float, end: float) -> tuple[float, float]:
@@ -183,12 +205,32 @@ def open_share(case: Case) -> float:
     assert case.gas is not None
     if case.domain.shape != "box":
         return 1.0
+    if case.gas.closed_nozzle_size:
+        (width, depth, _), (along, across) = case.domain.size, case.gas.closed_nozzle_size
+        return width * depth / (width * depth - along * across)
     nx, ny, _ = case.domain.cells
     closed = case.gas.closed_nozzle[0] * case.gas.closed_nozzle[1] if case.gas.closed_nozzle else 0
     return nx * ny / (nx * ny - closed)
 
 
-def open_velocity(case: Case) -> float:
-    """Largest superficial speed [m/s] through the open faces of the floor: U_f A/(A - A_closed)."""
+def open_range(case: Case) -> tuple[float, float]:
+    """Least and largest superficial velocity [m/s] through open faces in the whole run: U_f A/(A - A_closed), of
+    `inlets` that of the fastest, in the middle of its profile."""
     assert case.gas is not None
-    return fastest_inlet(case.gas) * open_share(case)
+    if not case.gas.inlets:
+        velocities = [velocity for _, velocity in inlet_ramp(case.gas)]
+        return open_share(case) * min(velocities), open_share(case) * max(velocities)
+    found = [_find_peak(inlet) * velocity for inlet in case.gas.inlets for _, velocity in inlet_rows(inlet)]
+    return min(found), max(found)
+
+
+def _find_peak(inlet: Inlet) -> float:
+    """Velocity in the middle of an inlet over its mean."""
+    if inlet.profile == "flat":
+        return 1.0
+    return 2.0 if inlet.circle else 2.25
+
+
+def open_velocity(case: Case) -> float:
+    """Largest superficial speed [m/s] through the open faces of the inlet, in or out."""
+    return max(map(abs, open_range(case)))

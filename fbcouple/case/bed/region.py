@@ -11,10 +11,12 @@ from pathlib import Path
 
 import numpy as np
 
+from fbcouple.case.bed.openings import Openings, open_mesh
+from fbcouple.case.bed.streams import Opening, Stream, has_openings, list_outlets, list_streams
 from fbcouple.case.companions import find_mesh
 from fbcouple.case.schema.sections import Case, Domain
 from fbcouple.errors import CaseError
-from fbcouple.geometry.block import PER_SQUARE, make_block
+from fbcouple.geometry.block import PER_SQUARE, make_block, make_hexahedra
 from fbcouple.geometry.cylinder import count_cells, find_section, make_cylinder
 from fbcouple.geometry.extrusion import PER_PRISM
 from fbcouple.geometry.filling import Filling
@@ -68,11 +70,41 @@ class Region:
 
 
 def read_mesh(case: Case, folder: Path = Path()) -> PolyMesh:
-    """The mesh of a case that is no box, with the patches inlet, outlet and walls; its own files lie in `folder`.
+    """The mesh of a case that is no plain box, or has openings, with the patches inlet, outlet and walls; its own files
+    lie in `folder`.
 
     Raises: CaseError (one text, without the key) if the mesh cannot be read.
     """
+    if has_openings(case):
+        return find_openings(case, folder).mesh
     return SHAPES[case.domain.shape](case.domain, case.find_folder(folder, case.domain.mesh))
+
+
+def has_own_mesh(case: Case) -> bool:
+    """Is the mesh made or read here, and none of blockMesh's?"""
+    return not case.domain.is_plain_box or has_openings(case)
+
+
+def find_openings(case: Case, folder: Path = Path()) -> Openings:
+    """The mesh of a case with openings, and what each stream has of its inlet's faces. Raises: CaseError as
+    `read_mesh`."""
+    streams, outlets = list_streams(case), list_outlets(case)
+    if case.domain.shape != "file":
+        return _open_made(case.domain, streams, outlets)
+    found = _find_imported(case.domain, case.find_folder(folder, case.domain.mesh))
+    return _open_imported(found, streams, outlets)
+
+
+@lru_cache(maxsize=2)
+def _open_made(domain: Domain, streams: tuple[Stream, ...], outlets: tuple[Opening, ...]) -> Openings:
+    if domain.is_plain_box:
+        return open_mesh(make_hexahedra(domain.size, domain.cells, domain.periodic), streams, outlets)
+    return open_mesh(SHAPES[domain.shape](domain, Path()), streams, outlets)
+
+
+@lru_cache(maxsize=2)
+def _open_imported(found: ImportedMesh, streams: tuple[Stream, ...], outlets: tuple[Opening, ...]) -> Openings:
+    return open_mesh(found.mesh, streams, outlets, found)
 
 
 def find_region(case: Case, folder: Path = Path()) -> Region:
@@ -133,6 +165,11 @@ def read_mesh_of_case(domain: Domain, folder: Path) -> PolyMesh:
     """The mesh that the case brings: a gmsh file, or a polyMesh folder."""
     found = _find_imported(domain, folder)
     return _choose_once(found, domain.inlet or INLET, domain.outlet or OUTLET)
+
+
+def read_imported_mesh(case: Case, folder: Path) -> PolyMesh:
+    """The mesh from a file as it is there. Raises: CaseError as `read_mesh`."""
+    return _find_imported(case.domain, case.find_folder(folder, case.domain.mesh)).mesh
 
 
 def list_inner_surfaces(case: Case, folder: Path) -> dict[str, int]:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from fbcouple.case.bed.contact_coefficients import find_pair, find_wall
-from fbcouple.case.bed.derived import hertz_modulus, hertz_overlap, inlet_ramp, open_share
+from fbcouple.case.bed.derived import hertz_modulus, hertz_overlap, inlet_ramp, open_range
 from fbcouple.case.bed.drag_balance import EXPANDED, find_balance, find_drag
 from fbcouple.case.bed.number import Law, Number, judge
 from fbcouple.case.bed.particle_types import Kind, list_kinds, particle_count, solids_volume
@@ -106,11 +106,12 @@ def _carry(case: Case, kind: Kind, region: Region, bed: float, law: Law | None) 
     assert case.gas is not None
     velocities = [velocity for _, velocity in inlet_ramp(case.gas)]
     column = region.inlet / region.section
-    for way, fastest in ((1.0, max(velocities)), (-1.0, -min(velocities))):
-        if fastest <= 0.0:
+    slowest, jet = open_range(case)
+    for way, fastest, stream in ((1.0, max(velocities), jet), (-1.0, -min(velocities), -slowest)):
+        if stream <= 0.0:
             continue
         streams = [
-            (open_share(case) * fastest, bed, 1.0, "the stream of the inlet over the height of the bed"),
+            (stream, bed, 1.0, "the stream of the inlet over the height of the bed"),
             (column * fastest, region.height, 1.0, "the gas over the height of the region"),
         ]
         if bed > kind.diameter:

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from fbcouple.case.bed.region import read_mesh
+from fbcouple.case.bed.region import read_imported_mesh, read_mesh
+from fbcouple.case.bed.streams import has_openings
 from fbcouple.case.checks.registry import check
 from fbcouple.case.problems import Problem, show
 from fbcouple.case.schema.sections import Case, Domain
@@ -80,7 +81,7 @@ def check_mesh(case: Case, folder: Path) -> Iterator[Problem]:
     if case.domain.shape != "file" or case.domain.mesh is None:
         return
     try:
-        mesh = read_mesh(case, folder)
+        mesh = read_imported_mesh(case, folder) if has_openings(case) else read_mesh(case, folder)
     except CaseError as error:
         yield from (Problem("domain.mesh", problem) for problem in error.problems)
         return

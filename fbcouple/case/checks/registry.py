@@ -11,7 +11,7 @@ from collections.abc import Callable, Collection, Iterator
 from itertools import pairwise
 from pathlib import Path
 
-from fbcouple.case.bed.derived import dem_step
+from fbcouple.case.bed.derived import dem_step, inlet_rows
 from fbcouple.case.bed.particle_types import largest_diameter, particle_count
 from fbcouple.case.bed.region import find_region
 from fbcouple.case.checks.mixture import find_unsound
@@ -144,15 +144,19 @@ def check_contact(case: Case, folder: Path) -> Iterator[Problem]:
             yield Problem("contact.stiffness", f"{text}; give the stiffness in N/m and the particle in SI units.")
 
 
-@check("gas.inlet_velocity", "gas.inlet_ramp")
+@check("gas.inlet_velocity", "gas.inlet_ramp", "gas.inlets")
 def check_inlet(case: Case, folder: Path) -> Iterator[Problem]:
-    """The inlet has one velocity or a ramp, and the times of the ramp go up; a time may stand twice, not more."""
+    """The inlet has one velocity, a ramp or tables, and the times of the ramp go up; a time may stand twice, not
+    more."""
     if case.gas is None:
         return
-    if (case.gas.inlet_velocity is None) == (case.gas.inlet_ramp is None):
-        text = "neither it nor inlet_ramp is given; give one of them (in m/s)"
-        if case.gas.inlet_velocity is not None:
-            text = 'it and inlet_ramp are both given; remove one, that of a base by unset = ["gas.inlet_ramp"]'
+    ways = {"inlet_ramp": case.gas.inlet_ramp, "inlets": case.gas.inlets or None, "it": case.gas.inlet_velocity}
+    given = [name for name, value in ways.items() if value is not None]
+    if len(given) != 1:
+        text = "neither it nor inlet_ramp nor inlets are given; give one of them (in m/s)"
+        if given:
+            both = " and ".join(reversed(given))
+            text = f'{both} are both given; remove one, that of a base by unset = ["gas.{given[0]}"]'
         yield Problem("gas.inlet_velocity", f"{text}.")
     times = [time for time, _ in case.gas.inlet_ramp or ()]
     for row, (before, after) in enumerate(pairwise(times), start=2):
@@ -172,7 +176,7 @@ def check_nozzle(case: Case, folder: Path) -> Iterator[Problem]:
         ", ".join(map(str, range(2 - n % 2, n + 1, 2))) if n < 12 else f"{2 - n % 2}, {4 - n % 2}, ... {n}"
         for n in floor
     ]
-    mend = f"give {allowed[0]} along x and {allowed[1]} along y, not the whole floor in both."
+    mend = f"give {allowed[0]} along x and {allowed[1]} along y, not the whole floor in both, or closed_nozzle_size."
     floor_text = f"{show(given)} is given on a floor of {floor[0]} x {floor[1]} faces"
     if any(n > most for n, most in zip(given, floor, strict=True)) or given == floor:
         yield Problem("gas.closed_nozzle", f"{floor_text} and leaves no face open or sticks out; {mend}")
@@ -180,13 +184,15 @@ def check_nozzle(case: Case, folder: Path) -> Iterator[Problem]:
         yield Problem("gas.closed_nozzle", f"{floor_text} and cannot lie in its middle; {mend}")
 
 
-@check("gas.top", "gas.inlet_velocity", "gas.inlet_ramp")
+@check("gas.top", "gas.inlet_velocity", "gas.inlet_ramp", "gas.inlets")
 def check_lid(case: Case, folder: Path) -> Iterator[Problem]:
     """Under a lid no gas comes in: it is incompressible and could not leave."""
     if case.gas is None or case.gas.top == "open":
         return
     key = "gas.inlet_velocity" if case.gas.inlet_ramp is None else "gas.inlet_ramp"
-    if any([case.gas.inlet_velocity, *(velocity for _, velocity in case.gas.inlet_ramp or ())]):
+    key = "gas.inlets" if case.gas.inlets else key
+    ramps = [case.gas.inlet_ramp or (), *map(inlet_rows, case.gas.inlets)]
+    if any([case.gas.inlet_velocity, *(velocity for ramp in ramps for _, velocity in ramp)]):
         yield Problem(key, "gas comes in and gas.top is closed; give 0 or open the top.")
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from fbcouple.case.schema.reference import BASE, FILE_KEYS, UNSET, list_options, list_sections
+from fbcouple.case.schema.reference import BASE, FILE_KEYS, UNSET, list_options, list_sections, list_tables
 from fbcouple.case.schema.sections import Case
 
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
@@ -19,6 +19,9 @@ def build_schema() -> Rules:
     described = Case.model_json_schema()
     top = _simplify(described)
     sections = {name: _simplify(described["$defs"][model.__name__]) for name, model in list_sections().items() if name}
+    for key, model in list_tables().items():
+        section, _, name = key.partition(".")
+        sections[section]["properties"][name]["items"] = _simplify(model.model_json_schema())
     needed = [name for name in top.pop("required") if name != BASE]
     needed_below = {name: rules.pop("required") for name, rules in sections.items() if "required" in rules}
     properties = _describe_file_keys() | top["properties"] | sections

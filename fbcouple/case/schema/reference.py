@@ -79,10 +79,24 @@ def list_sections(root: type[Section] = Case) -> dict[str, type[Section]]:
 
 
 @cache
-def list_options(root: type[Section] = Case) -> dict[str, Option]:
-    """Return every option of a schema by its dotted key, in the order of the schema; sections are not among them."""
-    options = {}
+def list_tables(root: type[Section] = Case) -> dict[str, type[Section]]:
+    """Return what each table of a list of tables holds, by the key of the list: `particles.feeds` is one, whose tables
+    stand in a file as [[particles.feeds]]."""
+    tables: dict[str, type[Section]] = {}
     for section, model in list_sections(root).items():
+        for name, field in model.model_fields.items():
+            for part in get_args(field.annotation) if section else ():
+                if isinstance(part, type) and issubclass(part, Section):
+                    tables[f"{section}.{name}"] = part
+    return tables
+
+
+@cache
+def list_options(root: type[Section] = Case) -> dict[str, Option]:
+    """Return every option of a schema by its dotted key, in the order of the schema; sections are not among them, the
+    keys of tables in lists come last."""
+    options = {}
+    for section, model in (list_sections(root) | list_tables(root)).items():
         described = model.model_json_schema()
         for name, field in model.model_fields.items():
             if not section and name in list_sections(root):
@@ -112,6 +126,8 @@ def format_rules(rules: dict[str, Any]) -> str:
 def _format_list(rules: dict[str, Any]) -> str:
     if "items" not in rules:
         return f"a list of {rules['minItems']} values, each {format_rules(rules['prefixItems'][0])}"
+    if "$ref" in rules["items"]:
+        return "a list of tables"
     if "prefixItems" in rules["items"]:
         kinds = " and ".join(format_rules(rule) for rule in rules["items"]["prefixItems"])
         return f"a list of rows, each of {kinds}"
@@ -124,8 +140,10 @@ def find_options(name: str) -> list[Option]:
     known = FILE_KEYS | list_options()
     if not name:
         return list(known.values())
-    if name in known:
+    if name in known and name not in list_tables():
         return [known[name]]
+    if name in list_tables():
+        return [known[name], *(option for key, option in known.items() if key.startswith(f"{name}."))]
     if name in list_sections():
         return [option for key, option in known.items() if key.startswith(f"{name}.")]
     return [option for key, option in known.items() if key.rpartition(".")[2] == name]

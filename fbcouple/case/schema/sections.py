@@ -12,9 +12,11 @@ from typing import Literal
 
 from pydantic import Field, PrivateAttr
 
+from fbcouple.case.schema.inlets import Inlets, Outlets
 from fbcouple.case.schema.option import (
     Cells,
     Faces,
+    Lengths,
     Mixture,
     NonNegative,
     Pairs,
@@ -86,7 +88,7 @@ class Gas(Section):
     viscosity: float = option("Dynamic viscosity.", "Pa s", **Positive)
     inlet_velocity: float | None = option(
         "Superficial velocity over the whole floor, a closed nozzle included; of a mesh from a file over the patch "
-        "`inlet`, along the inward normal of each face. Give this or `inlet_ramp`.",
+        "`inlet`, along the inward normal of each face. Give this, `inlet_ramp` or `inlets`.",
         "m s-1",
         None,
         **NonNegative,
@@ -94,13 +96,34 @@ class Gas(Section):
     inlet_ramp: Ramp | None = option(
         "Times [s] and superficial velocities as of `inlet_velocity`, any number of rows, linear between, the last one "
         "from then on; a time given twice is a jump, below 0 the gas leaves by the inlet. A step has the velocity of "
-        "its end. Give this or `inlet_velocity`.",
+        "its end. Give this, `inlet_velocity` or `inlets`.",
         "m s-1",
         None,
+    )
+    inlets: Inlets = option(
+        "Where gas comes in, in place of `inlet_velocity` or `inlet_ramp`: tables [[gas.inlets]]. What none of them "
+        "covers is wall; where two overlap the later one lies on top.",
+        default=(),
+    )
+    outlets: Outlets = option(
+        "Where gas leaves, at pressure 0, in place of the whole top: tables [[gas.outlets]].", default=()
+    )
+    inlet_section: float | None = option(
+        "Area that the superficial velocity of all `inlets` together counts for: of a box or a cylinder the floor, of "
+        "a mesh from a file the inlets; filled in.",
+        "m2",
+        None,
+        **Positive,
     )
     closed_nozzle: Faces | None = option(
         "Faces along x and y in the middle of the floor that let no gas through; absent: the whole floor is open.",
         default=None,
+    )
+    closed_nozzle_size: Lengths | None = option(
+        "Width and depth of the closed nozzle in the middle of the floor, in place of `closed_nozzle`: the same on "
+        "every mesh, faces that it cuts let gas through with their open part.",
+        "m",
+        None,
     )
     top: Literal["open", "closed"] = option(
         "Top of the box: open to gas at pressure 0, or a lid, under which no gas may come in. Particles cannot leave.",

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from fbcouple.case.bed.derived import fastest_inlet
+from fbcouple.case.bed.streams import has_side_openings
 from fbcouple.simulation.simulation import Simulation
 
 
@@ -22,7 +23,7 @@ class HeightFlux:
 
     def prepare(self, sim: Simulation) -> None:
         """Remember the voidage of the gas step just taken, if a checkpoint has not, for the next (collective)."""
-        if not sim.has_gas or self._step == sim.clock.steps + 1:
+        if not sim.has_gas or self._step == sim.clock.steps + 1 or has_side_openings(sim.case):
             return
         before = sim.cells.add_layers(sim.comm, sim.gas.voidage)
         if before is not None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from fbcouple.case.bed.derived import has_ramp
 from fbcouple.paths import LOG
 from fbcouple.results.writer import append_line, read_log
 from fbcouple.simulation.clock import Cadence
@@ -80,7 +81,7 @@ class History(Task):
         if sim.has_gas:
             row.setdefault("gas_flux_error", float("nan"))
             row["pressure_drop"] = since["pressure_time"] / elapsed if elapsed else float("nan")
-            if sim.case.gas and sim.case.gas.inlet_ramp:
+            if sim.case.gas and has_ramp(sim.case.gas):
                 area = self._monitors.inlet.area
                 row["inlet_velocity"] = since["inflow_time"] / elapsed / area if elapsed else float("nan")
             row |= {"gas_mass_error": since["mass_error"], "max_courant": since["courant"]}

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fbcouple.case.bed.region import OUTLET, read_mesh
+from fbcouple.case.bed.region import OUTLET, has_own_mesh, read_mesh
 from fbcouple.geometry.distance import Surface
 from fbcouple.simulation.simulation import Simulation
 
@@ -20,7 +20,7 @@ class Outlet:
         self._surface: Surface | None = None
         gas = sim.case.gas
         self._is_open = gas is not None and sim.has_particles and gas.top == "open"
-        if self._is_open and not sim.case.domain.is_plain_box:
+        if self._is_open and has_own_mesh(sim.case):
             triangles = None
             if sim.comm.rank == 0:
                 mesh = read_mesh(sim.case, run)

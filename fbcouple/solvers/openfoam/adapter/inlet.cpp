@@ -1,11 +1,13 @@
 // A boundary condition of the velocity that OpenFOAM's own lack: `superficialInletVelocity`, put into its selection
 // table. At each face it is
 //
-//   u = -n U(t)/eps
+//   u = -n sum_k s_k U_k(t)/eps
 //
-// with the outward unit normal n, the voidage eps there and the superficial velocity U(t): the patch carries U times its
-// area, whatever way it looks and whatever lies before it. U is a table of times [s] and velocities [m/s], as long as one
-// likes, linear between its rows; of two rows at one time the first holds before it and the second from then on.
+// with the outward unit normal n, the voidage eps there and the superficial velocity U_k(t) of inlet k, of whose area the
+// face has the part s_k of its own: the patch carries U times the area of each inlet, whatever way it looks, whatever
+// lies before it and wherever its edge cuts a face. U is a table of times [s] and velocities [m/s], as long as one likes,
+// linear between its rows; of two rows at one time the first holds before it and the second from then on. One inlet that
+// has all of its faces is the entry `table`; several, or one that cuts faces, are `table1`, `share1`, `table2`, ...
 
 #include <algorithm>
 
@@ -20,31 +22,74 @@ class superficialInletVelocityFvPatchVectorField
 :
     public fixedValueFvPatchVectorField
 {
-    word voidageName_;
-    List<Tuple2<scalar, scalar>> table_;
+    typedef List<Tuple2<scalar, scalar>> Table;
 
-    scalar velocity(const scalar time) const
+    word voidageName_;
+    List<Table> tables_;
+    // Of each table the part of the faces; none where there is one table and it has all of them.
+    List<scalarField> shares_;
+
+    static scalar velocity(const Table& table, const scalar time)
     {
         const auto after = std::upper_bound
         (
-            table_.begin(), table_.end(), time,
+            table.begin(), table.end(), time,
             [](const scalar t, const Tuple2<scalar, scalar>& row) { return t < row.first(); }
         );
-        if (after == table_.begin()) return table_.first().second();
-        if (after == table_.end()) return table_.last().second();
+        if (after == table.begin()) return table.first().second();
+        if (after == table.end()) return table.last().second();
         const Tuple2<scalar, scalar>& before = *(after - 1);
         const scalar part = (time - before.first())/(after->first() - before.first());
         return before.second() + part*(after->second() - before.second());
     }
 
-    void requireOrder(const dictionary& dict) const
+    // The superficial velocity of each face, inwards.
+    tmp<scalarField> velocities() const
     {
-        bool ordered = table_.size() > 0;
-        for (label row = 1; row < table_.size(); ++row) ordered &= !(table_[row].first() < table_[row - 1].first());
+        const scalar time = db().time().value();
+        if (shares_.empty()) return tmp<scalarField>(new scalarField(size(), velocity(tables_[0], time)));
+        tmp<scalarField> sum(new scalarField(size(), Zero));
+        forAll(tables_, k) sum.ref() += velocity(tables_[k], time)*shares_[k];
+        return sum;
+    }
+
+    static word number(const word& name, const label k)
+    {
+        return name + Foam::name(k + 1);
+    }
+
+    void readTables(const dictionary& dict)
+    {
+        if (dict.found("table"))
+        {
+            tables_.append(Table(dict.lookup("table")));
+            requireOrder(dict, tables_.last());
+            return;
+        }
+        for (label k = 0; k == 0 || dict.found(number("table", k)); ++k)
+        {
+            tables_.append(Table(dict.lookup(number("table", k))));
+            requireOrder(dict, tables_.last());
+            shares_.append(scalarField(number("share", k), dict, size()));
+        }
+    }
+
+    void requireOrder(const dictionary& dict, const Table& table) const
+    {
+        bool ordered = table.size() > 0;
+        for (label row = 1; row < table.size(); ++row) ordered &= !(table[row].first() < table[row - 1].first());
         if (ordered) return;
         FatalIOErrorInFunction(dict)
             << "patch " << patch().name() << ": `table` needs a row or more of (time velocity), ordered by time"
             << exit(FatalIOError);
+    }
+
+    // In text also where fields are written in binary: OpenFOAM's tools, which do not know it, hand it on as it is.
+    static void writeTable(Ostream& os, const word& name, const Table& table)
+    {
+        os.writeKeyword(name) << token::BEGIN_LIST;
+        forAll(table, row) os << nl << table[row];
+        os << token::END_LIST << token::END_STATEMENT << nl;
     }
 
 public:
@@ -55,7 +100,7 @@ public:
     :
         fixedValueFvPatchVectorField(p, iF),
         voidageName_("voidage"),
-        table_(1, Tuple2<scalar, scalar>(0, 0))
+        tables_(1, Table(1, Tuple2<scalar, scalar>(0, 0)))
     {}
 
     // At time zero, where no voidage is known yet, `value` is what the table says over a voidage of 1: the one in the
@@ -66,12 +111,10 @@ public:
     )
     :
         fixedValueFvPatchVectorField(p, iF, dict),
-        voidageName_(dict.lookupOrDefault<word>("voidage", "voidage")),
-        table_(dict.lookup("table"))
+        voidageName_(dict.lookupOrDefault<word>("voidage", "voidage"))
     {
-        requireOrder(dict);
-        const scalar time = db().time().value();
-        if (time == 0) fvPatchVectorField::operator==(-velocity(time)*p.nf());
+        readTables(dict);
+        if (db().time().value() == 0) fvPatchVectorField::operator==(-velocities()*p.nf());
     }
 
     superficialInletVelocityFvPatchVectorField
@@ -82,14 +125,18 @@ public:
     :
         fixedValueFvPatchVectorField(other, p, iF, mapper),
         voidageName_(other.voidageName_),
-        table_(other.table_)
-    {}
+        tables_(other.tables_),
+        shares_(other.shares_.size())
+    {
+        forAll(shares_, k) shares_[k] = scalarField(other.shares_[k], mapper);
+    }
 
     superficialInletVelocityFvPatchVectorField(const superficialInletVelocityFvPatchVectorField& other)
     :
         fixedValueFvPatchVectorField(other),
         voidageName_(other.voidageName_),
-        table_(other.table_)
+        tables_(other.tables_),
+        shares_(other.shares_)
     {}
 
     superficialInletVelocityFvPatchVectorField
@@ -99,7 +146,8 @@ public:
     :
         fixedValueFvPatchVectorField(other, iF),
         voidageName_(other.voidageName_),
-        table_(other.table_)
+        tables_(other.tables_),
+        shares_(other.shares_)
     {}
 
     virtual tmp<fvPatchVectorField> clone() const
@@ -112,11 +160,24 @@ public:
         return tmp<fvPatchVectorField>(new superficialInletVelocityFvPatchVectorField(*this, iF));
     }
 
+    virtual void autoMap(const fvPatchFieldMapper& mapper)
+    {
+        fixedValueFvPatchVectorField::autoMap(mapper);
+        for (scalarField& share : shares_) share.autoMap(mapper);
+    }
+
+    virtual void rmap(const fvPatchVectorField& field, const labelList& addressing)
+    {
+        fixedValueFvPatchVectorField::rmap(field, addressing);
+        const auto& other = refCast<const superficialInletVelocityFvPatchVectorField>(field);
+        forAll(shares_, k) shares_[k].rmap(other.shares_[k], addressing);
+    }
+
     virtual void updateCoeffs()
     {
         if (updated()) return;
         const fvPatchScalarField& voidage = patch().lookupPatchField<volScalarField, scalar>(voidageName_);
-        fvPatchVectorField::operator==(-velocity(db().time().value())*patch().nf()/voidage);
+        fvPatchVectorField::operator==(-velocities()*patch().nf()/voidage);
         fixedValueFvPatchVectorField::updateCoeffs();
     }
 
@@ -124,10 +185,12 @@ public:
     {
         fvPatchVectorField::write(os);
         os.writeEntry("voidage", voidageName_);
-        // In text also where fields are written in binary: OpenFOAM's tools, which do not know it, hand it on as it is.
-        os.writeKeyword("table") << token::BEGIN_LIST;
-        forAll(table_, row) os << nl << table_[row];
-        os << token::END_LIST << token::END_STATEMENT << nl;
+        if (shares_.empty()) writeTable(os, "table", tables_[0]);
+        forAll(shares_, k)
+        {
+            writeTable(os, number("table", k), tables_[k]);
+            shares_[k].writeEntry(number("share", k), os);
+        }
         writeEntry("value", os);
     }
 };

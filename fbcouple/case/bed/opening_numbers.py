@@ -1,0 +1,35 @@
+"""Numbers of the inlets and outlets of a case, before a run: areas, velocities, flows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from fbcouple.case.bed.derived import fastest_inlet
+from fbcouple.case.bed.number import Number
+from fbcouple.case.bed.openings import describe, find_stream_areas
+from fbcouple.case.bed.region import Region, find_openings
+from fbcouple.case.bed.streams import list_outlets, list_streams
+from fbcouple.case.schema.sections import Case
+
+
+def describe_openings(case: Case, region: Region, folder: Path) -> Iterator[Number]:
+    """The flow of each inlet as the mesh lets it through, the area of the outlets, and the velocity of the whole."""
+    assert case.gas is not None
+    streams, openings = list_streams(case), find_openings(case, folder)
+    areas = find_stream_areas(openings).tolist()
+    for number, (stream, area) in enumerate(zip(streams, areas, strict=True), start=1):
+        times, velocities = np.array(stream.rows).T
+        velocity = float(velocities[np.abs(velocities).argmax()])
+        when = f"at most, over {len(times)} rows of time" if len(times) > 1 else "all the time"
+        meaning = f"{describe(stream.opening).capitalize()}: {area:.7g} m2 of the mesh, {velocity:g} m s-1 {when}."
+        yield Number(f"inlet {number}", area * velocity, "m3 s-1", None, None, meaning)
+    meaning = "Superficial velocity of all inlets together in the mean cross-section, at the fastest."
+    whole = fastest_inlet(case.gas) * region.inlet / region.section
+    yield Number("superficial velocity", whole, "m s-1", None, None, meaning)
+    if case.gas.outlets:
+        where = "; ".join(describe(outlet) for outlet in list_outlets(case))
+        meaning = f"{where[0].upper()}{where[1:]}: whole faces of the mesh, whose centres lie in them."
+        yield Number("outlet area", openings.mesh.find_area("outlet"), "m2", None, None, meaning)

@@ -1,0 +1,94 @@
+"""The mesh of a case with openings: its faces that gas passes, and what each stream has of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fbcouple.case.bed.streams import Opening, Stream, list_above
+from fbcouple.errors import CaseError
+from fbcouple.geometry.imported import ImportedMesh, arrange_patches, take_surfaces
+from fbcouple.geometry.polymesh import PolyMesh
+from fbcouple.geometry.sides import cover_faces, list_polygons, list_side
+
+_LEAST = 1e-9
+"""Part of a face below which an inlet does not have it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Openings:
+    """A mesh with the patches inlet, outlet and walls, and the part (streams, faces) that each stream has of each face
+    of its inlet, weighted with the profile."""
+
+    mesh: PolyMesh
+    shares: np.ndarray
+
+
+def open_mesh(
+    mesh: PolyMesh, streams: tuple[Stream, ...], outlets: tuple[Opening, ...], found: ImportedMesh | None = None
+) -> Openings:
+    """Cut the openings into the outer faces of `mesh`, that of the file `found` if there is one.
+
+    Raises: CaseError (one text) if a patch is not there, an outlet has no face, or gas comes in and leaves by one face.
+    """
+    outer = np.arange(len(mesh.neighbour), len(mesh.owner))
+    shares = np.zeros((len(streams), len(mesh.owner)))
+    for number in range(len(streams)):
+        faces, parts = _cover(mesh, streams, number, found)
+        if found is not None:  # whole faces: a later stream takes them
+            shares[:number, faces] = 0.0
+        shares[number, faces] = parts
+    moving = [number for number, stream in enumerate(streams) if not stream.is_closed]
+    passes = shares[moving][:, outer].max(axis=0, initial=0.0) > _LEAST
+    out = [_find_outlet(mesh, outlet, number, found) for number, outlet in enumerate(outlets, start=1)]
+    leaves = np.unique(np.concatenate([np.empty(0, np.int64), *out]))
+    if shared := len(np.intersect1d(outer[passes], leaves)):
+        raise CaseError([f"inlets and outlets share {shared} faces; move them apart, or name other patches."])
+    kept = [name for name in mesh.patches if name in _KEPT]
+    return Openings(arrange_patches(mesh, outer[passes], leaves, kept), shares[:, outer[passes]])
+
+
+_KEPT = ("xlo", "xhi", "ylo", "yhi")
+
+
+def _cover(
+    mesh: PolyMesh, streams: tuple[Stream, ...], number: int, found: ImportedMesh | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Faces on the side of stream `number`, or of its patches, and its part of each."""
+    stream, opening = streams[number], streams[number].opening
+    if found is not None:
+        faces = take_surfaces(found, "patches", opening.patches)
+        return faces, np.ones(len(faces))
+    faces = list_side(mesh, opening.face)
+    polygons = list_polygons(mesh, faces, opening.face)
+    return faces, cover_faces(polygons, opening.shape, list_above(streams, number), stream.is_parabolic)
+
+
+def _find_outlet(mesh: PolyMesh, outlet: Opening, number: int, found: ImportedMesh | None) -> np.ndarray:
+    """Faces of an outlet: pressure is 0 on all of a face or nowhere on it, so its centre counts."""
+    if found is not None:
+        return take_surfaces(found, "patches", outlet.patches)
+    faces = list_side(mesh, outlet.face)
+    if outlet.shape is not None:
+        centres = np.array([polygon.mean(axis=0) for polygon in list_polygons(mesh, faces, outlet.face)])
+        faces = faces[outlet.shape.has(centres)]
+    if not len(faces):
+        text = f"outlet {number} holds the centre of no face of the mesh on {outlet.face}"
+        raise CaseError([f"{text}; make it larger, or the cells smaller."])
+    return faces
+
+
+def find_stream_areas(openings: Openings) -> np.ndarray:
+    """Area [m2] that each stream has of the inlet, (streams,)."""
+    vectors = openings.mesh.find_vectors(openings.mesh.list_patch("inlet"))
+    return np.asarray(openings.shares @ np.linalg.norm(vectors, axis=1))
+
+
+def describe(opening: Opening) -> str:
+    """Where an opening is, in words."""
+    if opening.patches:
+        return f"patches {', '.join(opening.patches)}"
+    if opening.shape is None:
+        return f"all of the {opening.face}"
+    return f"{type(opening.shape).__name__.lower()} on {opening.face}"

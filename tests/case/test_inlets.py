@@ -1,0 +1,154 @@
+"""Tables of inlets and outlets in a case file: what is refused and how it is told, what is filled in, what follows."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fbcouple.case.bed import derived
+from fbcouple.case.load import load_case, write_case
+from fbcouple.case.preflight import estimate
+from fbcouple.errors import CaseError
+from fbcouple.results.inlet_speed import find_fastest, find_mean, is_constant, list_rows, sum_rows
+
+CASE = """
+title = "a jet in a background"
+end_time = 0.1
+[domain]
+size = [0.08, 0.02, 0.2]
+cells = [16, 4, 40]
+[gas]
+density = 1.2
+viscosity = 1.8e-5
+[particles]
+diameter = 1e-3
+density = 2500.0
+mass = 0.02
+[contact]
+restitution = 0.9
+wall_restitution = 0.9
+friction = 0.1
+wall_friction = 0.1
+[start]
+[exchange]
+filter_passes = 1
+"""
+BACKGROUND = "[[gas.inlets]]\nrectangle = [[0.0, 0.0], [0.08, 0.02]]\nvelocity = 0.5\n"
+JET = "[[gas.inlets]]\ncircle = [0.04, 0.01, 0.012]\nramp = [[0.0, 0.0], [0.05, 10.0]]\n"
+
+
+def write(folder, *tables, text=CASE):
+    (folder / "case.toml").write_text(text.replace("[particles]", "".join(tables) + "[particles]"))
+    return str(folder)
+
+
+def problems_of(folder, *tables, text=CASE, sets=()):
+    with pytest.raises(CaseError) as caught:
+        load_case(write(folder, *tables, text=text), sets)
+    return caught.value.problems
+
+
+def test_areas_and_the_velocity_of_the_whole_are_filled_in(tmp_path):
+    case = load_case(write(tmp_path, BACKGROUND, JET))
+    jet = np.pi * 0.012**2 / 4
+    assert [inlet.area for inlet in case.gas.inlets] == pytest.approx([0.0016 - jet, jet], rel=1e-12)
+    assert case.gas.inlet_section == 0.08 * 0.02
+    whole = (0.5 * (0.0016 - jet) + 10.0 * jet) / 0.0016
+    assert derived.inlet_ramp(case.gas)[-1] == (0.05, pytest.approx(whole, rel=1e-12))
+    assert derived.fastest_inlet(case.gas) == pytest.approx(whole) and derived.open_velocity(case) == 10.0
+    numbers = {number.name: number for number in estimate(case)}
+    assert numbers["inlet 2"].value == pytest.approx(10.0 * jet) and "Circle on floor" in numbers["inlet 2"].meaning
+    assert numbers["superficial velocity"].value == pytest.approx(whole)
+    assert f"{whole:g}" in numbers["minimum fluidization"].limit
+
+
+def test_written_case_is_the_same_and_results_read_its_velocity(tmp_path):
+    (tmp_path / "jet.csv").write_text("time [ms],velocity [m/s]\n0,0\n50,10\n50,8\n")
+    file = JET.replace("ramp = [[0.0, 0.0], [0.05, 10.0]]", 'ramp_file = "jet.csv"')
+    case = load_case(write(tmp_path, BACKGROUND, file))
+    assert case.gas.inlets[1].ramp == ((0.0, 0.0), (0.05, 10.0), (0.05, 8.0))
+    write_case(case, tmp_path / "case.toml")
+    assert load_case(str(tmp_path)) == case
+    gas = case.model_dump(mode="json")["gas"]
+    assert list_rows(gas) == list(derived.inlet_ramp(case.gas)) and len(list_rows(gas)) == 3 and not is_constant(gas)
+    assert find_fastest(gas, 0.0, 0.1) == derived.fastest_inlet(case.gas)
+    (tmp_path / "jet.csv").write_text("time,velocity\n0,0\n0.05,11\n")
+    assert "ramp and ramp_file are both given and differ" in problems_of_file(tmp_path)[0]
+
+
+def problems_of_file(folder):
+    with pytest.raises(CaseError) as caught:
+        load_case(str(folder))
+    return caught.value.problems
+
+
+def test_a_sum_of_ramps_jumps_where_one_of_them_does():
+    steady, jump = [(0.0, 1.0)], [(0.1, 0.0), (0.2, 2.0), (0.2, 0.0), (0.4, 4.0)]
+    rows = sum_rows([(0.5, steady), (0.25, jump), (1.0, [(0.0, 0.0), (0.3, 3.0)])])
+    expected = [(0.0, 0.5), (0.1, 1.5), (0.2, 3.0), (0.2, 2.5), (0.3, 4.0), (0.4, 4.5)]
+    assert np.array(rows) == pytest.approx(np.array(expected), rel=1e-14)
+    assert sum_rows([(0.5, steady), (2.0, [(0.0, 3.0)])]) == [(0.0, 6.5)]
+    assert find_mean({"inlets": [{"area": 2.0, "velocity": 3.0}], "inlet_section": 4.0}, 0.0, 1.0) == 1.5
+
+
+SHORT = CASE.replace("viscosity = 1.8e-5", "viscosity = 1.8e-5\ninlet_velocity = 1.0")
+NOZZLE = SHORT.replace("inlet_velocity = 1.0", "inlet_velocity = 1.0\nclosed_nozzle_size = [0.02, 0.02]")
+HALF = "[[gas.inlets]]\nrectangle = [[0.0, 0.0], [0.04, 0.02]]\nvelocity = 0.5\n"
+MISTAKES = {
+    "no place": ("[[gas.inlets]]\nvelocity = 1.0\n", CASE, "none of rectangle, circle and patches is given"),
+    "patches": (HALF.replace("rectangle = [[0.0, 0.0], [0.04, 0.02]]", 'patches = ["a"]'), CASE, "patches is given"),
+    "two places": (JET + "rectangle = [[0.0, 0.0], [0.01, 0.01]]\n", CASE, "rectangle and circle is given"),
+    "outside": (HALF.replace("0.04", "0.09"), CASE, "sticks out of the face floor, which has x from 0 to 0.08 m"),
+    "circle out": (JET.replace("[0.04, 0.01", "[0.004, 0.01"), CASE, "inlet 1: [0.004, 0.01, 0.012] sticks out"),
+    "no area": (HALF.replace("[0.04, 0.02]", "[0.04, 0.0]"), CASE, "has no area; give two opposite corners"),
+    "no velocity": (HALF.replace("velocity = 0.5\n", ""), CASE, "no velocity is given; give velocity, ramp or"),
+    "velocity twice": (JET + "velocity = 1.0\n", CASE, "velocity and a ramp are both given"),
+    "ramp": (JET.replace("[0.05, 10.0]", "[0.05, 10.0], [0.04, 1.0]"), CASE, "row 3 of its ramp is at 0.04 s, before"),
+    "no file": (HALF.replace("velocity = 0.5", 'ramp_file = "a.csv"'), CASE, "a.csv cannot be read"),
+    "short form": (HALF, SHORT, "it and inlets are both given; remove one"),
+    "all covered": (HALF + BACKGROUND, CASE, "inlet 1: later ones cover all of it; put it behind them"),
+    "area": (HALF + "area = 1e-3\n", CASE, "area = 0.001 m2 is given and it has 0.0008 m2"),
+    "circles": (JET + JET.replace("[0.04,", "[0.045,"), CASE, "circles of inlets 1 and 2 cross each other"),
+    "profile": (BACKGROUND + 'profile = "parabolic"\n' + JET, CASE, "and another inlet lies on it"),
+    "repeats": (
+        HALF + 'face = "front"\n',
+        CASE.replace("[gas]", 'periodic = ["y"]\n[gas]'),
+        'face = "front" is given and the bed repeats itself there',
+    ),
+    "lid": (HALF, CASE.replace("[gas]", '[gas]\ntop = "closed"'), "gas comes in and gas.top is closed"),
+    "nozzle": (HALF, NOZZLE.replace("inlet_velocity = 1.0\n", ""), "a table with velocity = 0 closes what it covers"),
+    "all closed": ("", NOZZLE.replace("[0.02, 0.02]", "[0.08, 0.02]"), "leaves nothing open or sticks out"),
+    "outlet": (
+        HALF + "[[gas.outlets]]\ncircle = [0.04, 0.01, 0.001]\n",
+        CASE,
+        "outlet 1 holds the centre of no face of the mesh on top",
+    ),
+    "cylinder": (
+        JET.replace("[0.04, 0.01,", "[0.04, 0.04,") + 'face = "left"\n',
+        CASE.replace("[16, 4, 40]", "[16, 16, 40]")
+        .replace("[0.08, 0.02", "[0.08, 0.08")
+        .replace("[gas]", 'shape = "cylinder"\n[gas]'),
+        "a cylinder has them on its floor and its top",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_mistakes_name_the_table_and_say_what_is_allowed(tmp_path, name):
+    tables, text, words = MISTAKES[name]
+    problems = problems_of(tmp_path, tables, text=text)
+    assert [problem for problem in problems if words in problem], problems
+
+
+def test_a_closed_nozzle_is_given_once(tmp_path):
+    problems = problems_of(tmp_path, text=NOZZLE, sets=["gas.closed_nozzle=[2,2]"])
+    assert [problem for problem in problems if "it and closed_nozzle_size are both given" in problem]
+
+
+def test_a_circle_on_the_floor_of_a_cylinder(tmp_path):
+    text = CASE.replace("[16, 4, 40]", "[16, 16, 40]").replace("[0.08, 0.02", "[0.08, 0.08")
+    text = text.replace("[gas]", 'shape = "cylinder"\n[gas]')
+    case = load_case(write(tmp_path, JET.replace("[0.04, 0.01,", "[0.04, 0.04,"), text=text))
+    assert case.gas.inlets[0].area == pytest.approx(np.pi * 0.012**2 / 4, rel=1e-12)
+    problems = problems_of(tmp_path, JET.replace("[0.04, 0.01,", "[0.04, 0.074,"), text=text)
+    assert [problem for problem in problems if "within the circle" in problem]
