@@ -19,6 +19,13 @@ MIXTURE = ["particles.mixture=[[0.7e-3, 4000.0, 0.3]]", "contact.pairs=[[1, 2, 0
 SPREAD = ["particles.spread=normal", "particles.deviation=1e-4", "particles.smallest=8e-4", "particles.largest=1.2e-3"]
 KERNEL = ["exchange.voidage=gaussian", "exchange.kernel_width=2.0"]
 RAMP = ["gas.inlet_ramp=[[0.0, 0.0], [1e-3, 1.2], [2e-3, 1.2], [2e-3, -0.3]]"]
+INLETS = [
+    "gas.inlets=[{rectangle=[[0.0, 0.0], [0.01, 0.006]], velocity=0.6}, {circle=[0.0047, 0.0032, 0.0037], "
+    "ramp=[[0.0, 0.0], [1e-3, 3.0], [2e-3, 3.0], [2e-3, 1.0]]}, {rectangle=[[0.001, 0.003], [0.005, 0.007]], "
+    "face='left', velocity=0.5, profile='parabolic'}]",
+    "gas.outlets=[{rectangle=[[0.0, 0.0], [0.008, 0.006]]}]",
+]
+SHORT_FORM = "inlet_velocity = 1.2\n"
 # Settings and ranks.
 SCENES: dict[str, tuple[list[str], int]] = {
     "together": ([*HERTZ, *MIXTURE, *KERNEL, *RAMP, "domain.periodic=['x']", "gas.turbulence=keqn"], 3),
@@ -31,6 +38,7 @@ SCENES: dict[str, tuple[list[str], int]] = {
     "centre": (["exchange.voidage=centre"], 1),
     "diffusion": (["exchange.diffusion_width=3.0"], 1),
     "ramp": (RAMP, 1),
+    "inlets": ([*INLETS, "domain.periodic=['y']"], 2),
     "keqn": (["gas.turbulence=keqn"], 1),
     "dynamic-lagrangian": (["gas.turbulence=dynamic-lagrangian"], 1),
     "localized-dynamic": (["gas.turbulence=localized-dynamic"], 1),
@@ -41,11 +49,11 @@ SCENES: dict[str, tuple[list[str], int]] = {
 
 
 @pytest.mark.parametrize(
-    "scene", [name if name == "together" else pytest.param(name, marks=pytest.mark.slow) for name in SCENES]
+    "scene", [name if name in ("together", "inlets") else pytest.param(name, marks=pytest.mark.slow) for name in SCENES]
 )
 def test_resumed_run_is_the_uninterrupted_one(tmp_path, scene):
     sets, ranks = SCENES[scene]
-    text = BED.replace("inlet_velocity = 1.2\n", "") if RAMP[0] in sets else BED
+    text = BED.replace(SHORT_FORM, "") if RAMP[0] in sets or INLETS[0] in sets else BED
     one, other = (prepare(tmp_path / name, SHORT + sets, text) for name in ("one", "other"))
     rows: list[dict] = []
     resumed: list[dict] = []
