@@ -10,7 +10,7 @@ from shlex import quote
 import click
 
 DIAMETER, DENSITY, VELOCITY = click.FloatRange(1e-6, 1.0), click.FloatRange(10.0, 1e5), click.FloatRange(1e-4, 1e3)
-KIND_NAMES = ("bubbling",)
+KIND_NAMES = ("bubbling", "spout")
 
 
 @click.command()
@@ -35,9 +35,14 @@ KIND_NAMES = ("bubbling",)
     type=click.FloatRange(1e-5, 1e3),
     nargs=3,
     metavar="WIDTH DEPTH HEIGHT",
-    help="Inner size of the box [m]; by default 40, 8 and 100 diameters.",
+    help="Inner size of the box [m]; by default 40, 8 and 100 diameters, of a spout 60, 8 and 200.",
 )
-@click.option("--velocity", type=VELOCITY, help="Superficial gas velocity [m s-1]; by default twice U_mf.")
+@click.option(
+    "--velocity",
+    type=VELOCITY,
+    help="Superficial gas velocity [m s-1], of a spout that of its jet; by default twice U_mf, of a spout 1.3 U_mf in "
+    "the column.",
+)
 def init(
     folder: Path,
     kind: str,

@@ -12,6 +12,7 @@ from collections.abc import Collection, Iterator
 from pathlib import Path
 
 from fbcouple.errors import CaseError
+from fbcouple.geometry.block import CYCLIC
 
 _TOKEN = re.compile(rb'\s+|[{}()\[\];]|"[^"\n]*"|[^\s{}()\[\];"]+')
 _COMMENT = re.compile(rb"//[^\n]*|/\*.*?\*/", re.DOTALL)
@@ -27,7 +28,7 @@ _WORDS = frozenset(
     b"dimensions oriented internalField boundaryField uniform nonuniform List<scalar> List<vector> List<symmTensor> "
     b"List<tensor> volScalarField volVectorField surfaceScalarField surfaceVectorField type calculated processor "
     b"processorCyclic cyclic variables".split()
-)
+) | {name.encode() for pair in CYCLIC.values() for name in pair}
 Words = Collection[bytes]
 
 

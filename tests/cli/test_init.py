@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from fbcouple.case.bed.derived import cell_size
+from fbcouple.case.bed.derived import cell_size, fastest_inlet
 from fbcouple.case.bed.drag_balance import minimum_fluidization
 from fbcouple.case.kinds.registry import KINDS
 from fbcouple.case.load import load_case
@@ -40,6 +40,20 @@ def test_new_case_is_fit(call, tmp_path, diameter):
     assert case.gas.inlet_velocity == pytest.approx(2.0 * minimum_fluidization(case), rel=0.05)
     (overlap,) = (number.value for number in estimate(case) if number.name == "overlap")
     assert overlap == pytest.approx(0.03, rel=0.03)
+
+
+@pytest.mark.parametrize("diameter", [0.5e-3, 1e-3, 3e-3])
+def test_new_spout_is_fit(call, diameter):
+    result = call("init", "spout", "--kind", "spout", "--diameter", diameter)
+    assert result.exit_code == 0, result.stderr
+    case = load_case("spout")
+    assert [number for number in estimate(case) if number.verdict not in (None, "fit")] == []
+    assert 2.0 <= min(cell_size(case)) / diameter <= max(cell_size(case)) / diameter < 3.0
+    assert fastest_inlet(case.gas) == pytest.approx(1.3 * minimum_fluidization(case), rel=0.05)
+    (overlap,) = (number.value for number in estimate(case) if number.name == "overlap")
+    assert overlap == pytest.approx(0.03, rel=0.03)
+    lines = Path("spout/case.toml").read_text().splitlines()
+    assert max(map(len, lines)) <= 120
 
 
 def test_options_reach_the_case(call):
@@ -118,6 +132,17 @@ def test_new_case_runs(call):
     data = open_results(Path("runs/mine")).data
     assert data.attrs["complete"] == 1 and data.time[-1] >= 0.01
     assert float(data.pressure_drop[-1]) > 0.0 and set(data.particles.values) == {573}
+
+
+def test_new_spout_runs(call):
+    """A narrow one, whose slot is less than a cell wide."""
+    assert call("init", "mine", "--kind", "spout", "--size", 0.012, 0.004, 0.05).exit_code == 0
+    sets = [part for text in ("end_time=0.01", "output.record_every=0.002") for part in ("--set", text)]
+    assert call("setup", "mine", *sets).exit_code == 0
+    result = call("run", "runs/mine")
+    assert result.exit_code == 0, result.output
+    data = open_results(Path("runs/mine")).data
+    assert data.attrs["complete"] == 1 and float(data.gas_inflow_error.max()) < 1e-9
 
 
 def test_set_up_makes_the_folders_above_the_run(call, tmp_path):

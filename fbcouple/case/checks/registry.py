@@ -153,7 +153,7 @@ def check_inlet(case: Case, folder: Path) -> Iterator[Problem]:
     ways = {"inlet_ramp": case.gas.inlet_ramp, "inlets": case.gas.inlets or None, "it": case.gas.inlet_velocity}
     given = [name for name, value in ways.items() if value is not None]
     if len(given) != 1:
-        text = "neither it nor inlet_ramp nor inlets are given; give one of them (in m/s)"
+        text = "neither it nor inlet_ramp is given; give one of them (in m/s), or inlets"
         if given:
             both = " and ".join(reversed(given))
             text = f'{both} are both given; remove one, that of a base by unset = ["gas.{given[0]}"]'

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import math
-import tomllib
-from pathlib import Path
 
 from fbcouple.case.bed.drag_balance import minimum_fluidization
-from fbcouple.case.bed.region import find_region
-from fbcouple.case.bed.speeds import SETTLED, estimate_overlap
+from fbcouple.case.bed.speeds import SETTLED
 from fbcouple.case.kinds.registry import Wanted, kind
-from fbcouple.case.schema.sections import Case
+from fbcouple.case.kinds.writing import HEAD, TRIAL_STIFFNESS, align, choose_cells, choose_stiffness, read, round_to
 
 SIZE = (40.0, 8.0, 100.0)
 """Width, depth and height of the box, in diameters, where none are given."""
@@ -22,16 +19,12 @@ EXCESS = 2.0
 """Superficial velocity over U_mf, where none is given."""
 OVERLAP = 0.03
 """Overlap of a contact, in diameters, that the spring is chosen for."""
-COLUMN = 32
-"""Column of the comments behind values."""
-_TRIAL_STIFFNESS = 1000.0
 
 TEXT = """\
 # A bubbling bed, written by `fbcouple init`. All values are in SI units.
-# `fbcouple options` lists every option, `fbcouple options gas.walls` one of them.
-# For completion in an editor with Taplo, write the schema beside this file with
-# `fbcouple options --schema > fbcouple.schema.json` and make this the first line: #:schema ./fbcouple.schema.json
-
+"""
+TEXT += HEAD
+TEXT += """
 title = "Bubbling bed: {diameter_mm:.4g} mm, {density:.4g} kg/m3, gas at {velocity:.4g} m/s"
 end_time = 2.0                  # s; try the case first with --set end_time=0.1
 accuracy = "standard"           # steps and tolerances: "draft" is faster, "reference" finer
@@ -85,20 +78,18 @@ particles_every = 0.25          # s, of all particles, for pictures
 def write_bubbling(wanted: Wanted) -> str:
     """Return the text of a case file of a bubbling bed; U_mf and the overlap are those that `fbcouple check` gives."""
     trial = wanted.velocity or 1.0
-    case = _read(_fill(wanted, trial, _TRIAL_STIFFNESS, ""))
+    case = read(_fill(wanted, trial, TRIAL_STIFFNESS, ""))
     onset = minimum_fluidization(case)
-    velocity = wanted.velocity or _round(EXCESS * onset)
+    velocity = wanted.velocity or round_to(EXCESS * onset)
     words = f"U_mf is {onset:.3g} m s-1"
     words = f"This is {velocity / onset:.3g} U_mf; {words}." if wanted.velocity is None else f"{words}."
-    case = _read(_fill(wanted, velocity, _TRIAL_STIFFNESS, words))
-    (overlap,) = estimate_overlap(case, find_region(case, Path()), None, Path())
-    stiffness = _round(_TRIAL_STIFFNESS * (float(overlap.value) / OVERLAP) ** 2)
+    stiffness = choose_stiffness(read(_fill(wanted, velocity, TRIAL_STIFFNESS, words)), OVERLAP)
     return _fill(wanted, velocity, stiffness, words)
 
 
 def _fill(wanted: Wanted, velocity: float, stiffness: float, words: str) -> str:
-    size = wanted.size or tuple(_round(edge * wanted.diameter, 3) for edge in SIZE)
-    cells = [max(1, math.floor(edge / (CELL * wanted.diameter) + 1e-6)) for edge in size]
+    size = wanted.size or tuple(round_to(edge * wanted.diameter, 3) for edge in SIZE)
+    cells = choose_cells(size, CELL * wanted.diameter)
     text = TEXT.format(
         diameter=wanted.diameter,
         diameter_mm=1e3 * wanted.diameter,
@@ -114,18 +105,4 @@ def _fill(wanted: Wanted, velocity: float, stiffness: float, words: str) -> str:
         stiffness=stiffness,
         overlap=OVERLAP,
     )
-    return "\n".join(_align(line) for line in text.split("\n"))
-
-
-def _align(line: str) -> str:
-    """Put the comment behind a value into its column."""
-    value, mark, comment = line.partition("  #")
-    return f"{value.rstrip():<{COLUMN}}# {comment.strip()}" if mark and not line.startswith("#") else line
-
-
-def _read(text: str) -> Case:
-    return Case.model_validate(tomllib.loads(text))
-
-
-def _round(value: float, digits: int = 2) -> float:
-    return float(f"{value:.{digits}g}")
+    return align(text)

@@ -1,0 +1,113 @@
+"""A spouted bed: a flat box with a slot across the middle of its floor, and a jet that carries the bed up there."""
+
+from __future__ import annotations
+
+import math
+
+from fbcouple.case.bed.drag_balance import minimum_fluidization
+from fbcouple.case.bed.speeds import SETTLED
+from fbcouple.case.kinds.registry import Wanted, kind
+from fbcouple.case.kinds.writing import HEAD, TRIAL_STIFFNESS, align, choose_cells, choose_stiffness, read, round_to
+
+SIZE = (60.0, 8.0, 200.0)
+"""Width, depth and height of the box, in diameters, where none are given."""
+SLOT = 0.13
+"""Width of the slot over that of the box."""
+FILLED = 0.2
+"""Height of the bed at rest over that of the box."""
+CELL = 2.0
+"""Width of a cell that is aimed at, in diameters."""
+EXCESS = 1.3
+"""Superficial velocity in the column over U_mf, where no velocity of the jet is given."""
+OVERLAP = 0.03
+"""Overlap of a contact, in diameters, that the spring is chosen for."""
+
+TEXT = """\
+# A spouted bed, written by `fbcouple init`. All values are in SI units.
+"""
+TEXT += HEAD
+TEXT += """
+title = "Spouted bed: {diameter_mm:.4g} mm, {density:.4g} kg/m3, jet at {velocity:.4g} m/s"
+end_time = 2.0                  # s; try the case first with --set end_time=0.1
+accuracy = "standard"           # steps and tolerances: "draft" is faster, "reference" finer
+
+[domain]
+size = {size}     # m: width, depth and height; z is up
+# As many cells along each edge as are at least {cell:g} diameters ({cell:g} x {diameter:.4g} m) wide.
+cells = {cells}
+
+[gas]                           # air at 20 degrees Celsius and 1 bar
+density = 1.2                   # kg m-3
+viscosity = 1.8e-5              # Pa s
+
+# The jet: a slot right across the middle of the floor. It need not follow the cells; all else of the floor is wall.
+# Another table [[gas.inlets]] adds an inlet; one that lies on another has its place.
+[[gas.inlets]]
+rectangle = [[{left:.6g}, 0.0], [{right:.6g}, {depth:.6g}]]     # m: x and y of two corners
+# Times and superficial velocities over the slot. {velocity_words}
+ramp = [[0.0, 0.0], [0.05, {velocity:.4g}]]     # s, m s-1
+
+[particles]
+diameter = {diameter:.6g}               # m
+density = {density:.6g}                  # kg m-3, of the material
+# Mass for a bed at rest that fills {filled:g} of the height of the box, at a solids fraction of {settled:g}.
+mass = {mass:.4g}               # kg
+rotation = true
+
+[contact]
+# Normal spring: soft, for long steps, with an overlap of two particles of about {overlap:g} diameters at the
+# fastest speed that is expected (`fbcouple check` gives both).
+stiffness = {stiffness:g}                # N m-1
+restitution = 0.9
+wall_restitution = 0.9
+friction = 0.3
+wall_friction = 0.3
+
+[start]                         # a loose lattice, shifted at random; it settles in the first 0.2 s
+
+[exchange]
+drag = "huilin-gidaspow"
+filter_passes = 1               # smooths what particles give to cells that are less than 3 diameters wide
+
+[averages]
+start = 0.5                     # s: what happens before is the start-up
+
+[output]
+record_every = 0.01             # s, between rows of the history: bed height, pressure drop ...
+snapshots_every = 0.01          # s, of the voidage
+particles_every = 0.25          # s, of all particles, for pictures
+"""
+
+
+@kind("spout")
+def write_spout(wanted: Wanted) -> str:
+    """Return the text of a case file of a spouted bed; `wanted.velocity` is that of the jet."""
+    onset = minimum_fluidization(read(_fill(wanted, wanted.velocity or 1.0, TRIAL_STIFFNESS, "")))
+    velocity = wanted.velocity or round_to(EXCESS * onset / SLOT)
+    words = f"In the column the last is {velocity * SLOT / onset:.3g} U_mf; U_mf is {onset:.3g} m s-1."
+    stiffness = choose_stiffness(read(_fill(wanted, velocity, TRIAL_STIFFNESS, words)), OVERLAP)
+    return _fill(wanted, velocity, stiffness, words)
+
+
+def _fill(wanted: Wanted, velocity: float, stiffness: float, words: str) -> str:
+    size = wanted.size or tuple(round_to(edge * wanted.diameter, 3) for edge in SIZE)
+    width, depth, _ = size
+    text = TEXT.format(
+        diameter=wanted.diameter,
+        diameter_mm=1e3 * wanted.diameter,
+        density=wanted.density,
+        size=f"[{', '.join(f'{edge:.6g}' for edge in size)}]",
+        cells=choose_cells(size, CELL * wanted.diameter),
+        cell=CELL,
+        left=0.5 * width * (1.0 - SLOT),
+        right=0.5 * width * (1.0 + SLOT),
+        depth=depth,
+        velocity=velocity,
+        velocity_words=words,
+        filled=FILLED,
+        settled=SETTLED,
+        mass=wanted.density * SETTLED * FILLED * math.prod(size),
+        stiffness=stiffness,
+        overlap=OVERLAP,
+    )
+    return align(text)
