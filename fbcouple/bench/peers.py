@@ -12,6 +12,7 @@ import numpy as np
 
 from fbcouple.case.bed import derived
 from fbcouple.case.bed.particle_types import list_kinds
+from fbcouple.case.bed.streams import has_openings
 from fbcouple.case.schema.sections import Case
 from fbcouple.decks.render import make_environment
 from fbcouple.errors import CaseError, SolverError
@@ -43,8 +44,10 @@ NOT_COMPARABLE = (
 def check_peer(case: Case) -> None:
     """Raise CaseError if DPMFoam's decks cannot say what the case is."""
     fits = case.gas and case.particles and case.contact and case.contact.model == "hooke" and not case.domain.periodic
-    if not (fits and case.particles and len(list_kinds(case.particles)) == 1):
-        words = "the case needs gas, particles of one kind, springs (hooke) and walls all around."
+    if has_openings(case) or not (fits and case.particles and len(list_kinds(case.particles)) == 1):
+        words = (
+            "the case needs gas, particles of one kind, springs (hooke), walls all around and gas from the whole floor."
+        )
         raise CaseError([f"bench peers: {words}"])
 
 

@@ -30,7 +30,6 @@ _DECK_FOLDERS = ("CFD/system", "CFD/constant", "CFD/0", "DEM")
 _WRITTEN_LATER = ("CFD/system/decomposeParDict", "CFD/constant/polyMesh", START, WALLS)
 _GAS_FOLDER = re.compile(r"system|constant|0|processor\d+|(?=.*[1-9])\d+(\.\d+)?(e[+-]?\d+)?")
 """What OpenFOAM may find in CFD/: times later than 0 are removed before a run. It takes more for a time, as 0x10."""
-_LARGEST_DECK = 1_000_000
 _MOST_COMPARED = 100_000
 """Particles up to which start positions are made again to be compared."""
 _LAST_DIGITS = 1e-9
@@ -137,9 +136,8 @@ def _find_changed_decks(case: Case, run: Path) -> dict[str, str]:
 
 
 def _differs(path: Path, text: str) -> bool:
-    if not path.is_file() or path.stat().st_size > _LARGEST_DECK:
-        return True
-    return path.read_bytes() != text.encode()
+    wanted = text.encode()
+    return not path.is_file() or path.stat().st_size != len(wanted) or path.read_bytes() != wanted
 
 
 def _format_change(path: Path) -> str:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
+import re
+
 import numpy as np
 import pytest
 
 from fbcouple.case.bed import derived
 from fbcouple.case.load import load_case, write_case
 from fbcouple.case.preflight import estimate
+from fbcouple.decks.render import render_decks
 from fbcouple.errors import CaseError
 from fbcouple.results.inlet_speed import find_fastest, find_mean, is_constant, list_rows, sum_rows
 
@@ -89,6 +93,16 @@ def test_a_sum_of_ramps_jumps_where_one_of_them_does():
     assert np.array(rows) == pytest.approx(np.array(expected), rel=1e-14)
     assert sum_rows([(0.5, steady), (2.0, [(0.0, 3.0)])]) == [(0.0, 6.5)]
     assert find_mean({"inlets": [{"area": 2.0, "velocity": 3.0}], "inlet_section": 4.0}, 0.0, 1.0) == 1.5
+
+
+def test_a_file_of_many_rows_is_in_the_deck_to_the_last_digit(tmp_path):
+    rows = [(1e-3 * n, 5.0 + math.sin(0.1 * n)) for n in range(1000)]
+    (tmp_path / "jet.csv").write_text("time,velocity\n" + "".join(f"{t!r},{u!r}\n" for t, u in rows))
+    case = load_case(write(tmp_path, JET.replace("ramp = [[0.0, 0.0], [0.05, 10.0]]", 'ramp_file = "jet.csv"')))
+    deck = render_decks(case, tmp_path)["CFD/0/U"]
+    (table,) = re.findall(r"table1\s+\(\s*((?:\([^()]*\)\s*)+)\);", deck)
+    assert [tuple(map(float, row.split())) for row in re.findall(r"\(([^()]*)\)", table)] == rows
+    assert len(derived.inlet_ramp(case.gas)) == 1000
 
 
 SHORT = CASE.replace("viscosity = 1.8e-5", "viscosity = 1.8e-5\ninlet_velocity = 1.0")

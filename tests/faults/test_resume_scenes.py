@@ -49,7 +49,7 @@ SCENES: dict[str, tuple[list[str], int]] = {
 
 
 @pytest.mark.parametrize(
-    "scene", [name if name in ("together", "inlets") else pytest.param(name, marks=pytest.mark.slow) for name in SCENES]
+    "scene", [name if name == "together" else pytest.param(name, marks=pytest.mark.slow) for name in SCENES]
 )
 def test_resumed_run_is_the_uninterrupted_one(tmp_path, scene):
     sets, ranks = SCENES[scene]
