@@ -29,11 +29,20 @@ LINEAR_RING = 1
 class BoxSpace:
     """Cells of a box; its smoothing is symmetric, the same for what is read and what is written."""
 
-    def __init__(self, case: Case, comm: MPI.Comm, centres: np.ndarray, bounds: np.ndarray, reach: float) -> None:
+    def __init__(
+        self,
+        case: Case,
+        comm: MPI.Comm,
+        centres: np.ndarray,
+        bounds: np.ndarray,
+        reach: float,
+        bricks: tuple[Grid, np.ndarray] | None = None,
+    ) -> None:
         """`centres` (cells, 3) [m] of this rank's gas cells; `bounds` (2, 3) [m] of its particles' box, which they
-        may leave by `reach` [m] (collective)."""
+        may leave by `reach` [m]; `bricks`: grid and cell volumes (cells,) [m3] of a mesh from a file that is a plain
+        box (collective)."""
         assert case.exchange is not None
-        grid = Grid(case.domain.cells, case.domain.size, wraps(case.domain))
+        grid = bricks[0] if bricks else Grid(case.domain.cells, case.domain.size, wraps(case.domain))
         method, spread = VOIDAGE_METHODS[case.exchange.voidage], find_spread(case)
         reach += method.find_reach(spread)
         widen = case.exchange.filter_passes + find_margin(grid.spacing, spread.diffusion)
@@ -42,7 +51,7 @@ class BoxSpace:
         """Layers that smoothing carries values up."""
         self.plan = Plan(comm, patch, grid.indices(centres))
         self.mapping: Mapping = method(patch, spread)
-        self.volumes = np.full(len(centres), grid.cell_volume)
+        self.volumes = bricks[1] if bricks else np.full(len(centres), grid.cell_volume)
         self.make_field = patch.make_field
         self._diffusion = Diffusion(patch, spread.diffusion) if spread.diffusion else None
         self._passes = case.exchange.filter_passes

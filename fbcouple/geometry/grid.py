@@ -19,7 +19,7 @@ class Grid:
     size: tuple[float, float, float]
     periodic: tuple[bool, bool, bool] = (False, False, False)
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Not the zero point only for the grid that results of a mesh are sampled on."""
+    """Not the zero point only for a mesh from a file, and for the grid that its results are sampled on."""
 
     @property
     def spacing(self) -> np.ndarray:
@@ -36,12 +36,16 @@ class Grid:
         """Number of cells."""
         return int(np.prod(self.cells))
 
+    def measure_from_corner(self, points: np.ndarray) -> np.ndarray:
+        """`points` (n, 3) [m] as seen from the corner of the box; the same array where that is the zero point."""
+        return points - np.array(self.origin) if any(self.origin) else points
+
     def indices(self, points: np.ndarray) -> np.ndarray:
         """Index triples, int64 (n, 3), of the cells that hold `points` [m], shape (n, 3).
 
         Raises ValueError if a point lies outside the box.
         """
-        found = np.floor(points / self.spacing).astype(np.int64)
+        found = np.floor(self.measure_from_corner(points) / self.spacing).astype(np.int64)
         if found.size and (found.min() < 0 or np.any(found.max(axis=0) >= self.cells)):
             raise ValueError(f"a point lies outside the box of {self.size} m")
         return found

@@ -103,30 +103,42 @@ def _keep(w, row):
         row[k] /= total
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _walk(points, low, scale, starts, frames, neighbours, found, weights):
-    """Walk to each point; `found` is -1 where a walk ends at a side with nothing beyond."""
-    w = np.empty(4)
-    bin_ = np.empty(3, np.int64)
+    """Walk to each point; `found` is -1 where a walk ends at a side with nothing beyond.
+
+    All of a step is in numbers of their own: an array for four weights costs as much as the walk.
+    """
     for p in range(len(points)):
-        for axis in range(3):
-            cell = int(np.floor((points[p, axis] - low[axis]) * scale[axis]))
-            bin_[axis] = min(max(cell, 0), starts.shape[axis] - 1)
-        here = starts[bin_[0], bin_[1], bin_[2]]
+        x, y, z = points[p, 0], points[p, 1], points[p, 2]
+        here = starts[
+            _find_bin(x, low[0], scale[0], starts.shape[0]),
+            _find_bin(y, low[1], scale[1], starts.shape[1]),
+            _find_bin(z, low[2], scale[2], starts.shape[2]),
+        ]
         found[p] = -1
         for _ in range(_LONGEST_WALK):
-            _weigh(points[p], frames[here], w)
-            side = 0
-            for k in range(1, 4):
-                if w[k] < w[side]:
-                    side = k
-            if w[side] >= -ROUNDING:
+            f = frames[here]
+            dx, dy, dz = x - f[0], y - f[1], z - f[2]
+            a = f[3] * dx + f[4] * dy + f[5] * dz
+            b = f[6] * dx + f[7] * dy + f[8] * dz
+            c = f[9] * dx + f[10] * dy + f[11] * dz
+            rest = 1.0 - a - b - c
+            side, least = (1, a) if a < rest else (0, rest)
+            side, least = (2, b) if b < least else (side, least)
+            side, least = (3, c) if c < least else (side, least)
+            if least >= -ROUNDING:
                 found[p] = here
-                _keep(w, weights[p])
+                _keep((rest, a, b, c), weights[p])
                 break
             here = neighbours[here, side]
             if here < 0:
                 break
+
+
+@njit(inline="always")
+def _find_bin(place, low, scale, count):
+    return min(max(int(np.floor((place - low) * scale)), 0), count - 1)
 
 
 @njit(cache=True)

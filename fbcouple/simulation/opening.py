@@ -16,6 +16,7 @@ from fbcouple.case.schema.sections import Case
 from fbcouple.coupling.coupling import Coupling
 from fbcouple.coupling.discretisation import BoxCells, BoxSpace, Cells, MeshCells, MeshSpace, Space
 from fbcouple.coupling.forces import ADDED_MASS
+from fbcouple.coupling.polyhedral.bricks import find_grid
 from fbcouple.geometry.grid import Grid
 from fbcouple.geometry.polyhedra import Polyhedra
 from fbcouple.simulation.clock import Clock
@@ -55,11 +56,14 @@ def start_solvers(case: Case, run: Path, comm: MPI.Comm, end: float, restart: Pa
         if virtual_mass and case.gas:
             liggghts.add_inertia(ADDED_MASS * case.gas.density)
     polyhedra = gas.read_polyhedra() if gas and not case.domain.is_plain_box else None
-    cells = _open_cells(case, comm, gas, liggghts, polyhedra)
+    bricks = find_grid(comm, polyhedra, gas.volumes) if gas and polyhedra is not None else None
+    cells = _open_cells(case, comm, gas, liggghts, polyhedra, bricks)
     if gas and liggghts and case.particles:
         reach = largest_diameter(case.particles)
         space: Space
-        if polyhedra:
+        if bricks:
+            space = BoxSpace(case, comm, gas.centres, liggghts.bounds, reach, (bricks, gas.volumes))
+        elif polyhedra is not None:
             space = MeshSpace(case, comm, polyhedra, gas.volumes, liggghts.bounds, reach)
         else:
             space = BoxSpace(case, comm, gas.centres, liggghts.bounds, reach)
@@ -70,14 +74,19 @@ def start_solvers(case: Case, run: Path, comm: MPI.Comm, end: float, restart: Pa
 
 
 def _open_cells(
-    case: Case, comm: MPI.Comm, gas: Gas | None, liggghts: Liggghts | None, polyhedra: Polyhedra | None
+    case: Case,
+    comm: MPI.Comm,
+    gas: Gas | None,
+    liggghts: Liggghts | None,
+    polyhedra: Polyhedra | None,
+    bricks: Grid | None,
 ) -> Cells:
     domain = case.domain
     if polyhedra is not None and gas:
         low = np.min(comm.allgather(polyhedra.points.min(axis=0)), axis=0)
         high = np.max(comm.allgather(polyhedra.points.max(axis=0)), axis=0)
         size, origin = (tuple(corner.tolist()) for corner in (high - low, low))
-        return MeshCells(comm, Grid(domain.cells, size, origin=origin), polyhedra, gas.volumes)
+        return MeshCells(comm, Grid(domain.cells, size, origin=origin), polyhedra, gas.volumes, bricks)
     grid = Grid(domain.cells, domain.size, derived.wraps(domain))
     return BoxCells(grid, grid.indices(gas.centres) if gas else _own_cells(grid, liggghts))
 

@@ -40,11 +40,7 @@ class BoxCells:
 
     def find_outside(self, positions: np.ndarray) -> int | None:
         """Row of the first of `positions` (n, 3) [m] that is behind a wall; None if none is."""
-        size, walled = np.array(self.grid.size), ~np.array(self.grid.periodic)
-        low, high = find_bounds(positions)
-        if not (walled & ((low < 0.0) | (high > size))).any():
-            return None
-        return int((((positions < 0.0) | (positions > size)) & walled).any(axis=1).argmax())
+        return find_outside(self.grid, positions)
 
     def add_layers(self, comm: MPI.Comm, values: np.ndarray) -> np.ndarray | None:
         """Sum of a value per cell (n,) over each layer of cells and all ranks (collective)."""
@@ -60,3 +56,13 @@ class BoxCells:
         layer = np.clip((positions[:, 2] / height * layers).astype(int), 0, layers - 1)
         sums = comm.allreduce(np.bincount(layer, volumes, minlength=layers))
         return sums / (self.grid.cell_volume * self.grid.cells[0] * self.grid.cells[1]), self.grid.centres(2)
+
+
+def find_outside(grid: Grid, positions: np.ndarray) -> int | None:
+    """Row of the first of `positions` (n, 3) [m] that is behind a wall of the box `grid`; None if none is."""
+    bottom, walled = np.array(grid.origin), ~np.array(grid.periodic)
+    top = bottom + grid.size
+    low, high = find_bounds(positions)
+    if not (walled & ((low < bottom) | (high > top))).any():
+        return None
+    return int((((positions < bottom) | (positions > top)) & walled).any(axis=1).argmax())

@@ -59,6 +59,7 @@ class Patch:
 def find_patch(grid: Grid, low: np.ndarray, high: np.ndarray, reach: float, widen: int | np.ndarray) -> Patch:
     """Patch for particles in the box `low` to `high` [m] that may stray by `reach` [m], widened by `widen` cells (all
     axes or (3,))."""
+    low, high = grid.measure_from_corner(low), grid.measure_from_corner(high)
     first = np.floor((low - reach) / grid.spacing - 0.5).astype(int) - widen
     last = np.floor((high + reach) / grid.spacing - 0.5).astype(int) + 2 + widen
     inside = np.clip([first, last], 0, grid.cells)

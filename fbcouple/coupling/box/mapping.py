@@ -118,7 +118,7 @@ class Trilinear(Mapping):
         self._weights, self._offsets = Weights(patch), corner_offsets(patch)
 
     def locate(self, positions: np.ndarray, radii: np.ndarray) -> None:
-        self._weights.locate(positions)
+        self._weights.locate(self.patch.grid.measure_from_corner(positions))
 
     @property
     def stencil(self) -> Stencil:
@@ -172,7 +172,8 @@ class _Gathered(Mapping):
             self._tables = np.empty((self._room, self._lengths.sum() if self._by_axes else self._lengths.prod()))
             self._rows: dict[tuple[int, str], np.ndarray] = {}
         self._base, self._table = self._bases[: self._count], self._tables[: self._count]
-        report_stray(self.patch, positions, self._fill(positions, radii))
+        places = self.patch.grid.measure_from_corner(positions)
+        report_stray(self.patch, positions, self._fill(places, radii))
 
     @property
     def stencil(self) -> Stencil:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.coupling.box.cells import Part
+from fbcouple.coupling.box.cells import Part, find_outside
 from fbcouple.geometry.grid import Grid
 from fbcouple.geometry.polyhedra import Polyhedra
 
@@ -16,12 +16,15 @@ from fbcouple.geometry.polyhedra import Polyhedra
 class MeshCells:
     """Cells of a mesh of polyhedra: `owned` (n, 1) are their numbers in the whole mesh, of `shape` (count,).
 
-    `grid` is the regular grid that results are sampled on.
+    `grid` is the regular grid that results are sampled on; `bricks` that of the cells where they are a plain box.
     """
 
     has_layers = False
 
-    def __init__(self, comm: MPI.Comm, grid: Grid, cells: Polyhedra, volumes: np.ndarray) -> None:
+    def __init__(
+        self, comm: MPI.Comm, grid: Grid, cells: Polyhedra, volumes: np.ndarray, bricks: Grid | None = None
+    ) -> None:
+        self._bricks = bricks
         self.grid, self.owned, self.volumes = grid, cells.ids[:, None], volumes
         self._cells = cells
         self._about: dict[str, Any] | None = None
@@ -39,8 +42,9 @@ class MeshCells:
         return comm.allreduce(float(self.volumes.min(initial=math.inf)), MPI.MIN) ** (1.0 / 3.0)
 
     def find_outside(self, positions: np.ndarray) -> int | None:
-        """None: the cell of every particle is looked for in every step, and one without a cell ends the run there."""
-        return None
+        """None: the cell of every particle is looked for in every step, and one without a cell ends the run there. In
+        a plain box that is not so, and the first row of one behind a wall is found here."""
+        return find_outside(self._bricks, positions) if self._bricks else None
 
     def add_layers(self, comm: MPI.Comm, values: np.ndarray) -> np.ndarray | None:
         """None: polyhedra have no layers."""

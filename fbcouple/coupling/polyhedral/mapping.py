@@ -23,7 +23,7 @@ from fbcouple.coupling.particles import report_outside
 from fbcouple.coupling.polyhedral.halo import CellPatch
 from fbcouple.geometry.locator import Locator
 from fbcouple.geometry.tetrahedra import cut, share_volumes
-from fbcouple.physics.jit import compiled
+from fbcouple.physics.jit import compiled, inlined
 
 
 class Rows:
@@ -37,11 +37,19 @@ class Rows:
 
     def multiply(self, field: np.ndarray, columns: int, result: np.ndarray) -> None:
         """Set the first `columns` of `result` (rows, >= columns) to the product with those of `field`."""
-        _multiply(*self._parts, field, columns, result, 0.0)
+        _multiply(*self._parts, field, columns, result)
 
-    def add_product(self, field: np.ndarray, columns: int, result: np.ndarray) -> None:
-        """Add the product with the first `columns` of `field` to those of `result`."""
-        _multiply(*self._parts, field, columns, result, 1.0)
+    def multiply_some(self, some: np.ndarray, field: np.ndarray, columns: int, result: np.ndarray) -> None:
+        """The same for the rows `some` alone; the others stay as they are."""
+        _multiply_some(*self._parts, some, field, columns, result)
+
+    def add_back(self, some: np.ndarray, rows: np.ndarray, columns: int, field: np.ndarray) -> None:
+        """Add the product of the transpose with the `rows` at `some` to the first `columns` of `field`."""
+        _add_back(*self._parts, some, rows, columns, field)
+
+    def mark_columns(self, some: np.ndarray, marks: np.ndarray) -> None:
+        """Set `marks` at all columns that the rows `some` have entries in."""
+        _mark_columns(self._parts[0], self._parts[1], some, marks)
 
 
 class CellGeometry:
@@ -55,7 +63,6 @@ class CellGeometry:
         around = np.asarray(shares.sum(axis=0)).ravel()
         self.to_points = sparse.csr_matrix(sparse.diags(1.0 / around) @ shares.T)
         self.to_cells = sparse.csr_matrix(sparse.diags(1.0 / self.volumes) @ shares)
-        self.to_sites = sparse.csr_matrix(sparse.vstack([self.to_points, self.parts.middles @ self.to_points]))
 
 
 class CellFilter:
@@ -99,6 +106,7 @@ class CellMapping(ABC):
         self._room = -1
         self._count = 0
         self._corners = np.zeros(8, np.uint64)
+        self._marks = np.zeros(len(geometry.parts.places), bool)
 
     @property
     def layers(self) -> int:
@@ -136,7 +144,8 @@ class CellMapping(ABC):
         stray = self._locator.locate(np.ascontiguousarray(positions), self._found[: self._count], self.weights)
         if stray >= 0:
             report_outside(positions[stray], "no cell of the mesh that its rank knows holds it")
-        np.take(self._locator.corners, self._found[: self._count], axis=0, out=self.sites)
+        self._marks.fill(False)
+        _look_up(self._locator.corners, self._found[: self._count], self.sites, self._marks)
 
     @abstractmethod
     def read(self, field: np.ndarray, columns: int) -> np.ndarray:
@@ -161,29 +170,43 @@ class CellMapping(ABC):
 
 
 class Linear(CellMapping):
-    """Linear on the tetrahedra of a cell."""
+    """Linear on the tetrahedra of a cell; only sites at which a particle has weight are looked at."""
 
     def __init__(self, geometry: CellGeometry) -> None:
         super().__init__(geometry)
-        self._to_sites, self._from_sites = Rows(geometry.to_sites), Rows(geometry.to_sites.T)
+        self._points, self._middles = Rows(geometry.to_points), Rows(geometry.parts.middles)
+        self._some_points = self._some_middles = np.empty(0, np.int64)
         self._sites: dict[int, np.ndarray] = {}
 
+    def locate(self, positions: np.ndarray, radii: np.ndarray) -> None:
+        super().locate(positions, radii)
+        points, middles = np.split(self._marks[self.layers :], [self._points.shape[0]])
+        self._some_middles = np.flatnonzero(middles)
+        self._middles.mark_columns(self._some_middles, points)
+        self._some_points = np.flatnonzero(points)
+
     def read(self, field: np.ndarray, columns: int) -> np.ndarray:
-        rows, sites = self._find_rows(columns, "read"), self._find_sites(columns)
-        self._to_sites.multiply(field, columns, sites)
-        _gather(self.sites, self.weights, self.layers, field, sites, rows)
+        rows, points, middles = self._find_rows(columns, "read"), *self._find_sites(columns)
+        self._points.multiply_some(self._some_points, field, columns, points)
+        self._middles.multiply_some(self._some_middles, points, columns, middles)
+        _gather(self.sites, self.weights, self.layers, field, self._sites[columns], rows)
         return rows
 
     def write(self, rows: np.ndarray, field: np.ndarray) -> None:
-        sites = self._find_sites(field.shape[1])
-        sites.fill(0.0)
-        _scatter(self.sites, self.weights, self.layers, rows, field, sites)
-        self._from_sites.add_product(sites, field.shape[1], field)
+        columns = field.shape[1]
+        points, middles = self._find_sites(columns)
+        points[self._some_points] = 0.0
+        middles[self._some_middles] = 0.0
+        _scatter(self.sites, self.weights, self.layers, rows, field, self._sites[columns])
+        self._middles.add_back(self._some_middles, middles, columns, points)
+        self._points.add_back(self._some_points, points, columns, field)
 
-    def _find_sites(self, columns: int) -> np.ndarray:
+    def _find_sites(self, columns: int) -> tuple[np.ndarray, np.ndarray]:
+        """Values at the points and at the middles of faces, parts of one array."""
+        points = self._points.shape[0]
         if columns not in self._sites:
-            self._sites[columns] = np.empty((self._to_sites.shape[0], columns))
-        return self._sites[columns]
+            self._sites[columns] = np.empty((points + self._middles.shape[0], columns))
+        return self._sites[columns][:points], self._sites[columns][points:]
 
 
 class CellOfCentre(CellMapping):
@@ -203,33 +226,93 @@ CELL_METHODS: dict[str, type[CellMapping]] = {"trilinear": Linear, "centre": Cel
 
 
 @compiled
-def _multiply(starts, columns_of, values, field, columns, result, kept):
+def _multiply(starts, columns_of, values, field, columns, result):
     for row in range(len(starts) - 1):
-        for q in range(columns):
-            result[row, q] = kept * result[row, q] if kept != 0.0 else 0.0
+        _multiply_row(starts, columns_of, values, row, field, columns, result)
+
+
+@compiled
+def _multiply_some(starts, columns_of, values, some, field, columns, result):
+    for row in some:
+        _multiply_row(starts, columns_of, values, row, field, columns, result)
+
+
+@inlined
+def _multiply_row(starts, columns_of, values, row, field, columns, result):
+    """Four columns at once, which are one vector to the compiler, then those that are left."""
+    fours = columns - columns % 4
+    for q in range(0, fours, 4):
+        a, b, c, d = 0.0, 0.0, 0.0, 0.0
         for k in range(starts[row], starts[row + 1]):
-            for q in range(columns):
-                result[row, q] += values[k] * field[columns_of[k], q]
+            weight, here = values[k], field[columns_of[k], q : q + 4]
+            a, b, c, d = a + weight * here[0], b + weight * here[1], c + weight * here[2], d + weight * here[3]
+        result[row, q], result[row, q + 1], result[row, q + 2], result[row, q + 3] = a, b, c, d
+    for q in range(fours, columns):
+        total = 0.0
+        for k in range(starts[row], starts[row + 1]):
+            total += values[k] * field[columns_of[k], q]
+        result[row, q] = total
+
+
+@compiled
+def _add_back(starts, columns_of, values, some, rows, columns, field):
+    for row in some:
+        for k in range(starts[row], starts[row + 1]):
+            _add_share(values[k], rows, row, columns, field, columns_of[k])
+
+
+@inlined
+def _add_share(weight, rows, row, columns, field, place):
+    fours = columns - columns % 4
+    for q in range(0, fours, 4):
+        given, taken = rows[row, q : q + 4], field[place, q : q + 4]
+        a, b = taken[0] + weight * given[0], taken[1] + weight * given[1]
+        c, d = taken[2] + weight * given[2], taken[3] + weight * given[3]
+        taken[0], taken[1], taken[2], taken[3] = a, b, c, d
+    for q in range(fours, columns):
+        field[place, q] += weight * rows[row, q]
+
+
+@compiled
+def _mark_columns(starts, columns_of, some, marks):
+    for row in some:
+        for k in range(starts[row], starts[row + 1]):
+            marks[columns_of[k]] = True
+
+
+@compiled
+def _look_up(corners, found, sites, marks):
+    """The sites of each particle's tetrahedron, and marks at all of them."""
+    for p in range(len(found)):
+        for k in range(4):
+            site = corners[found[p], k]
+            sites[p, k] = site
+            marks[site] = True
 
 
 @compiled
 def _gather(sites, weights, cells, field, others, rows):
+    columns = rows.shape[1]
+    fours = columns - columns % 4
     for p in range(len(sites)):
-        for q in range(rows.shape[1]):
-            rows[p, q] = weights[p, 0] * field[sites[p, 0], q]
-        for k in range(1, 4):
-            for q in range(rows.shape[1]):
-                rows[p, q] += weights[p, k] * others[sites[p, k] - cells, q]
+        u, v, w, x = weights[p, 0], weights[p, 1], weights[p, 2], weights[p, 3]
+        i, j, k, m = sites[p, 0], sites[p, 1] - cells, sites[p, 2] - cells, sites[p, 3] - cells
+        for q in range(0, fours, 4):
+            f, g, h, s = field[i, q : q + 4], others[j, q : q + 4], others[k, q : q + 4], others[m, q : q + 4]
+            a, b = u * f[0] + v * g[0] + w * h[0] + x * s[0], u * f[1] + v * g[1] + w * h[1] + x * s[1]
+            c, d = u * f[2] + v * g[2] + w * h[2] + x * s[2], u * f[3] + v * g[3] + w * h[3] + x * s[3]
+            rows[p, q], rows[p, q + 1], rows[p, q + 2], rows[p, q + 3] = a, b, c, d
+        for q in range(fours, columns):
+            rows[p, q] = u * field[i, q] + v * others[j, q] + w * others[k, q] + x * others[m, q]
 
 
 @compiled
 def _scatter(sites, weights, cells, rows, field, others):
+    columns = rows.shape[1]
     for p in range(len(sites)):
-        for q in range(rows.shape[1]):
-            field[sites[p, 0], q] += weights[p, 0] * rows[p, q]
+        _add_share(weights[p, 0], rows, p, columns, field, sites[p, 0])
         for k in range(1, 4):
-            for q in range(rows.shape[1]):
-                others[sites[p, k] - cells, q] += weights[p, k] * rows[p, q]
+            _add_share(weights[p, k], rows, p, columns, others, sites[p, k] - cells)
 
 
 @compiled

@@ -19,9 +19,10 @@ from fbcouple.simulation.tasks.means import SOLIDS_COLUMNS
 class SolidsSampler:
     """Puts this rank's particles into cells and sums the cells over the ranks."""
 
-    def __init__(self, plan: Plan) -> None:
+    def __init__(self, plan: Plan, volumes: np.ndarray | None = None) -> None:
+        """`volumes` (cells,) [m3] of this rank's cells; None: those of the grid."""
         self._plan = plan
-        self._cell_volume = plan.patch.grid.cell_volume
+        self._volumes = plan.patch.grid.cell_volume if volumes is None else volumes[:, None]
         self._field = plan.patch.make_field(SOLIDS_COLUMNS - 1)
         self._rows = np.empty((plan.owned_count, SOLIDS_COLUMNS - 1))
 
@@ -32,11 +33,12 @@ class SolidsSampler:
         patch: Patch = self._plan.patch
         self._field.fill(0.0)
         box = 1.0 / patch.grid.spacing, np.array(patch.low), np.array(patch.high), patch.walls
-        stray = _bin(positions, velocities, radii, masses, *box, self._field)
+        places = patch.grid.measure_from_corner(positions)
+        stray = _bin(places, velocities, radii, masses, *box, self._field)
         if stray >= 0:
             raise DivergedError(f"a particle at {positions[stray]} m is outside the cells {patch.low} to {patch.high}")
         self._plan.deposit(self._field, self._rows)
-        return _row_up(self._rows) / self._cell_volume
+        return _row_up(self._rows) / self._volumes
 
 
 class CellSampler:
@@ -60,7 +62,7 @@ class CellSampler:
 
 
 SAMPLERS: dict[type, Callable[[Any], SolidsSampler | CellSampler]] = {
-    BoxSpace: lambda space: SolidsSampler(space.plan),
+    BoxSpace: lambda space: SolidsSampler(space.plan, space.volumes),
     MeshSpace: lambda space: CellSampler(space.mapping, space.plan, space.volumes),
 }
 """Who samples the particles in the cells of each discretisation."""
