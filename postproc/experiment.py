@@ -15,6 +15,7 @@ from fbcouple.input_files.companion_files import find_companion
 from fbcouple.input_files.measured_lines import QUANTITIES, Points, Reference, parse_reference, read_line
 from fbcouple.results.reader import NotDrawableError, Results, at_height, depth_average, mass_average
 
+_ROUNDING = 1e-9
 _PARTICLE = ("solids_velocity", "agitation", "granular_temperature")
 _VECTORS = ("solids_velocity", "solids_flux", "gas_velocity", "gas_flux")
 
@@ -92,13 +93,9 @@ def _list_named(run: Results) -> list[str]:
 
 
 def _read_for(run: Results, reference: Reference, is_given: bool) -> Points:
-    domain = run.case["domain"]
-    if domain.get("shape", "box") != "box" or domain.get("elements"):
-        text = f"{reference}: the region of {run.label} is no box of hexahedra, and only that has measured lines"
-        raise CaseError([f"{text}; leave it out."])
     try:
         path = Path(reference.file) if is_given else find_companion(run.path.parent, reference.file, ".csv")
-        return read_line(reference, path, run.size)
+        return read_line(reference, path, run.size, run.corner)
     except CaseError as error:
         raise CaseError([f"{run.label}, {reference}: {problem}" for problem in error.problems]) from None
 
@@ -145,7 +142,7 @@ def compare_with(results: Results, measured: Measured) -> Comparison:
     Raises: NotDrawableError if the run lacks the quantity, or never had particles on the line.
     """
     reference, points = measured.reference, measured.points
-    x, line = results.data["x"].values, line_of(results, reference)
+    x, line = _leave_outside(results, reference, line_of(results, reference))
     if not np.isfinite(line).all():
         raise NotDrawableError([f"{results.label}: no particle ever came to some places of {reference}."])
     apart = np.interp(points.x, x, line) - points.value
@@ -173,7 +170,22 @@ def _noise(results: Results, measured: Measured) -> float:
         line = line_of(results, measured.reference, "_stderr")
     except NotDrawableError:
         return math.nan
-    return float(np.sqrt(np.mean(np.interp(measured.points.x, results.data["x"].values, line) ** 2)))
+    x, line = _leave_outside(results, measured.reference, line)
+    return float(np.sqrt(np.mean(np.interp(measured.points.x, x, line) ** 2)))
+
+
+def _leave_outside(results: Results, reference: Reference, line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Places x [m] and the values of `line` (nx,) there, without columns that are outside of a mesh at that height.
+
+    Raises: NotDrawableError if all of them are.
+    """
+    x = results.data["x"].values
+    if results.is_box:
+        return x, line
+    inside = at_height(results.data["inside"].any("y").astype(float), reference.height).values > 1.0 - _ROUNDING
+    if not inside.any():
+        raise NotDrawableError([f"{results.label}: the mesh has no cell at the height of {reference}."])
+    return x[inside], line[inside]
 
 
 def find_zeros(x: np.ndarray, values: np.ndarray) -> list[float]:

@@ -18,6 +18,7 @@ import fbcouple.case.checks.region
 import fbcouple.case.checks.voidage  # noqa: F401  (each registers its checks)
 from fbcouple.case.base import read_case
 from fbcouple.case.bed.adopt_inlets import adopt_inlets
+from fbcouple.case.bed.mesh_box import adopt_box
 from fbcouple.case.bed.start_sizes import adopt_sizes
 from fbcouple.case.checks.registry import list_problems
 from fbcouple.case.fit_averages import fit_averages
@@ -25,7 +26,7 @@ from fbcouple.case.presets import apply_preset
 from fbcouple.case.problems import Problem, format_errors, show
 from fbcouple.case.schema.option import as_tuple
 from fbcouple.case.schema.reference import list_sections, list_tables
-from fbcouple.case.schema.sections import Case
+from fbcouple.case.schema.sections import FROM_MESH, Case
 from fbcouple.case.source import FILE_NAME, apply_settings, find_case
 from fbcouple.errors import CaseError
 from fbcouple.machine.whole_files import write_whole
@@ -49,7 +50,10 @@ def load_case(name: str, sets: Sequence[str] = (), say: Callable[[str], None] | 
         say(f"{place}: {fitted}")
     apply_preset(raw)
     unread = len(problems)
+    problems += (unreadable := adopt_box(raw, (path.parent, *bases)))
     case, spoiled = _validate(raw, problems)
+    if unreadable:  # what its mesh would say is not asked for
+        problems = [one for one in problems if one.key not in [f"domain.{key}" for key in FROM_MESH]]
     case.remember_bases(bases)
     if not any(key.split(".")[0] == "particles" for key in spoiled):
         case = adopt_sizes(case, path.parent)

@@ -51,6 +51,8 @@ LEANING = 45.0
 """Angle [deg] to the vertical from which on an inlet is one in a side."""
 ROUND = 0.1
 """Length of the mean normal of an inlet below which it looks all around: that of a plane patch is 1."""
+HARDLY = 0.002
+"""Part of a mesh that a bed fills below which its length may be in another unit: inches for m are 6e-5."""
 JET = 0.5
 """Area of the inlet over the column's cross-section below which the gas is a jet into a bed that rests beside it."""
 TURBULENT = 2300.0
@@ -126,12 +128,26 @@ def _size_up(case: Case, folder: Path) -> Iterator[Number]:
         yield Number("particles", particle_count(case.particles), "1", None, None, "Particles in the bed.")
     if case.gas:
         yield Number("cells", find_region(case, folder).cells, "1", None, None, "Cells of the gas mesh.")
+    if case.domain.shape == "file":
+        yield from _tell_box(case, find_region(case, folder))
     for name, faces in list_inner_surfaces(case, folder).items():
         meaning = f"Faces of the surface {name} between two cells: no wall; gas and particles pass through it."
         yield Number("inner faces", faces, "1", "none", "warn", meaning)
     held, needed = machine_memory() / 1e9, needed_memory(case, folder) / 1e9
     meaning = "1 kB a particle and 2 kB a cell, over all ranks."
     yield Number("memory", needed, "GB", f"below {held:.3g} (this machine)", _judge(needed < held, "unfit"), meaning)
+
+
+def _tell_box(case: Case, region: Region) -> Iterator[Number]:
+    """Of a mesh from a file: how large it is, and how finely its results are sampled; a unit that is wrong shows."""
+    for axis, size, low in zip("xyz", case.domain.size, region.corner, strict=True):
+        yield Number(f"mesh {axis}", size, "m", None, None, f"The mesh goes from {low:.6g} to {low + size:.6g} m.")
+    meaning = f"Places that results are sampled at: {' x '.join(map(str, case.domain.cells))} (domain.cells)."
+    yield Number("sampling grid", math.prod(case.domain.cells), "1", None, None, meaning)
+    if case.particles:
+        part = solids_volume(case.particles) / SETTLED / region.volume
+        meaning = "Part of the mesh that the settled bed fills; less if a length is not in m (domain.scale)."
+        yield Number("filled part", part, "1", f"above {HARDLY:g}", _judge(part > HARDLY), meaning)
 
 
 def _tell_start(case: Case, folder: Path) -> Iterator[Number]:

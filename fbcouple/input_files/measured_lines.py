@@ -105,23 +105,29 @@ def read_points(path: Path, unit: str = "1") -> Points:
     return Points(x, value, error)
 
 
-def read_line(reference: Reference, path: Path, size: Sequence[float]) -> Points:
-    """The points of `reference`, read from `path`, for a box of width, depth and height `size` [m].
+def read_line(
+    reference: Reference, path: Path, size: Sequence[float], corner: Sequence[float] = (0.0, 0.0, 0.0)
+) -> Points:
+    """The points of `reference`, read from `path`, for a box of width, depth and height `size` [m] from `corner` [m];
+    of a mesh from a file x and height are those of its own coordinates.
 
     Raises: CaseError (one text) as `read_points`, and if the line or a point lies outside of the box, or a value is
     none that the quantity can have.
     """
     points = read_points(path, QUANTITIES[reference.quantity])
     width, _, height = size
-    if reference.height > height:
-        raise CaseError([f"{reference} is at {reference.height:g} m, the box is {height:g} m high; give m."])
+    left, floor, top = corner[0], corner[2], corner[2] + height
+    if reference.height > top:
+        where = f"the box is {height:g} m high" if not floor else f"the mesh goes from {floor:g} to {top:g} m"
+        raise CaseError([f"{reference} is at {reference.height:g} m, {where}; give m."])
     low, high = float(points.x[0]), float(points.x[-1])
-    if low < 0.0 or high > width:
+    if low < left or high > left + width:
         given = f"{path.name} has x from {low:g} to {high:g} m"
         mend = "give x in m from the left wall (another unit in the head, as `x [mm]`)."
-        raise CaseError(
-            [f"{given}, 0 to {width:g} m is allowed (domain.size){guess_frame([low], [high], [width])}; {mend}"]
-        )
+        guess = guess_frame([low], [high], [width])
+        if left:
+            mend, guess = "give x as the mesh has it (another unit in the head, as `x [mm]`).", ""
+        raise CaseError([f"{given}, {left:g} to {left + width:g} m is allowed (domain.size){guess}; {mend}"])
     wrong = np.flatnonzero(np.abs(points.value - 0.5) > 0.5 + SLACK)
     if wrong.size and reference.quantity in PARTS:
         given = f"{path.name} has {points.value[wrong[0]]:g} at x = {points.x[wrong[0]]:g} m"

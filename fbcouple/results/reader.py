@@ -95,7 +95,7 @@ class Results:
 
     @property
     def is_box(self) -> bool:
-        """Whether the gas has the cells of a plain box; frames and snapshots are kept of no other."""
+        """Whether the gas has the cells of a plain box, so that nothing of the grid is outside."""
         return "inside" not in self.data.coords
 
     @property
@@ -215,9 +215,7 @@ def open_results(run: Path) -> Results:
 
 def format_without(results: Results, name: str, option: str) -> str:
     """That there is no `name`, and by which option it is had, if the case can have it."""
-    if results.is_box:
-        return f"{results.path} has no `{name}` (ask for them by {option})."
-    return f"{results.path} has no `{name}`: they are kept of a plain box of hexahedra only."
+    return f"{results.path} has no `{name}` (ask for them by {option})."
 
 
 def _format_missing(run: Path) -> str:

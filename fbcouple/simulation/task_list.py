@@ -47,11 +47,11 @@ def list_tasks(
     `run`: the run folder; `made_with`: what results.nc says of the programs that the run is made with.
     """
     case, output = sim.case, sim.case.output
-    cells = sim.comm, sim.grid, sim.owned
     averages = Averages(sim, case.averages) if case.averages else None
     monitors = Monitors(sim, run)
-    snapshots = Snapshots(*cells, output.snapshots_every) if output.snapshots_every and sim.is_coupled else None
-    frames = Frames(*cells, run / FRAMES, output.particles_every) if output.particles_every else None
+    comm, cells = sim.comm, sim.cells
+    snapshots = Snapshots(comm, cells, output.snapshots_every) if output.snapshots_every and sim.is_coupled else None
+    frames = Frames(comm, cells, run / FRAMES, output.particles_every) if output.particles_every else None
     history = History(sim, run, monitors)
     results = ResultsFile(run, case_text, history, averages, snapshots, made_with or {})
     own: tuple[Task | None, ...] = averages, monitors, snapshots, frames, history, results

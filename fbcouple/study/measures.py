@@ -208,7 +208,8 @@ def compare_experiment(run: Finished, argument: str, reference: Finished | None)
         raise CaseError([f"experiment:{argument}: the case names no such line in output.references."])
     rows = []
     for line in lines:
-        points = read_line(line, find_companion(run.results.path.parent, line.file, ".csv"), run.case.domain.size)
+        file = find_companion(run.results.path.parent, line.file, ".csv")
+        points = read_line(line, file, run.results.size, run.results.corner)
         mean, error = (_read_line(run.results, argument + suffix, line.height, points.x) for suffix in ("", "_stderr"))
         rows.append(np.stack([mean, error, points.value]))
     means, errors, wanted = np.concatenate(rows, axis=1)

@@ -80,7 +80,7 @@ def find_bubbles(voidage: np.ndarray, spacing: tuple[float, float], smallest: fl
     comes in there, and no bubble has formed yet. The equivalent diameter is that of the circle of its area, at least
     `smallest` [m]. The centre is weighted with the voidage above the edge, so that it moves less in jumps of a cell.
 
-    voidage: depth mean (z, x); spacing: dz, dx [m].
+    voidage: depth mean (z, x), nan outside of a mesh; spacing: dz, dx [m].
     """
     labels, count = ndimage.label(voidage > EDGE)
     freeboard, floor = (set(np.unique(row)) - {0} for row in (labels[-1], labels[0]))
@@ -89,7 +89,7 @@ def find_bubbles(voidage: np.ndarray, spacing: tuple[float, float], smallest: fl
         return [], 0
     dz, dx = spacing
     areas = ndimage.sum_labels(np.ones_like(voidage), labels, names) * dz * dx
-    centres = ndimage.center_of_mass(np.maximum(voidage - EDGE, 0.0), labels, names)
+    centres = ndimage.center_of_mass(np.fmax(voidage - EDGE, 0.0), labels, names)
     diameters = dict(zip(names, np.sqrt(4.0 * areas / np.pi).tolist(), strict=True))
     large = {name for name, diameter in diameters.items() if diameter >= smallest}
     free = [

@@ -40,5 +40,5 @@ def voidage_snapshots(results: Results) -> Figure:
 
 def _outline(axes: Axes, x: np.ndarray, z: np.ndarray, values: np.ndarray) -> None:
     """Line around the bubbles."""
-    if min(values.shape) > 1 and values.min() < EDGE < values.max():
+    if min(values.shape) > 1 and np.nanmin(values) < EDGE < np.nanmax(values):
         axes.contour(x, z, values, levels=[EDGE], colors="black", linewidths=0.7)

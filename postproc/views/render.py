@@ -26,6 +26,7 @@ TURN, RISE = 20.0, 14.0  # degrees from the front view to the right, and up
 ARROWS_ACROSS = 9
 LONGEST_ARROW = 1.3  # of the distance between arrows
 MARGIN = 1.02
+_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -71,7 +72,8 @@ def particles(plotter: pyvista.Plotter, frame: Frame, request: Request) -> None:
 
 @view
 def gas(plotter: pyvista.Plotter, frame: Frame, request: Request) -> None:
-    """The plane in the middle of the depth: voidage as colour, the velocity of the gas as arrows."""
+    """The plane in the middle of the depth: voidage as colour, the velocity of the gas as arrows; nothing where it is
+    outside of a mesh."""
     assert frame.voidage is not None and frame.gas_velocity is not None
     width, depth, height = request.size
     left, front, floor = request.corner
@@ -80,25 +82,28 @@ def gas(plotter: pyvista.Plotter, frame: Frame, request: Request) -> None:
         dimensions=(nx + 1, 1, nz + 1), spacing=(width / nx, 1.0, height / nz), origin=(left, front + depth / 2, floor)
     )
     plane.cell_data["voidage"] = cut(frame.voidage).ravel()
-    plotter.add_mesh(
-        plane, scalars="voidage", cmap=voidage_map(), clim=request.voidage, show_scalar_bar=False, lighting=False
-    )
+    look: dict[str, Any] = {"show_scalar_bar": False, "lighting": False, "nan_opacity": 0.0}
+    plotter.add_mesh(plane, scalars="voidage", cmap=voidage_map(), clim=request.voidage, **look)
     flow = cut(frame.gas_velocity[0]), cut(frame.gas_velocity[2])
-    x, z, across, up = sample_arrows(*flow, (width, height), ARROWS_ACROSS)
+    inside = np.isfinite(flow[0])
+    x, z, across, up = sample_arrows(np.nan_to_num(flow[0]), np.nan_to_num(flow[1]), (width, height), ARROWS_ACROSS)
+    whole = sample_arrows(inside.astype(float), inside, (width, height), ARROWS_ACROSS)[2] > 1.0 - _ROUNDING
+    apart = width / x.shape[1]
+    x, z, across, up = x[whole], z[whole], across[whole], up[whole]
     # Just before the plane, as the camera sees it.
     before = np.full(x.size, front + 0.49 * depth)
-    places = np.column_stack([left + width * x.ravel(), before, floor + height * z.ravel()])
-    arrows = pyvista.PolyData(places)
-    arrows["velocity"] = np.column_stack([across.ravel(), np.zeros(x.size), up.ravel()])
-    arrows["speed"] = np.hypot(across, up).ravel()
+    arrows = pyvista.PolyData(np.column_stack([left + width * x, before, floor + height * z]))
+    arrows["velocity"] = np.column_stack([across, np.zeros(x.size), up])
+    arrows["speed"] = np.hypot(across, up)
     shape = pyvista.Arrow(start=(-0.5, 0.0, 0.0), shaft_radius=0.05, tip_radius=0.14, tip_length=0.35)
-    factor = LONGEST_ARROW * width / x.shape[1] / request.gas_speed
+    factor = LONGEST_ARROW * apart / request.gas_speed
     glyphs = arrows.glyph(orient="velocity", scale="speed", factor=factor, geom=shape)
     plotter.add_mesh(glyphs, color="black", lighting=False)
 
 
 def cut(field: np.ndarray) -> np.ndarray:
-    """Middle of the depth of a field (z, y, x): the row there, or the mean of the two beside it; (z, x)."""
+    """Middle of the depth of a field (z, y, x): the row there, or the mean of the two beside it, where both are inside
+    of the mesh; (z, x)."""
     rows = field.shape[1]
     return field[:, (rows - 1) // 2 : rows // 2 + 1].mean(axis=1)
 

@@ -74,7 +74,7 @@ def find_scales(paths: Sequence[Path]) -> Scales:
         frame = read_frame(path)
         speeds.append(frame.speeds)
         if frame.gas_velocity is not None:
-            fastest = max(fastest, float(np.linalg.norm(frame.gas_velocity, axis=0).max()))
+            fastest = max(fastest, float(np.nanmax(np.linalg.norm(frame.gas_velocity, axis=0))))
     return Scales(float(np.percentile(np.concatenate(speeds), BUSY)) or 1.0, fastest)
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from mpi4py import MPI
 
+from fbcouple.coupling.box.cells import BoxCells
 from fbcouple.geometry.grid import Grid
 from fbcouple.simulation.tasks.frames import Frames
 
@@ -24,7 +25,7 @@ def write_frames(
     """
     grid = Grid(cells, size)
     owned = np.stack(np.meshgrid(*(np.arange(n) for n in cells), indexing="ij"), axis=-1).reshape(-1, 3)
-    frames = Frames(MPI.COMM_SELF, grid, owned, run / "frames", every=0.1)
+    frames = Frames(MPI.COMM_SELF, BoxCells(grid, owned), run / "frames", every=0.1)
     places = np.random.default_rng(4).random((8000, 3)) * [size[0], size[1], 0.06]
     velocities = np.zeros((8000, 3))
     velocities[places[:, 0] > size[0] / 2, 2] = 1.0

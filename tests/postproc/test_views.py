@@ -13,6 +13,7 @@ from mpi4py import MPI
 from PIL import Image
 
 from fbcouple.cli.main import cli
+from fbcouple.coupling.box.cells import BoxCells
 from fbcouple.geometry.grid import Grid
 from fbcouple.postproc import draw
 from fbcouple.postproc.views.colours import list_colours, voidage_map
@@ -65,7 +66,7 @@ def test_a_particle_is_drawn_as_large_as_it_is(tmp_path):
     for diameter in (2e-3, 4e-3):
         place = tmp_path / f"{diameter}"
         place.mkdir()
-        frames = Frames(MPI.COMM_SELF, Grid((1, 1, 1), (0.02,) * 3), np.zeros((1, 3), dtype=int), place, 1.0)
+        frames = Frames(MPI.COMM_SELF, BoxCells(Grid((1, 1, 1), (0.02,) * 3), np.zeros((1, 3), dtype=int)), place, 1.0)
         middle = {"position": np.full((1, 3), 0.01), "velocity": np.zeros((1, 3)), "diameter": np.array([diameter])}
         frames.write(0.0, np.array([1]), middle, {})
         request = {

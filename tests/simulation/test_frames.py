@@ -5,6 +5,7 @@ import pytest
 import xarray as xr
 from mpi4py import MPI
 
+from fbcouple.coupling.box.cells import BoxCells
 from fbcouple.geometry.grid import Grid
 from fbcouple.simulation.tasks.frames import FIELDS, PARTICLES, Frames
 
@@ -15,7 +16,7 @@ GRID = Grid((4, 3, 5), (0.4, 0.3, 0.5))
 def frames(tmp_path):
     cells = np.stack(np.meshgrid(*(np.arange(n) for n in GRID.cells), indexing="ij"), axis=-1).reshape(-1, 3)
     owned = np.random.default_rng(5).permutation(cells)
-    return Frames(MPI.COMM_SELF, GRID, owned, tmp_path / "frames", every=0.1)
+    return Frames(MPI.COMM_SELF, BoxCells(GRID, owned), tmp_path / "frames", every=0.1)
 
 
 def write(frames, time):
@@ -27,7 +28,7 @@ def write(frames, time):
         "velocity": np.column_stack([nothing, nothing, numbers]),
         "diameter": 1e-3 * numbers,
     }
-    i, j, k = frames._owned.T
+    i, j, k = frames._cells.owned.T
     fields = {"voidage": (i + 10.0 * j + 100.0 * k)[:, None], "gas_velocity": np.column_stack([i, j, k]) * 1.0}
     frames.write(time, numbers, particles, fields)
 

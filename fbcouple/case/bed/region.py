@@ -44,7 +44,7 @@ def shape(name: str) -> Callable[[Make], Make]:
 @dataclass(frozen=True)
 class Region:
     """Number of gas cells, volume [m3], height [m], area [m2] of the inlet, edges (3,) [m] of a usual cell, mean inward
-    normal of the inlet's faces, and height [m] of the lowest point.
+    normal of the inlet's faces, and the lower corner (3,) [m] of the box around it.
 
     `inlet` is the area that a superficial velocity counts for: of a box the whole floor, also where a part is closed.
     `surface`: the triangles (n, 3, 3) [m] of a mesh from a file; None where the cross-section is one at all heights.
@@ -56,8 +56,13 @@ class Region:
     inlet: float
     spacing: np.ndarray
     direction: tuple[float, ...] = UP
-    bottom: float = 0.0
+    corner: tuple[float, ...] = (0.0, 0.0, 0.0)
     surface: np.ndarray | None = None
+
+    @property
+    def bottom(self) -> float:
+        """Height [m] of the lowest point."""
+        return self.corner[2]
 
     @property
     def section(self) -> float:
@@ -142,7 +147,7 @@ def _measure_mesh(mesh: PolyMesh) -> Region:
         mesh.find_area(INLET),
         find_spacing(mesh.volume, mesh.count),
         tuple(inward.tolist()),
-        float(mesh.low[2]),
+        tuple(mesh.low.tolist()),
         surface,
     )
 
@@ -163,7 +168,7 @@ def mesh_block(domain: Domain, folder: Path) -> PolyMesh:
 @shape("file")
 def read_mesh_of_case(domain: Domain, folder: Path) -> PolyMesh:
     """The mesh that the case brings: a gmsh file, or a polyMesh folder."""
-    found = _find_imported(domain, folder)
+    found = find_imported(domain, folder)
     return _choose_once(found, domain.inlet or INLET, domain.outlet or OUTLET)
 
 
@@ -176,10 +181,10 @@ def list_inner_surfaces(case: Case, folder: Path) -> dict[str, int]:
     """Surfaces of the case's mesh file that lie between cells, and how many faces of each do."""
     if case.domain.shape != "file":
         return {}
-    return _find_imported(case.domain, case.find_folder(folder, case.domain.mesh)).inner
+    return find_imported(case.domain, case.find_folder(folder, case.domain.mesh)).inner
 
 
-def _find_imported(domain: Domain, folder: Path) -> ImportedMesh:
+def find_imported(domain: Domain, folder: Path) -> ImportedMesh:
     if domain.mesh is None:
         raise CaseError(["no mesh is given."])
     path = find_mesh(folder, domain.mesh).resolve()

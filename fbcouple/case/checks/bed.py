@@ -87,7 +87,10 @@ def check_packing(case: Case, folder: Path) -> Iterator[Problem]:
     elif count > most:
         heaviest = most * mean_volume(case.particles) * mean_density(case.particles)
         text = f"{count:.6g} particles do not fit into the box: {RANDOM_PACKING} of its volume holds {most:.6g}"
-        yield Problem(key, f"{text} ({heaviest:.4g} kg); give less, in kg or particles, or enlarge domain.size.")
+        larger = "enlarge domain.size"
+        if case.domain.shape == "file":
+            larger = "take a larger mesh (domain.scale if it is in another unit)"
+        yield Problem(key, f"{text} ({heaviest:.4g} kg); give less, in kg or particles, or {larger}.")
 
 
 @check(*BED)

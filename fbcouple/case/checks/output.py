@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from fbcouple.case.bed.particle_types import particle_count
+from fbcouple.case.checks.bed import try_region
 from fbcouple.case.checks.registry import BED, check, has_bed
 from fbcouple.case.companions import find_companion
 from fbcouple.case.problems import Problem, show
@@ -88,15 +89,16 @@ def check_tracked(case: Case, folder: Path) -> Iterator[Problem]:
         yield Problem(key, f"particle {max(numbers)} is given and there are {count}; number them from 1.")
 
 
-@check("output.references", "domain.size")
+@check("output.references", "domain", "domain.size")
 def check_references(case: Case, folder: Path) -> Iterator[Problem]:
     """Each reference can be read, its file lies beside the case, and its line lies in the box."""
     key = "output.references"
+    region = try_region(case, folder) if case.output.references else None
     for text in case.output.references:
         try:
             reference = parse_reference(text)
             file = find_companion(case.find_folder(folder, reference.file), reference.file, ".csv")
-            read_line(reference, file, case.domain.size)
+            read_line(reference, file, case.domain.size, region.corner if region else (0.0, 0.0, 0.0))
         except CaseError as error:
             yield from (Problem(key, problem) for problem in error.problems)
 

@@ -47,7 +47,7 @@ def check_cylinder(case: Case, folder: Path) -> Iterator[Problem]:
         yield Problem("domain.cells", f"{text}, twice.")
 
 
-@check("domain", "gas", "exchange", "output")
+@check("domain", "gas", "exchange")
 def check_box_only(case: Case, folder: Path) -> Iterator[Problem]:
     """What only a box has is not asked for."""
     domain, exchange = case.domain, case.exchange
@@ -63,9 +63,6 @@ def check_box_only(case: Case, folder: Path) -> Iterator[Problem]:
         "domain.periodic": bool(domain.periodic),
         "gas.closed_nozzle": case.gas is not None and case.gas.closed_nozzle is not None,
         "exchange.diffusion_width": exchange is not None and exchange.diffusion_width is not None,
-        "output.snapshots_every": case.output.snapshots_every is not None,
-        "output.particles_every": case.output.particles_every is not None,
-        "output.references": bool(case.output.references),
         "gas.top": case.gas is not None and case.gas.top != "open",
     }
     for key in (key for key, is_asked in asked.items() if is_asked):

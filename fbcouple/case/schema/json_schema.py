@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from fbcouple.case.schema.reference import BASE, FILE_KEYS, UNSET, list_options, list_sections, list_tables
-from fbcouple.case.schema.sections import Case
+from fbcouple.case.schema.sections import FROM_MESH, Case
 
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
 Rules = dict[str, Any]
@@ -24,6 +24,7 @@ def build_schema() -> Rules:
         sections[section]["properties"][name]["items"] = _simplify(model.model_json_schema())
     needed = [name for name in top.pop("required") if name != BASE]
     needed_below = {name: rules.pop("required") for name, rules in sections.items() if "required" in rules}
+    needed_below["domain"] = [key for key in needed_below["domain"] if key not in FROM_MESH]
     properties = _describe_file_keys() | top["properties"] | sections
     complete = {"required": needed, "properties": {name: {"required": keys} for name, keys in needed_below.items()}}
     return {

@@ -31,17 +31,21 @@ from fbcouple.case.schema.option import (
 )
 from fbcouple.case.schema.output import Averages, Checkpoint, Monitors, Output
 
+FROM_MESH = ("size", "cells")
+"""Options of [domain] that a mesh from a file says where the case does not."""
+
 
 class Domain(Section):
     size: Sizes = option(
         "Inner width, depth and height of the bed; z is up, the floor is z = 0. Of a cylinder twice the diameter and "
         "the height, of a mesh from a file the box around it, within 1 % (a round wall of flat faces is a little "
-        "narrower).",
+        "narrower); may be left out there: the mesh says it.",
         "m",
     )
     cells: Cells = option(
         "Cells of the gas mesh along x, y and z; also the grid of the averages. Of a cylinder the cells across it, "
-        "twice, and up; with a mesh from a file only the grid that its results are sampled on."
+        "twice, and up; with a mesh from a file only the grid that its results are sampled on, which may be left out: "
+        "as coarse as the mesh."
     )
     shape: Literal["box", "cylinder", "file"] = option(
         "A box of equal cells, an upright cylinder meshed here, or the mesh of `mesh`.", default="box"

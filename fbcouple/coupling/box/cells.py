@@ -30,6 +30,17 @@ class BoxCells:
         """The values of all ranks, (z, y, x) or (component, z, y, x)."""
         return self.grid.spread(parts)
 
+    def prepare_samples(self, comm: MPI.Comm) -> None:
+        """Nothing is to be found: the cells are the places of the grid."""
+
+    def sample(self, parts: list[Part]) -> np.ndarray:
+        """The values of all ranks at the places of the grid, (z, y, x) or (component, z, y, x)."""
+        return self.arrange(parts)
+
+    def open_depth_mean(self, comm: MPI.Comm) -> BoxDepthMean:
+        """Means over the depth."""
+        return BoxDepthMean(comm, self.grid, self.owned)
+
     def describe(self, comm: MPI.Comm) -> dict[str, Any]:
         """What results say of the cells beside the grid: nothing."""
         return {}
@@ -56,6 +67,23 @@ class BoxCells:
         layer = np.clip((positions[:, 2] / height * layers).astype(int), 0, layers - 1)
         sums = comm.allreduce(np.bincount(layer, volumes, minlength=layers))
         return sums / (self.grid.cell_volume * self.grid.cells[0] * self.grid.cells[1]), self.grid.centres(2)
+
+
+class BoxDepthMean:
+    """Means over y of values in the cells."""
+
+    def __init__(self, comm: MPI.Comm, grid: Grid, owned: np.ndarray) -> None:
+        nx, self._depth, nz = grid.cells
+        self._comm, self._shape = comm, (nz, nx)
+        self._columns = owned[:, 2] * nx + owned[:, 0]
+
+    def find(self, values: np.ndarray) -> np.ndarray | None:
+        """The mean of `values` (n,) of this rank's cells, (z, x), on rank 0 (collective)."""
+        nz, nx = self._shape
+        sums = np.bincount(self._columns, values, minlength=nz * nx)
+        total = np.empty_like(sums)
+        self._comm.Reduce(sums, total)
+        return None if self._comm.rank else (total / self._depth).reshape(nz, nx)
 
 
 def find_outside(grid: Grid, positions: np.ndarray) -> int | None:

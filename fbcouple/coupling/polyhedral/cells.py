@@ -9,6 +9,7 @@ import numpy as np
 from mpi4py import MPI
 
 from fbcouple.coupling.box.cells import Part, find_outside
+from fbcouple.coupling.polyhedral.sampling import DepthMean, Find, find_samples, open_finder
 from fbcouple.geometry.grid import Grid
 from fbcouple.geometry.polyhedra import Polyhedra
 
@@ -28,6 +29,8 @@ class MeshCells:
         self.grid, self.owned, self.volumes = grid, cells.ids[:, None], volumes
         self._cells = cells
         self._about: dict[str, Any] | None = None
+        self._samples: np.ndarray | None = None
+        self._finder: Find | None = None
         self.shape = (comm.allreduce(len(cells)),)
         layer = np.floor((cells.centres[:, 2] - grid.origin[2]) / grid.spacing[2]).astype(int)
         self._layer = np.clip(layer, 0, grid.cells[2] - 1)
@@ -65,10 +68,31 @@ class MeshCells:
 
     def arrange(self, parts: list[Part]) -> np.ndarray:
         """The values of all ranks, (cell,) or (component, cell)."""
-        field = np.full((parts[0][1].shape[1], *self.shape), np.nan)
+        field = np.full((parts[0][1].shape[1], *self.shape), np.nan, dtype=parts[0][1].dtype)
         for owned, values in parts:
             field[:, owned[:, 0]] = values.T
         return field if len(field) > 1 else field[0]
+
+    def prepare_samples(self, comm: MPI.Comm) -> np.ndarray:
+        """Number of the cell at each place of the grid, (z, y, x), -1 outside; found once (collective)."""
+        if self._samples is None:
+            self._samples = find_samples(comm, self._find_rows(), self.owned[:, 0], self.grid)
+        return self._samples
+
+    def sample(self, parts: list[Part]) -> np.ndarray:
+        """The values of all ranks at the places of the grid, (z, y, x) or (component, z, y, x), nan outside of the
+        mesh; after `prepare_samples`."""
+        assert self._samples is not None, "places are found before values are put there"
+        return np.where(self._samples >= 0, self.arrange(parts)[..., self._samples], np.float32(np.nan))
+
+    def open_depth_mean(self, comm: MPI.Comm) -> DepthMean:
+        """Means over the depth of what is inside of the mesh; places that are cut count by that part (collective)."""
+        return DepthMean(comm, self._find_rows(), self.owned[:, 0], self.grid)
+
+    def _find_rows(self) -> Find:
+        if self._finder is None:
+            self._finder = open_finder(self._cells, self._bricks)
+        return self._finder
 
     def describe(self, comm: MPI.Comm) -> dict[str, Any]:
         """Centres (cell, 3) [m], volumes (cell,) [m3], points (node, 3) [m] and faces of all cells, and the cell at
@@ -82,28 +106,10 @@ class MeshCells:
 
         parts = comm.gather((self.owned, np.column_stack([self._cells.centres, self.volumes])))
         polyhedra = comm.gather(self._cells)
-        own = self._sample()
-        samples = np.empty_like(own)
-        comm.Reduce(own, samples, MPI.MAX)
+        samples = self.prepare_samples(comm)
         if parts is None or polyhedra is None:
             return {}
         table, whole = self.arrange(parts), join(polyhedra)
         whole = whole.select(np.argsort(whole.ids))
         about = {"centres": table[:3].T, "volumes": table[3], "samples": samples}
         return about | {"points": whole.points, "faces": stream_faces(whole)}
-
-    def _sample(self) -> np.ndarray:
-        from fbcouple.geometry.locator import Locator  # noqa: PLC0415  (asked for once, at the end)
-        from fbcouple.geometry.tetrahedra import cut  # noqa: PLC0415
-
-        nx, ny, nz = self.grid.cells
-        z, y, x = np.meshgrid(*(self.grid.centres(axis) for axis in (2, 1, 0)), indexing="ij")
-        places = np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1)
-        found = np.full(len(places), -1, np.int64)
-        if len(self._cells):
-            locator = Locator(cut(self._cells))
-            low, high = self._cells.points.min(axis=0), self._cells.points.max(axis=0)
-            near = np.flatnonzero(np.all((places >= low) & (places <= high), axis=1))
-            cells = locator.find_cells(places[near])
-            found[near] = np.where(cells >= 0, self._cells.ids[cells], -1)
-        return found.reshape(nz, ny, nx)

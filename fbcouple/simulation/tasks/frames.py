@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 from mpi4py import MPI
 
-from fbcouple.geometry.grid import Grid
+from fbcouple.coupling.discretisation import Cells
 from fbcouple.paths import FRAMES
 from fbcouple.results.conventions import follow_conventions
 from fbcouple.results.writer import write_dataset
@@ -39,9 +39,10 @@ FIELDS: dict[str, tuple[str, str]] = {
 class Frames(Task):
     """Writes a frame on rank 0 when one is due; rows are particles in the order of their numbers."""
 
-    def __init__(self, comm: MPI.Comm, grid: Grid, owned: np.ndarray, folder: Path, every: float) -> None:
-        """`owned` (n, 3): index triples of this rank's cells; `every` [s] of simulated time, from time 0 on."""
-        self._comm, self._grid, self._owned, self._folder = comm, grid, owned, folder
+    def __init__(self, comm: MPI.Comm, cells: Cells, folder: Path, every: float) -> None:
+        """`every` [s] of simulated time, from time 0 on (collective)."""
+        self._comm, self._cells, self._folder = comm, cells, folder
+        cells.prepare_samples(comm)
         self._cadence = Cadence(every)
         self.count = 0
         """Frames written so far."""
@@ -50,10 +51,11 @@ class Frames(Task):
         """Write the frame of `time` [s] (collective).
 
         numbers: (n,) of this rank's particles; particles: name of `PARTICLES` -> (n,) or (n, 3); fields: name of
-        `FIELDS` -> (cells, components) of this rank's cells.
+        `FIELDS` -> (cells, components) of this rank's cells; of a mesh of polyhedra the file has the cells at the
+        places of the regular grid.
         """
         lean = [{name: values.astype(np.float32) for name, values in part.items()} for part in (particles, fields)]
-        gathered = self._comm.gather((np.array(numbers, dtype=np.int64), self._owned, *lean))
+        gathered = self._comm.gather((np.array(numbers, dtype=np.int64), self._cells.owned, *lean))
         if gathered is not None:
             all_numbers, cells, rows, values = zip(*gathered, strict=True)
             order = np.argsort(np.concatenate(all_numbers))
@@ -62,7 +64,7 @@ class Frames(Task):
                 column = np.concatenate([part[name] for part in rows])[order]
                 data[name] = (("particle", "component")[: column.ndim], column, _describe(PARTICLES[name]))
             for name in fields:
-                field = self._grid.spread((owned, part[name]) for owned, part in zip(cells, values, strict=True))
+                field = self._cells.sample([(owned, part[name]) for owned, part in zip(cells, values, strict=True)])
                 data[name] = (("component", "z", "y", "x")[-field.ndim :], field, _describe(FIELDS[name]))
             self._save(time, data)
         self.count += 1
@@ -70,8 +72,9 @@ class Frames(Task):
     def _save(self, time: float, data: dict[str, Any]) -> None:
         self._folder.mkdir(exist_ok=True)
         coordinates: dict[str, Any] = {"component": ["x", "y", "z"], "time": time}
+        grid = self._cells.grid
         for axis, name in enumerate("xyz"):
-            coordinates[name] = (name, self._grid.centres(axis), {"units": "m", "long_name": f"cell centre {name}"})
+            coordinates[name] = (name, grid.centres(axis), {"units": "m", "long_name": f"cell centre {name}"})
         frame = xr.Dataset(data, coordinates, {"title": "Particles and gas at a single moment"})
         frame["time"].attrs = {"units": "s", "long_name": "simulated time"}
         encoding = {name: {"zlib": True, "complevel": 1} for name in data}

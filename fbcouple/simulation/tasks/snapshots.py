@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.geometry.grid import Grid
+from fbcouple.coupling.discretisation import Cells
 from fbcouple.simulation.clock import Cadence
 from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.tasks.task import Saved, Task
@@ -18,12 +18,9 @@ _FILE = "snapshots.npz"
 class Snapshots(Task):
     """Takes the depth-mean voidage at regular times, from time 0 on; rank 0 keeps it in `taken`."""
 
-    def __init__(self, comm: MPI.Comm, grid: Grid, owned: np.ndarray, every: float) -> None:
-        """`owned` (n, 3): index triples of this rank's cells; `every` [s] of simulated time."""
-        self._comm, self._cadence = comm, Cadence(every)
-        nx, self._depth, nz = grid.cells
-        self._shape = nz, nx
-        self._columns = owned[:, 2] * nx + owned[:, 0]
+    def __init__(self, comm: MPI.Comm, cells: Cells, every: float) -> None:
+        """`every` [s] of simulated time (collective)."""
+        self._cadence, self._mean = Cadence(every), cells.open_depth_mean(comm)
         self.taken: list[tuple[float, np.ndarray]] = []
         """Time [s] and depth-mean voidage, float32 (z, x), of each snapshot so far; empty but on rank 0."""
 
@@ -40,12 +37,9 @@ class Snapshots(Task):
         """Keep the depth mean of `voidage` (n,), this rank's cells, if a snapshot is due at `time` [s] (collective)."""
         if not self._cadence.due(time):
             return
-        nz, nx = self._shape
-        sums = np.bincount(self._columns, voidage, minlength=nz * nx)
-        total = np.empty_like(sums)
-        self._comm.Reduce(sums, total)
-        if self._comm.rank == 0:
-            self.taken.append((time, (total / self._depth).reshape(nz, nx).astype(np.float32)))
+        field = self._mean.find(voidage)
+        if field is not None:
+            self.taken.append((time, field.astype(np.float32)))
 
     def save(self, sim: Simulation, folder: Path) -> Saved:
         """When the next is due, and those taken so far in a file of their own."""

@@ -1,0 +1,54 @@
+"""Size and sampling grid of a mesh from a file, where the case leaves them out: the mesh says both."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fbcouple.case.bed.region import find_imported, find_spacing
+from fbcouple.case.problems import Problem
+from fbcouple.case.schema.sections import FROM_MESH, Domain
+from fbcouple.errors import CaseError
+from fbcouple.geometry.polymesh import PolyMesh
+
+_SAME_PLACE = 1e-6
+"""Part of the box within which two coordinates of points are one."""
+_MOST_ALONG = 1000
+"""Cells of the sampling grid along an axis: a mesh of a few cells in a large box is sampled no finer."""
+
+
+def adopt_box(raw: dict[str, Any], places: Sequence[Path]) -> list[Problem]:
+    """Fill `domain.size` and `domain.cells` in `raw`, a case file's content, from the mesh that it names and that lies
+    in the first of `places` that has it; what the case gives itself stays, and what it gives wrongly is told elsewhere.
+
+    Returns: what is wrong with the mesh; then nothing is filled in.
+    """
+    domain = raw.get("domain")
+    if not isinstance(domain, dict) or domain.get("shape") != "file" or all(key in domain for key in FROM_MESH):
+        return []
+    name, scale = domain.get("mesh"), domain.get("scale")
+    if not isinstance(name, str) or not (scale is None or (isinstance(scale, float) and 0.0 < scale <= 1e9)):
+        return []
+    folder = next((place for place in places if (place / name).exists()), places[0])
+    try:
+        mesh = find_imported(Domain.model_construct(mesh=name, scale=scale), folder).mesh
+    except CaseError as error:
+        return [Problem("domain.mesh", problem) for problem in error.problems]
+    found = {"size": (mesh.high - mesh.low).tolist(), "cells": choose_cells(mesh)}
+    raw["domain"] = {**{key: found[key] for key in FROM_MESH}, **domain}
+    return []
+
+
+def choose_cells(mesh: PolyMesh) -> list[int]:
+    """Cells of the sampling grid along each axis: those of a block of cells in rows, else cubes as large as a mean cell
+    of the mesh."""
+    size = mesh.high - mesh.low
+    rounded = np.rint((mesh.points - mesh.low) / (_SAME_PLACE * size))
+    rows = [len(np.unique(rounded[:, axis])) for axis in range(3)]
+    if int(np.prod(rows)) == len(mesh.points):
+        return [count - 1 for count in rows]
+    spacing = find_spacing(mesh.volume, mesh.count)
+    return np.clip(np.rint(size / spacing), 1, _MOST_ALONG).astype(int).tolist()
