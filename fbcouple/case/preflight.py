@@ -261,10 +261,17 @@ def _measure_cells(case: Case, cell: np.ndarray) -> Iterator[Number]:
     for axis, size in zip("xyz", cell / largest_diameter(case.particles), strict=True):
         verdict = _judge(wanted <= size <= COARSE, "warn" if full < size <= ABSURD else "unfit")
         meaning = (
-            f"Cell size over diameter along {axis}; a cube of {full:.2f} is filled by one particle. Thousands: a "
-            "length is not in m (domain.scale for a mesh)."
+            f"Cell size over diameter along {axis}; a cube of {full:.2f} is filled by one particle. Smaller: give "
+            f"{_list_filters(case)}. Thousands: a length is not in m (domain.scale for a mesh)."
         )
         yield Number(f"cell size {axis}", float(size), "d", limit, verdict, meaning)
+
+
+def _list_filters(case: Case) -> str:
+    """What spreads particles over small cells of the case's region."""
+    if case.domain.is_plain_box:
+        return "exchange.filter_passes, exchange.diffusion_width or a gaussian kernel"
+    return "exchange.filter_passes"
 
 
 def _measure_spread(case: Case, width: float) -> Iterator[Number]:

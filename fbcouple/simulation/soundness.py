@@ -18,7 +18,11 @@ from fbcouple.errors import DivergedError
 from fbcouple.solvers.liggghts import Liggghts
 from fbcouple.solvers.openfoam.gas import Gas
 
-VOIDAGE = "the voidage is {min_voidage:.4g} in {place}, above {limit:g} is allowed"
+VOIDAGE = (
+    "the voidage is {min_voidage:.4g} in {place}, above {limit:g} is allowed; more exchange.filter_passes (in a box of "
+    "hexahedra also exchange.diffusion_width or a gaussian kernel) spread particles over more cells, and so do larger "
+    "cells"
+)
 VOIDAGE_EXCESS = "the voidage is 1 + {voidage_excess:.3g} in {place}, 1 + {limit:g} is allowed"
 
 

@@ -105,7 +105,8 @@ def _voidage(results: Results) -> Watched:
 
 @monitor("cells_over_packed")
 def _packed(results: Results) -> Watched:
-    return Watched("cells over the closest packing, most", int(_largest(results, "cells_over_packed")), "0")
+    wanted = "0; otherwise spread particles wider: exchange.filter_passes, or a kernel or diffusion_width"
+    return Watched("cells over the closest packing, most", int(_largest(results, "cells_over_packed")), wanted)
 
 
 @monitor("max_overlap")

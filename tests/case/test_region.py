@@ -125,7 +125,8 @@ def test_a_box_of_tetrahedra_is_counted_in_tetrahedra(tmp_path):
         ([("inlet_velocity = 1.2", "inlet_velocity = 1.2\nclosed_nozzle = [2, 2]")], ["closed_nozzle", "only a box"]),
         ([("[exchange]", '[exchange]\nvoidage = "divided"')], ["exchange.voidage", "trilinear"]),
         ([("[exchange]", "[exchange]\ndiffusion_width = 3.0")], ["diffusion_width", "only a box"]),
-        ([("[exchange]", "[exchange]\n[output]\nsnapshots_every = 0.01")], ["snapshots_every", "only a box"]),
+        ([("[start]", "[start]\nregion = [[0.0, 0.03], [0.0, 0.03], [0.01, 0.07]]")], ["start.region", "along z"]),
+        ([("[start]", "[start]\nregion = [[0.0, 0.03], [0.02, 0.01], [0.0, 0.05]]")], ["start.region", "lower end"]),
         ([('shape = "cylinder"', 'shape = "file"\nelements = "prisms"')], ["domain.elements", "cylinder"]),
         ([('shape = "cylinder"', 'mesh = "a.msh"')], ["domain.mesh", "file"]),
         ([('shape = "cylinder"', 'shape = "cylinder"\nscale = 1e-3')], ["domain.scale", "file"]),
@@ -275,3 +276,20 @@ def test_positions_outside_of_the_cylinder_are_told(tmp_path):
     case = write(tmp_path, ("count = 2000", 'count = 2\npositions = "beads.csv"'), ("[start]\n", ""))
     with pytest.raises(CaseError, match=r"1 particles are not inside the cylinder, first is particle 2"):
         load_case(case)
+
+
+def test_a_start_fills_the_part_that_it_is_told(tmp_path):
+    """From its lowest layer up, clear of the walls, in a mesh as in a box; without it nothing changes."""
+    region = ("[start]", "[start]\nregion = [[0.005, 0.025], [0.006, 0.03], [0.02, 0.05]]")
+    for number, shape in enumerate(("cylinder", "box")):
+        text = CASE.replace('shape = "cylinder"', f'shape = "{shape}"')
+        case = load_case(write(tmp_path, region, text=text))
+        places = lattice_positions(case, tmp_path)
+        assert len(places) == 2000 and np.ptp(places, axis=0).min() > 4e-3, number
+        low, high = np.array(case.start.region).T
+        assert (places >= low + 0.499e-3).all() and (places <= high - 0.499e-3).all()
+        assert places[:, 2].min() < 0.0216, "the lowest layer is the first"
+    plain = lattice_positions(load_case(write(tmp_path, text=text)), tmp_path)
+    all_of_it = "[start]\nregion = [[0.0, 0.03], [0.0, 0.03], [0.0, 0.06]]"
+    whole = load_case(write(tmp_path, ("[start]", all_of_it), text=text))
+    assert np.abs(lattice_positions(whole, tmp_path) - plain).max() == 0.0

@@ -20,7 +20,7 @@ from fbcouple.geometry.imported import read_mesh_file
 from fbcouple.launcher.launch import launch
 
 sys.path.append(str(Path(__file__).parents[1] / "geometry"))
-from test_meshes import write_gmsh
+from test_meshes import make_bricks, write_gmsh
 
 CASE = """
 title = "a mesh about its own axis"
@@ -125,6 +125,31 @@ def test_polymesh_of_prisms_gone_on_with_on_another_number_of_ranks(tmp_path):
     for name in ("solids_fraction", "gas_velocity", "pressure"):
         scale = float(np.abs(whole[name]).max())
         assert float(np.abs(resumed[name] - whole[name]).max()) < 1e-9 * scale, name
+
+
+@pytest.mark.parametrize("ranks", [1, 3])
+def test_a_box_of_bricks_from_a_file_is_the_built_in_box(tmp_path, ranks):
+    """The same bed to rounding, wherever the box stands: contacts with its walls, weights, filter and gas."""
+    shape, size = (6, 6, 14), (0.012, 0.012, 0.028)
+    mesh = make_bricks(shape, size)
+    write_polymesh(replace(mesh, points=mesh.points - [0.006, 0.0, 0.001]), tmp_path / "polyMesh")
+    write_case(tmp_path, mesh, "polyMesh", "inlet", "outlet")
+    file = tmp_path / "case.toml"
+    text = (
+        file.read_text().replace("cells = [8, 8, 16]", f"cells = {list(shape)}").replace(f"size = {list(size)}\n", "")
+    )
+    file.write_text(text)
+    found = run_case(tmp_path, ranks)
+    lines = [line for line in text.splitlines() if not line.startswith(("shape", "mesh", "inlet =", "outlet ="))]
+    (tmp_path / "box").mkdir()
+    (tmp_path / "box/case.toml").write_text("\n".join(lines).replace("[domain]", f"[domain]\nsize = {list(size)}"))
+    wanted = run_case(tmp_path / "box", 1)
+    for name in ("solids_fraction", "gas_velocity", "pressure"):
+        values = found[name].isel(cell=found["sampled_cell"]).transpose(*wanted[name].dims).values
+        scale = float(np.abs(wanted[name]).max())
+        assert np.abs(values - wanted[name].values).max() < 1e-6 * scale, name
+    assert np.abs(found["solids_volume"] / VOLUME - 1.0).max() < 1e-12
+    assert found["momentum_error"].max() < 1e-10
 
 
 @pytest.fixture(scope="module")

@@ -21,7 +21,7 @@ CASE = {
     "start": {},
     "exchange": {"filter_passes": 1},
     "averages": {"start": 0.0, "every": 1e-5, "blocks": 2},
-    "output": {"record_every": 1e-4},
+    "output": {"record_every": 1e-4, "particles_every": 7e-4, "snapshots_every": 7e-4},
 }
 
 
@@ -55,6 +55,21 @@ def test_fields_do_not_depend_on_ranks(found, ranks, name):
     print(f"{name} on {ranks} ranks: {difference:.2e} of {scale:.3g}")
     assert scale > 0
     assert difference < 1e-9
+
+
+@pytest.mark.parametrize("ranks", [2, 4])
+def test_frames_and_snapshots_do_not_depend_on_ranks(runs, found, ranks):
+    one, many = (found[n]["voidage_snapshots"].values for n in (1, ranks))
+    assert one.shape == (3, 12, 6) and np.isfinite(one).all() and one.min() < 0.7
+    assert np.abs(one - many).max() < 1e-6, "float32"
+    frames = []
+    for n in (1, ranks):
+        with xr.open_dataset(runs[n] / "frames/frame-000002.nc") as opened:
+            frames.append(opened.load())
+    for name in ("voidage", "gas_velocity", "position"):
+        first, other = (frame[name].values for frame in frames)
+        assert (np.isnan(first) == np.isnan(other)).all() and np.nanmax(np.abs(first - other)) < 1e-6
+    assert np.isnan(frames[0]["voidage"].values).mean() == pytest.approx(4 / 36)
 
 
 @pytest.mark.parametrize("ranks", [1, 2, 4])

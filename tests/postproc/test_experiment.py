@@ -191,14 +191,6 @@ def test_references_that_are_no_texts_are_refused(results, output):
         gather_references([replace(results, case=results.case | {"output": output})], [])
 
 
-def test_a_run_on_a_mesh_has_no_measured_lines(results, tmp_path):
-    domain = results.case["domain"] | {"shape": "cylinder"}
-    file = write_line(tmp_path / "voidage.csv", [0.7] * 4)
-    run = replace(results, case=results.case | {"domain": domain, "output": {}})
-    with pytest.raises(CaseError, match="the region of run is no box of hexahedra"):
-        gather_references([run], [f"voidage@0.03={file}"])
-
-
 def test_all_lines_that_cannot_be_read_are_told(results):
     with pytest.raises(CaseError) as caught:
         gather_references([results], ["voidage@0.1=none.csv", "porosity@0.1=a.csv"])

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import xarray as xr
 
+from fbcouple.errors import CaseError
 from fbcouple.geometry.grid import Grid
+from fbcouple.input_files.measured_lines import parse_reference, read_line
+from fbcouple.postproc.experiment import compare_with, gather_references
 from fbcouple.postproc.report.monitors import MONITORS
 from fbcouple.results.reader import NotDrawableError, depth_average, open_results
 from fbcouple.results.writer import write_results
@@ -89,3 +94,27 @@ def test_flux_over_the_inlets_velocity_is_said_only_where_the_floor_is_the_inlet
     changed.to_netcdf(run / "results.nc")
     with pytest.raises(NotDrawableError, match="area at every height"):
         MONITORS["gas_flux"](open_results(run))
+
+
+def test_a_measured_line_is_compared_with_what_is_inside(run, tmp_path):
+    """The pressure is 10 z, and columns beyond the mesh at that height do not count."""
+    (tmp_path / "line.csv").write_text("x,value\n0.001,1.25\n0.04,1.35\n0.079,1.25\n")
+    results = open_results(run)
+    (measured,) = gather_references([results], [f"pressure@0.125={tmp_path / 'line.csv'}"])
+    found = compare_with(results, measured)
+    assert found.points == 3 and found.largest == pytest.approx(0.1) and found.bias == pytest.approx(-0.1 / 3)
+    outside = results.data["inside"].copy()
+    outside[:, :, 0] = False
+    data = results.data.assign_coords(inside=outside)
+    data["pressure"] = data["pressure"].where(outside)
+    assert compare_with(replace(results, data=data), measured).largest == pytest.approx(0.1)
+
+
+def test_a_line_beyond_the_mesh_is_refused_in_its_coordinates(run, tmp_path):
+    (tmp_path / "line.csv").write_text("x,value\n0.07,1.25\n0.09,1.25\n")
+    with pytest.raises(CaseError, match=r"0 to 0\.08 m is allowed"):
+        gather_references([open_results(run)], [f"pressure@0.125={tmp_path / 'line.csv'}"])
+    with pytest.raises(CaseError, match=r"-0.05 to 0.03 m is allowed .*as the mesh has it"):
+        read_line(parse_reference("pressure@0.1=line.csv"), tmp_path / "line.csv", SIZE, (-0.05, 0.0, 0.0))
+    with pytest.raises(CaseError, match=r"the mesh goes from -0.2 to 0.05 m"):
+        read_line(parse_reference("pressure@0.1=line.csv"), tmp_path / "line.csv", SIZE, (0.0, 0.0, -0.2))

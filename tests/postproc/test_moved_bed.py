@@ -21,7 +21,7 @@ from tests.postproc.whole_run import SIZE, write_whole
 
 CORNER = (-0.04, 2.0, 0.3)
 ALONE = ("impact", "bed_views", "moment_slices", "measured_lines")
-"""Of frames, which are kept of a plain box only, of another case, and of measured lines, which this one has not."""
+"""Of frames, which these runs have not, of another case, and of measured lines, which this one has not."""
 
 
 @pytest.fixture(scope="module")

@@ -30,6 +30,14 @@ class Layout:
     spacing: tuple[float, float, float]
 
 
+def find_start_box(case: Case) -> tuple[np.ndarray, np.ndarray]:
+    """Lower corner and size (3,) [m] of what the start in a box fills from below: `start.region`, or all of it."""
+    if case.start is None or case.start.region is None:
+        return np.zeros(3), np.array(case.domain.size)
+    low, high = np.array(case.start.region).T
+    return low, high - low
+
+
 def lay_out(case: Case, diameter: float | None = None, count: int | None = None) -> Layout:
     """Stretch the wanted spacing along x and y until the sites fill the floor, and count the layers.
 
@@ -38,7 +46,7 @@ def lay_out(case: Case, diameter: float | None = None, count: int | None = None)
     A box narrower than the wanted spacing along x or y (but not than a particle) takes one site in its middle.
     """
     assert case.particles is not None and case.start is not None, "checks ask for [particles] and [start]"
-    width, depth, _ = case.domain.size
+    width, depth, _ = find_start_box(case)[1].tolist()
     wanted = case.start.spacing * (diameter or largest_diameter(case.particles))
     columns = max(1, math.floor(width / wanted))
     rows = max(1, math.floor(depth / wanted))
@@ -63,7 +71,7 @@ def mixed_height(case: Case) -> float:
 def is_layered(case: Case) -> bool:
     """Does the start in a box hold one kind a layer, because a lattice that mixes them would be higher than the box?"""
     assert case.particles is not None
-    return len(list_kinds(case.particles)) > 1 and mixed_height(case) > case.domain.size[2] * (1 + 1e-9)
+    return len(list_kinds(case.particles)) > 1 and mixed_height(case) > find_start_box(case)[1][2] * (1 + 1e-9)
 
 
 def lattice_height(case: Case) -> float:
@@ -99,7 +107,7 @@ def lattice_positions(case: Case, folder: Path = Path()) -> np.ndarray:
     diameters = np.array([kind.diameter for kind in list_kinds(case.particles)])[lattice_kinds(case)]
     reach = 0.5 * case.start.jitter * (spacing - diameters[:, None])
     shift = np.random.default_rng(case.start.seed).uniform(-1.0, 1.0, sites.shape)
-    return (sites + 0.5) * spacing + shift * reach
+    return (sites + 0.5) * spacing + shift * reach + find_start_box(case)[0]
 
 
 def lattice_kinds(case: Case, folder: Path = Path()) -> np.ndarray:
@@ -143,7 +151,8 @@ def _place_layers(case: Case) -> np.ndarray:
         gap = 0.5 * case.start.jitter * (np.array(layout.spacing) - kinds[layer.kind].diameter)
         reach.append(np.broadcast_to(gap, placed[-1].shape))
     sites = np.concatenate(placed)
-    return sites + np.random.default_rng(case.start.seed).uniform(-1.0, 1.0, sites.shape) * np.concatenate(reach)
+    shift = np.random.default_rng(case.start.seed).uniform(-1.0, 1.0, sites.shape)
+    return sites + shift * np.concatenate(reach) + find_start_box(case)[0]
 
 
 def _spread(count: int, columns: int, rows: int) -> tuple[np.ndarray, np.ndarray]:

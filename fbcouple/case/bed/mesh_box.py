@@ -30,7 +30,7 @@ def adopt_box(raw: dict[str, Any], places: Sequence[Path]) -> list[Problem]:
     if not isinstance(domain, dict) or domain.get("shape") != "file" or all(key in domain for key in FROM_MESH):
         return []
     name, scale = domain.get("mesh"), domain.get("scale")
-    if not isinstance(name, str) or not (scale is None or (isinstance(scale, float) and 0.0 < scale <= 1e9)):
+    if not isinstance(name, str) or not (scale is None or (type(scale) in (int, float) and 0.0 < scale <= 1e9)):
         return []
     folder = next((place for place in places if (place / name).exists()), places[0])
     try:

@@ -54,13 +54,13 @@ class Inside:
 
 
 class Lattice:
-    """Sites of a cubic lattice of a `spacing` [m] in the box around a mesh, in its middle along x and y."""
+    """Sites of a cubic lattice of a `spacing` [m] in the box `low` to `high` (3,) [m], in its middle along x and y."""
 
-    def __init__(self, mesh: PolyMesh, spacing: float) -> None:
-        extent = mesh.high - mesh.low
+    def __init__(self, mesh: PolyMesh, spacing: float, low: np.ndarray, high: np.ndarray) -> None:
+        extent = high - low
         self.spacing = spacing
         *self.across, self.layers = (max(1, math.floor(edge / spacing)) for edge in extent.tolist())
-        self._corner = mesh.low[:2] + 0.5 * (extent[:2] - spacing * np.array(self.across))
+        self._corner = low[:2] + 0.5 * (extent[:2] - spacing * np.array(self.across))
         points = mesh.points[mesh.faces.values]
         self._low, self._high = (way.reduceat(points, mesh.faces.starts[:-1]) for way in (np.minimum, np.maximum))
 
@@ -94,11 +94,12 @@ def fill_region(case: Case, mesh: PolyMesh) -> tuple[np.ndarray, np.ndarray]:
     assert case.particles is not None and case.start is not None
     count, diameter = particle_count(case.particles), largest_diameter(case.particles)
     spacing, inside = case.start.spacing * diameter, Inside(mesh)
-    lattice, reach = Lattice(mesh, spacing), find_reach(case, spacing, diameter)
+    low, high = find_start_part(case, mesh)
+    lattice, reach = Lattice(mesh, spacing, low, high), find_reach(case, spacing, diameter)
     clear = partial(inside.is_clear, distance=0.5 * diameter + math.sqrt(3.0) * reach)
     found: list[np.ndarray] = [np.empty((0, 3))]
     for layer in range(lattice.layers):
-        height = mesh.low[2] + (layer + 0.5) * spacing
+        height = float(low[2]) + (layer + 0.5) * spacing
         found.append(_fill_layer(lattice, height, count - sum(map(len, found)), clear))
         if sum(map(len, found)) >= count:
             break
@@ -113,6 +114,14 @@ def fill_region(case: Case, mesh: PolyMesh) -> tuple[np.ndarray, np.ndarray]:
     return sites + shift * reach, draw_kinds(case.particles, case.start.seed)
 
 
+def find_start_part(case: Case, mesh: PolyMesh) -> tuple[np.ndarray, np.ndarray]:
+    """Lower and upper corner (3,) [m] of the box around `mesh`, or of the part of it that `start.region` names."""
+    if case.start is None or case.start.region is None:
+        return mesh.low, mesh.high
+    low, high = np.array(case.start.region).T
+    return low, high
+
+
 def find_reach(case: Case, spacing: float, diameter: float) -> float:
     """How far [m] a particle is shaken along each axis."""
     assert case.start is not None
@@ -125,7 +134,8 @@ def _fill_layers(case: Case, mesh: PolyMesh, inside: Inside, mixed: int) -> tupl
     kinds, counts = list_kinds(case.particles), count_kinds(case.particles)
     heights = case.start.spacing * np.array([kind.diameter for kind in kinds])
     reaches = [find_reach(case, height, kind.diameter) for height, kind in zip(heights, kinds, strict=True)]
-    lattices = [Lattice(mesh, float(height)) for height in heights]
+    low, high = find_start_part(case, mesh)
+    lattices = [Lattice(mesh, float(height), low, high) for height in heights]
     seen: dict[tuple[int, float], np.ndarray] = {}
 
     def count_sites(kind: int, floor: float) -> int:
@@ -134,7 +144,7 @@ def _fill_layers(case: Case, mesh: PolyMesh, inside: Inside, mixed: int) -> tupl
             seen[kind, floor] = _fill_layer(lattices[kind], floor + 0.5 * heights[kind], int(counts[kind]), clear)
         return len(seen[kind, floor])
 
-    layers = list(stack(counts, heights, count_sites, mesh.low[2], mesh.high[2]))
+    layers = list(stack(counts, heights, count_sites, float(low[2]), float(high[2])))
     if (held := sum(layer.count for layer in layers)) < particle_count(case.particles):
         raise CaseError([_format_few(case, f"has {mixed} sites inside, one with a kind a layer room for {held}")])
     sites = np.concatenate([_thin_out(seen[layer.kind, layer.floor], layer.count) for layer in layers])
@@ -146,7 +156,8 @@ def _fill_layers(case: Case, mesh: PolyMesh, inside: Inside, mixed: int) -> tupl
 def _format_few(case: Case, held: str) -> str:
     assert case.particles is not None and case.start is not None
     text = f"a lattice at {case.start.spacing:g} diameters {held} for {particle_count(case.particles)} particles"
-    return f"start.spacing: {text}; lower the spacing (above 1), give fewer particles or a larger mesh."
+    room = "mesh" if case.start.region is None else "start.region"
+    return f"start.spacing: {text}; lower the spacing (above 1), give fewer particles or a larger {room}."
 
 
 def _fill_layer(lattice: Lattice, height: float, count: int, clear: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:

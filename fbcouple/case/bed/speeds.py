@@ -62,7 +62,7 @@ def _find_overlap(contact: Contact, kind: Kind, speed: float, alone: bool) -> fl
 def find_start(case: Case, folder: Path) -> Start:
     """How high and how fast the particles of a case, whose own files lie in `folder`, start."""
     assert case.particles is not None
-    if case.particles.positions is None:
+    if case.particles.positions is None and (case.start is None or case.start.region is None):
         return -math.inf, 0.0
     velocities = start_velocities(case, folder)
     fastest = 0.0 if velocities is None else float(np.linalg.norm(velocities, axis=1).max())

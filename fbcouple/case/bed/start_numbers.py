@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from fbcouple.case.bed.lattice import is_layered, lattice_height, mixed_height
+from fbcouple.case.bed.lattice import find_start_box, is_layered, lattice_height, mixed_height
 from fbcouple.case.bed.positions import find_start_file
 from fbcouple.case.schema.sections import Case
 from fbcouple.errors import CaseError
@@ -20,7 +20,7 @@ def describe_start(case: Case, folder: Path) -> Iterator[Told]:
     assert particles is not None
     if case.start is not None and case.domain.shape == "box" and is_layered(case):
         meaning = f"Each layer holds one kind; a lattice that mixes them would be {mixed_height(case):.4g} m high."
-        yield "start height", lattice_height(case), "m", f"below {case.domain.size[2]:g}", True, meaning
+        yield "start height", lattice_height(case), "m", f"below {find_start_box(case)[1][2]:g}", True, meaning
     if particles.sizes:
         small, large = particles.sizes[0][0], max(diameter for diameter, *_ in particles.sizes)
         sizes = len({diameter for diameter, *_ in particles.sizes})

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from pathlib import Path
 
-from fbcouple.case.bed.lattice import is_layered, lattice_height, lay_out, mixed_height
+from fbcouple.case.bed.lattice import find_start_box, is_layered, lattice_height, lay_out, mixed_height
 from fbcouple.case.bed.particle_types import largest_diameter, mean_density, mean_volume, particle_count
 from fbcouple.case.bed.region import Region, find_region
 from fbcouple.case.checks.mixture import check_counts, check_species
@@ -26,6 +26,7 @@ from fbcouple.errors import CaseError
 
 RANDOM_PACKING = 0.64
 """Solids fraction of a random close packing of equal spheres: no start can hold more."""
+_SLACK = 1e-9
 LEAST_PERIOD = 3
 """Diameters along a periodic axis: neighbour lists reach 1.5, so that a neighbour and its image are not both in one."""
 
@@ -107,20 +108,38 @@ def check_rows(case: Case, folder: Path) -> Iterator[Problem]:
         yield from check_species(case)
 
 
-@check(*BED, "start.spacing", "particles.positions")
+@check(*BED, "domain", "start.region")
+def check_start_region(case: Case, folder: Path) -> Iterator[Problem]:
+    """What the start fills lies in the bed, and a particle fits into it."""
+    if case.start is None or case.start.region is None or case.particles is None:
+        return
+    region, diameter = try_region(case, folder), largest_diameter(case.particles)
+    corner = region.corner if region else (0.0, 0.0, 0.0)
+    for axis, (low, high), first, size in zip("xyz", case.start.region, corner, case.domain.size, strict=True):
+        last = first + size
+        if high - low < diameter * (1 - 1e-9):
+            text = f"{low:g} to {high:g} m is given along {axis}, the largest particle is {diameter:g} m wide"
+            yield Problem("start.region", f"{text}; give the lower end first, and room for a particle.")
+        elif low < first - _SLACK * size or high > last + _SLACK * size:
+            text = f"{low:g} to {high:g} m is given along {axis}, {first:g} to {last:g} m is allowed"
+            yield Problem("start.region", f"{text}; give a part of the bed, in m.")
+
+
+@check(*BED, "start.spacing", "start.region", "particles.positions")
 def check_lattice(case: Case, folder: Path) -> Iterator[Problem]:
     """The start lattice is not higher than the box; in another region `setup` looks for its sites."""
     if case.domain.shape != "box" or not has_bed(case) or case.start is None or next(check_packing(case, folder), None):
         return
-    height, top = lattice_height(case), case.domain.size[2]
+    height, top = lattice_height(case), float(find_start_box(case)[1][2])
     layout = lay_out(case)
     if height > top * (1 + 1e-9):
         lattice = f"the lattice of {layout.columns} x {layout.rows} sites is {height:.4g} m high"
         if is_layered(case):
             lattice = f"the lattice of layers of one kind each is {height:.4g} m high (one that mixes the kinds "
             lattice += f"{mixed_height(case):.4g} m)"
-        text = f"{case.start.spacing:g} is given; {lattice} and the box {top:g} m"
-        yield Problem("start.spacing", f"{text}; lower the spacing (above 1) or the bed, or raise domain.size.")
+        room, larger = ("the box", "domain.size") if case.start.region is None else ("start.region", "start.region")
+        text = f"{case.start.spacing:g} is given; {lattice} and {room} {top:g} m"
+        yield Problem("start.spacing", f"{text}; lower the spacing (above 1) or the bed, or raise {larger}.")
     elif layout.columns * layout.rows > 2**62:
         yield Problem("domain.size", "the floor holds more lattice sites than can be counted; give sizes in m.")
 

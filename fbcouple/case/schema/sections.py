@@ -22,6 +22,7 @@ from fbcouple.case.schema.option import (
     Pairs,
     Positive,
     Ramp,
+    Region,
     Section,
     Sides,
     Sizes,
@@ -269,6 +270,12 @@ class Start(Section):
         "Random shift of each particle, as a part of the free gap of the lattice.", default=0.5, ge=0.0, lt=1.0
     )
     seed: int = option("Seed of the random shift.", default=1, ge=0, le=2**63 - 1)
+    region: Region | None = option(
+        "Part of the bed that the lattice fills from below: rows of lowest and highest x, y and z, as the mesh has "
+        "them; absent: all of it.",
+        "m",
+        None,
+    )
 
 
 class Exchange(Section):
