@@ -96,7 +96,7 @@ def find_openings(case: Case, folder: Path = Path()) -> Openings:
     streams, outlets = list_streams(case), list_outlets(case)
     if case.domain.shape != "file":
         return _open_made(case.domain, streams, outlets)
-    found = _find_imported(case.domain, case.find_folder(folder, case.domain.mesh))
+    found = find_imported(case.domain, case.find_folder(folder, case.domain.mesh))
     return _open_imported(found, streams, outlets)
 
 
@@ -174,7 +174,7 @@ def read_mesh_of_case(domain: Domain, folder: Path) -> PolyMesh:
 
 def read_imported_mesh(case: Case, folder: Path) -> PolyMesh:
     """The mesh from a file as it is there. Raises: CaseError as `read_mesh`."""
-    return _find_imported(case.domain, case.find_folder(folder, case.domain.mesh)).mesh
+    return find_imported(case.domain, case.find_folder(folder, case.domain.mesh)).mesh
 
 
 def list_inner_surfaces(case: Case, folder: Path) -> dict[str, int]:
