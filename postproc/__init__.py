@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from fbcouple.errors import CaseError
+from fbcouple.postproc.averaging import list_warnings
 from fbcouple.postproc.figures import (
     bubbles,
     cost,
@@ -77,6 +78,8 @@ def draw(
     _require_figures(only)
     results = replace(open_results(run), view=view)
     folder = folder or Path(run) / "figures"
+    for text in list_warnings([results]):
+        _log.warning(text)
     written: list[Path] = []
     left_out: list[str] = []
     for name in [name for name in FIGURES if name in only or not only]:

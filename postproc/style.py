@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,9 +16,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import Colormap
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.textpath import TextPath
 
 from fbcouple.postproc.files import write_whole
-from fbcouple.results.reader import Results
 
 DPI = 200
 FONT_SIZE = 8.0
@@ -34,6 +35,9 @@ BLUE, VERMILION, GREEN, ORANGE, SKY, INK, GREY = (
     "#222222",
     "#6B6B6B",
 )
+_FORMULA = "\ue000"
+ROUNDING = 1e-9
+"""Part of a colour scale: the mean square about a mean, of what does not move, is -1e-17."""
 WINDOW_SHADE = "#E9EEF4"
 # Lines that are told apart by colour, dash and mark; beyond eight they repeat.
 LINES: list[dict[str, Any]] = [
@@ -101,7 +105,7 @@ def _write_heading(heading: str, width: float, body: float, note: str) -> tuple[
     """The figure, and the share of its height that is left below its words."""
     left, line = 0.08, FONT_SIZE * 1.2 / 72
     title = textwrap.wrap(heading, int((width - 2 * left) / (FONT_SIZE * 0.53 / 72)))
-    words = textwrap.wrap(note, int((width - 2 * left) / ((FONT_SIZE - 1) * 0.53 / 72)), break_long_words=False)
+    words = _wrap_note(note, int((width - 2 * left) / ((FONT_SIZE - 1) * 0.53 / 72)))
     height = body + 0.12 + (len(title) + max(len(words), 1)) * line
     figure = Figure(figsize=(width, height), dpi=DPI)
     FigureCanvasAgg(figure)
@@ -109,6 +113,14 @@ def _write_heading(heading: str, width: float, body: float, note: str) -> tuple[
     below = 1 - (0.10 + len(title) * line) / height
     figure.text(left / width, below, "\n".join(words), va="top", color=GREY, size=FONT_SIZE - 1)
     return figure, (body + 0.02) / height
+
+
+def _wrap_note(note: str, letters: int) -> list[str]:
+    """The lines of a note, in which mathematics counts as the few letters that are seen of it, and is never broken."""
+    formulas = re.findall(r"\$[^$]*\$", note)
+    lines = textwrap.wrap(re.sub(r"\$[^$]*\$", _FORMULA * 3, note), letters, break_long_words=False)
+    whole = iter(formulas)
+    return [re.sub(_FORMULA * 3, lambda _: next(whole), line) for line in lines]
 
 
 def inset_axes(figure: Figure, left: float, bottom: float, width: float, height: float) -> Axes:
@@ -123,15 +135,15 @@ def colours(name: str, over: str) -> Colormap:
 
 
 def extend(values: np.ndarray, low: float, high: float) -> str:
-    """Which ends of a colour bar need an arrow because values lie beyond its limits."""
-    below, above = bool(values.min() < low), bool(values.max() > high)
+    """Which ends of a colour bar need an arrow because values lie beyond its limits by more than rounding."""
+    rounding = ROUNDING * (high - low)
+    below, above = bool(values.min() < low - rounding), bool(values.max() > high + rounding)
     return {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[below, above]
 
 
-def averaging_text(results: Results) -> str:
-    """The averaging window in words, and whether the run has ended."""
-    text = "" if results.window is None else "time mean over {:.4g}–{:.4g} s".format(*results.window)
-    return text if results.complete else f"{text}; run not complete".lstrip("; ")
+def measure(text: str) -> float:
+    """Length [inches] of a line of text, mathematics in it, in the size of labels."""
+    return float(TextPath((0.0, 0.0), text, size=FONT_SIZE).get_extents().width) / 72.0
 
 
 def wrap_label(text: str, letters: int = 30) -> str:

@@ -13,6 +13,7 @@ from scipy.optimize import linear_sum_assignment
 from fbcouple.postproc.figures.registry import figure
 from fbcouple.postproc.statistics import find_steady_time
 from fbcouple.postproc.style import BLUE, COLUMN, GREY, VERMILION, inset_axes, new_figure
+from fbcouple.postproc.symbols import explain
 from fbcouple.results.reader import NotDrawableError, Results, format_without
 
 EDGE = 0.7
@@ -198,7 +199,8 @@ def bubbles(results: Results) -> Figure:
         raise NotDrawableError([f"no bubble in the {len(bubbling.times)} snapshots after the start-up."])
     times = bubbling.times
     note = (
-        f"{len(times)} snapshots, t = {times[0]:.3g}–{times[-1]:.3g} s; edge: voidage {EDGE:g}; no voids at the floor"
+        f"{len(times)} snapshots, t = {times[0]:.3g}–{times[-1]:.3g} s; edge: voidage {EDGE:g}; no voids at the floor; "
+        + explain("z/H")
     )
     picture = new_figure(results.title, COLUMN, 4.05, note)
     height = results.size[2]

@@ -12,12 +12,14 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from fbcouple.postproc.averaging import averaging_text
 from fbcouple.postproc.figures.heights import format_height, list_heights
 from fbcouple.postproc.figures.layout import Panel, draw_panels
 from fbcouple.postproc.figures.maps import DENSE, EDGE_LINE, PACKED, draw_edge
 from fbcouple.postproc.figures.registry import figure
 from fbcouple.postproc.scales import format_scale, velocity_scale
-from fbcouple.postproc.style import COLUMN, GREY, LINES, averaging_text, lay_out
+from fbcouple.postproc.style import COLUMN, GREY, LINES, lay_out
+from fbcouple.postproc.symbols import explain
 from fbcouple.postproc.views.frames import list_frames, number_of, read_frame
 from fbcouple.results.reader import NotDrawableError, Results, at_height
 
@@ -85,14 +87,15 @@ def depth_profiles(results: Results) -> Figure:
     if not any(np.isfinite(line).any() for line in lines.values()):
         raise NotDrawableError([f"no particle ever came to {height}."])
     _, divisor, unit = velocity_scale(results)
+    symbol = rf"$\langle U_{{p,z}} \rangle{divisor}$"
     note = f"{height}; {averaging_text(results)}{format_scale([results])}"
+    note = f"{note}; {explain(symbol, 'x/L', 'y/D', 'z/H', known=note)}"
     picture = lay_out(results.title, COLUMN, 2.6, note)
     axes = picture.subplots()
     axes.axhline(0.0, color=GREY, linewidth=0.7)
     y = results.share("y")
     for (place, line), look in zip(lines.items(), LINES, strict=False):
         axes.plot(y, line, label=f"$x/L$ = {place:g}", markersize=3.5, **look)
-    symbol = rf"$\langle U_{{p,z}} \rangle{divisor}$"
-    axes.set(xlabel="$y/D$ [–]", ylabel=f"{symbol} [{unit}]", xlim=(0, 1))
+    axes.set(xlabel="$y/D$ [–]", ylabel=f"Upward solids velocity\n{symbol} [{unit}]", xlim=(0, 1))
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=2.2)
     return picture

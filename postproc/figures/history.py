@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from fbcouple.postproc.averaging import averaging_text
 from fbcouple.postproc.figures.maps import DENSE
 from fbcouple.postproc.figures.registry import comparison, figure
 from fbcouple.postproc.style import (
@@ -19,7 +20,6 @@ from fbcouple.postproc.style import (
     PAGE,
     VERMILION,
     WINDOW_SHADE,
-    averaging_text,
     inset_axes,
     lay_out,
     new_figure,

@@ -17,7 +17,8 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from fbcouple.postproc.figures.heights import find_tops
-from fbcouple.postproc.style import COLUMN, FONT_SIZE, PAGE, SKY, colours, extend, inset_axes, new_figure
+from fbcouple.postproc.style import COLUMN, FONT_SIZE, PAGE, SKY, colours, extend, inset_axes, measure, new_figure
+from fbcouple.postproc.symbols import explain
 from fbcouple.results.reader import Results
 
 MOST_ACROSS = 5
@@ -27,6 +28,7 @@ LINE = 0.14  # inches, a line of a map's own title
 WIDEST = COLUMN - LEFT - BAR_GAP - BAR - RIGHT  # inches, a map that stands alone in a column of a journal
 OWN_SCALE = 0.42  # inches between maps of boxes of different heights, each with its own scale
 ENTRY = 0.16  # inches, a line of the legend
+TICK = 0.2  # inches between two numbers along an axis
 LETTER = 0.53 * (FONT_SIZE - 1) / 72  # inches, the width of a mean letter
 EMPTY = "#C8C8C8"
 
@@ -68,17 +70,20 @@ def draw_panels(
     rows = -(-len(panels) // columns)
     shapes = [top * panel.results.size[2] / panel.results.size[0] for panel, top in zip(panels, tops, strict=True)]
     gap = GAP if len({panel.results.size[2] for panel in panels}) == 1 else OWN_SCALE
-    room = (PAGE - LEFT - BAR_GAP - BAR - RIGHT - (columns - 1) * gap) / columns
-    across = min(WIDEST, 5.2 / max(shapes), room)
-    titles = [textwrap.fill(panel.title, max(int(across / LETTER), 8), drop_whitespace=True) for panel in panels]
-    titles = [panel.title if "\n" in panel.title else title for panel, title in zip(panels, titles, strict=True)]
+    across = _share_width(columns, gap, RIGHT, max(shapes))
+    folded = _fold_label(label, across * max(shapes))
+    right = RIGHT + LINE * folded.count("\n")
+    across = _share_width(columns, gap, right, max(shapes))
+    titles = [_wrap(panel.title, max(int(across / LETTER), 8)) for panel in panels]
     up, above = across * max(shapes), LINE * max(title.count("\n") + bool(title) for title in titles)
-    full = max(LEFT + columns * across + (columns - 1) * gap + BAR_GAP + BAR + RIGHT, 2.6)
+    full = max(LEFT + columns * across + (columns - 1) * gap + BAR_GAP + BAR + right, 2.6)
     each = up + above + GAP
     handles = _list_handles(panels, tops, limits, line)
     beside = max(int(full / (LETTER * max((len(handle.get_label()) for handle in handles), default=1) + 0.5)), 1)
-    below = BOTTOM + ENTRY * -(-len(handles) // beside)
-    picture = new_figure(heading, full, below + rows * each - GAP + TOP, _tell_top(note, panels, tops))
+    longest = max(map(measure, folded.split("\n")))
+    below = max(BOTTOM + ENTRY * -(-len(handles) // beside), longest - up + GAP)
+    words = "; ".join(filter(None, [_tell_top(note, panels, tops), explain(label, "x/L", "z/H", known=note)]))
+    picture = new_figure(heading, full, below + rows * each - GAP + TOP, words)
     meshes = []
     for place, (panel, title) in enumerate(zip(panels, titles, strict=True)):
         row, column = divmod(place, columns)
@@ -91,12 +96,30 @@ def draw_panels(
         axes.set_ylabel("$z/H$ [–]" if column == 0 else "")
     corner = LEFT + columns * across + (columns - 1) * gap + BAR_GAP, below + (rows - 1) * each
     bar = inset_axes(picture, *corner, BAR, up)
-    _draw_bar(picture, bar, meshes, (tops, limits), label)
+    _draw_bar(picture, bar, meshes, (tops, limits), folded)
+    if longest > up:
+        bar.set_ylabel(folded, loc="top")
     if mark is not None:
         bar.axhline(mark, color="black", linewidth=0.8, linestyle=line.style if line else "--")
     if handles:
         picture.legend(handles=handles, loc="lower left", ncols=beside, handlelength=1.6, borderaxespad=0.3)
     return picture
+
+
+def _share_width(columns: int, gap: float, right: float, shape: float) -> float:
+    """Width [inches] of a map, of `columns` beside each other, the highest of which is `shape` times as high."""
+    room = (PAGE - LEFT - BAR_GAP - BAR - right - (columns - 1) * gap) / columns
+    return min(WIDEST, 5.2 / shape, room)
+
+
+def _fold_label(label: str, length: float) -> str:
+    """The label of a colour bar, its symbol on a second line where it is longer than the bar [inches]."""
+    return label.replace(" $", "\n$", 1) if measure(label) > length else label
+
+
+def _wrap(title: str, letters: int) -> str:
+    """Each line of a title in lines of at most so many letters."""
+    return "\n".join(textwrap.fill(line, letters) for line in title.split("\n"))
 
 
 def _tell_top(note: str, panels: Sequence[Panel], tops: Sequence[float]) -> str:
@@ -143,7 +166,7 @@ def _draw(axes: Axes, panel: Panel, top: float, limits: tuple[float, float], cma
     )
     axes.set(xlim=(0, 1), ylim=(0, top), aspect=height / width)
     axes.set_xticks([0, 0.5, 1], ["0", "0.5", "1"])
-    axes.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
+    axes.yaxis.set_major_locator(_find_ticks(axes, 6))
     axes.set_facecolor(EMPTY)
     if panel.adorn:
         panel.adorn(axes)
@@ -162,5 +185,10 @@ def _draw_bar(
     arrays: list[Any] = [np.ma.asarray(mesh.get_array()) for mesh in meshes]
     shown = [values[: round(top * len(values))] for values, top in zip(arrays, tops, strict=True)]
     arrows = extend(np.concatenate([np.ma.compressed(values) for values in shown]), *limits)
-    ticks = MaxNLocator(7, steps=[1, 2, 5, 10])
-    picture.colorbar(meshes[0], cax=bar, extend=arrows, extendfrac=0.03, label=label, ticks=ticks)
+    picture.colorbar(meshes[0], cax=bar, extend=arrows, extendfrac=0.03, label=label, ticks=_find_ticks(bar, 7))
+
+
+def _find_ticks(axes: Axes, most: int) -> MaxNLocator:
+    """Round ticks along the height of `axes`, so many that their numbers keep clear of each other."""
+    inches = axes.get_position().height * axes.get_figure(root=True).get_figheight()  # type: ignore[union-attr]
+    return MaxNLocator(min(max(int(inches / TICK), 1), most), steps=[1, 2, 5, 10])

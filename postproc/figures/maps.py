@@ -13,12 +13,13 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from fbcouple.postproc.averaging import averaging_text, find_start_up_in_means, format_window
 from fbcouple.postproc.figures.arrows import sample_arrows
 from fbcouple.postproc.figures.heights import SCARCE
 from fbcouple.postproc.figures.layout import Line, Panel, draw_panels
 from fbcouple.postproc.figures.registry import comparison, figure
 from fbcouple.postproc.scales import flux_scale, format_scale, velocity_scale
-from fbcouple.postproc.style import DPI, averaging_text
+from fbcouple.postproc.style import DPI
 from fbcouple.results.reader import NotDrawableError, Results, depth_average, mass_average
 
 PACKED = 0.6  # upper colour limit of every map of the solids fraction, so that runs can be compared
@@ -127,11 +128,13 @@ def _note(runs: Sequence[Results]) -> str:
 
 
 def _window(run: Results, runs: Sequence[Results]) -> str:
-    """What stands above a map: nothing for one run, else its label, and its window if the windows differ."""
+    """What stands above a map: nothing for one run, else its label; where they differ, window and start-up, too."""
     if len(runs) == 1:
         return ""
-    same = len({averaging_text(other) for other in runs}) == 1
-    return run.label if same or run.window is None else "{}\n{:.3g}–{:.3g} s".format(run.label, *run.window)
+    if len({averaging_text(other) for other in runs}) == 1 or run.window is None:
+        return run.label
+    start_up = find_start_up_in_means(run)
+    return "\n".join([run.label, format_window(run), *([start_up.brief] if start_up else [])])
 
 
 def draw_edge(axes: Axes, results: Results, field: xr.DataArray) -> None:

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fbcouple.input_files.measured_lines import QUANTITIES
+from fbcouple.postproc.averaging import find_start_up_in_means, format_window, mark_runs
 from fbcouple.postproc.experiment import Measured, gather_references, line_of
 from fbcouple.postproc.figures.registry import figure
 from fbcouple.postproc.style import INK, LINES, PAGE, lay_out, wrap_label
@@ -32,7 +33,9 @@ def draw_measured_lines(
     """Draw each measured line with its errors and the runs that it belongs to."""
     across = min(_ACROSS, len(lines))
     rows = -(-len(lines) // across)
-    picture = lay_out(heading, PAGE, 0.6 + 2.1 * rows, "marks: measured; lines: time means of the runs")
+    windows = {format_window(run) for run in runs}
+    means = f"time mean over {windows.pop()}" if len(windows) == 1 and windows != {""} else "time means of the runs"
+    picture = lay_out(heading, PAGE, 0.6 + 2.1 * rows, f"marks: measured; lines: {means}{mark_runs(runs)}")
     grid = picture.subplots(rows, across, squeeze=False).ravel()
     for axes, measured in zip(grid, lines, strict=False):
         _draw_line(axes, runs, measured)
@@ -53,10 +56,13 @@ def _draw_line(axes: Axes, runs: Sequence[Results], measured: Measured) -> None:
             continue
         drawn: dict[str, Any] = {key: LINES[number % len(LINES)][key] for key in ("color", "linestyle")}
         try:
-            label = wrap_label(run.label, 26)
+            start_up = find_start_up_in_means(run)
+            label = wrap_label(f"{run.label} ({start_up.brief})" if start_up else run.label, 26)
             axes.plot(1e3 * run.data["x"].values, line_of(run, reference), label=label, **drawn)
         except NotDrawableError:
             continue  # the table says so
     unit = QUANTITIES[reference.quantity].replace(" ", "\u00a0")
-    axes.set(xlabel="x [mm]", ylabel=f"{reference.quantity.replace('_', ' ')} [{'–' if unit == '1' else unit}]")
+    axes.set(
+        xlabel="x [mm]", ylabel=f"{reference.quantity.replace('_', ' ').capitalize()} [{'–' if unit == '1' else unit}]"
+    )
     axes.set_title(f"z = {1e3 * reference.height:g} mm", loc="left", size="small", pad=2.0)

@@ -12,12 +12,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from fbcouple.postproc.averaging import averaging_text, mark_runs
 from fbcouple.postproc.figures.heights import format_height, list_heights
 from fbcouple.postproc.figures.maps import common_flux_scale
 from fbcouple.postproc.figures.registry import comparison, figure
 from fbcouple.postproc.scales import flux_scale, format_scale
-from fbcouple.postproc.style import COLUMN, GREY, LINES, PAGE, averaging_text, lay_out, wrap_label
+from fbcouple.postproc.style import COLUMN, GREY, LINES, PAGE, lay_out, wrap_label
+from fbcouple.postproc.symbols import explain
 from fbcouple.results.reader import Results, at_height, depth_average
+
+SYMBOL = r"\langle \alpha_p \rho_p U_{p,z} \rangle_{xz}"
 
 
 @dataclass(frozen=True)
@@ -53,9 +57,9 @@ def vertical_flux(results: Results, height: float) -> Profile:
 def flux_profile(results: Results) -> Figure:
     """Vertical solids flux across the bed, a line each height, with bands of one standard error."""
     heights = list_heights(results)
-    note = (
-        f"{'; '.join(format_height(z, results) for z in heights)}; {averaging_text(results)}{format_scale([results])}"
-    )
+    note = f"{'; '.join(format_height(z, results) for z in heights)}; {averaging_text(results)}"
+    note += format_scale([results])
+    note = f"{note}; {_explain(flux_scale(results)[1], note)}"
     picture = lay_out(results.title, COLUMN, 2.6 + 0.14 * len(heights), note)
     axes = picture.subplots()
     handles = []
@@ -77,7 +81,8 @@ def flux_profiles(runs: Sequence[Results]) -> Figure:
     """Vertical solids flux across the bed of each run at the first run's heights, bands of one standard error."""
     common_flux_scale(runs)
     heights = list_heights(runs[0])
-    note = f"bands: ± 1 standard error{format_scale(runs)}"
+    note = f"bands: ± 1 standard error{format_scale(runs)}{mark_runs(runs)}"
+    note = f"{note}; {_explain(flux_scale(runs[0])[1], note)}"
     picture = lay_out("Time-mean vertical solids flux", PAGE, 0.3 + 2.6 * len(heights), note)
     for axes, height in zip(picture.subplots(len(heights), 1, squeeze=False)[:, 0], heights, strict=True):
         for run, look in zip(runs, _cycle_looks(len(runs)), strict=True):
@@ -86,6 +91,11 @@ def flux_profiles(runs: Sequence[Results]) -> Figure:
         axes.set_title(format_height(height, runs[0]), loc="left", size="small", pad=2.0)
         axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=2.4)
     return picture
+
+
+def _explain(divisor: str, known: str) -> str:
+    """The letters of the axes and of the heights."""
+    return explain(SYMBOL, divisor, "x/L", "z/H", known=known)
 
 
 def _cycle_looks(count: int) -> list[dict[str, Any]]:
@@ -105,6 +115,6 @@ def _finish(axes: Axes, scale: tuple[str, str]) -> None:
     """Name the axes of a flux over what `scale` (text after its symbol, unit) says."""
     divisor, unit = scale
     axes.axhline(0.0, color=GREY, linewidth=0.7, zorder=0)
-    symbol = rf"$\langle \alpha_p \rho_p U_{{p,z}} \rangle_{{xz}}{divisor}$"
-    axes.set(xlabel="$x/L$ [–]", ylabel=f"{symbol} [{unit}]", xlim=(0, 1))
+    symbol = f"${SYMBOL}{divisor}$"
+    axes.set(xlabel="$x/L$ [–]", ylabel=f"Upward solids flux\n{symbol} [{unit}]", xlim=(0, 1))
     axes.margins(y=0.1)

@@ -15,17 +15,36 @@ from fbcouple.results.reader import NotDrawableError, Results, depth_average
 
 @dataclass(frozen=True)
 class Watched:
-    """A dimensionless number: in words what it is, its value over the run, and what is wanted of it."""
+    """A dimensionless number: in words what it is, its value over the run, what is wanted of it, and whether it is."""
 
     monitor: str
     value: float
     wanted: str
+    verdict: str = ""
+    """`WITHIN`, `BEYOND`, or nothing where no limit is known."""
 
 
+WITHIN, BEYOND = "within", "BEYOND"
+CLOSEST = 0.26
+"""Voidage of the closest packing of equal spheres."""
+OVERLAP = 0.05
+"""Overlap that `fbcouple check` wants, too: above it the bed is softer than the particles are."""
 FEW = 0.1
 """Mean inflow over the fastest below which nothing is put in proportion to it."""
 Monitor = Callable[[Results], Watched]
 MONITORS: dict[str, Monitor] = {}
+
+
+def judge(words: str, value: float, wanted: str, is_within: bool) -> Watched:
+    """A number with the verdict on it."""
+    return Watched(words, value, wanted, WITHIN if is_within else BEYOND)
+
+
+def hold_below(words: str, value: float, limit: float | None, reason: str = "") -> Watched:
+    """A number that is at most `limit`; where none is known, without verdict."""
+    if limit is None:
+        return Watched(words, value, "")
+    return judge(words, value, f"at most {limit:g}{reason}", value <= limit)
 
 
 def monitor(name: str) -> Callable[[Monitor], Monitor]:
@@ -41,22 +60,21 @@ def monitor(name: str) -> Callable[[Monitor], Monitor]:
 @monitor("particles")
 def _lost(results: Results) -> Watched:
     count = results.history("particles").values
-    return Watched("particles lost", float(count[0] - count[-1]), "0")
+    lost = float(count[0] - count[-1])
+    return judge("particles lost", lost, "0", lost == 0.0)
 
 
 @monitor("solids_volume")
 def _volume(results: Results) -> Watched:
     volume = results.history("solids_volume").values
-    return Watched(
-        "largest relative change of the solids volume", float(np.max(np.abs(volume / volume[0] - 1))), "1e-12"
-    )
+    change = float(np.max(np.abs(volume / volume[0] - 1)))
+    return hold_below("largest relative change of the solids volume", change, 1e-12)
 
 
 @monitor("momentum_error")
 def _momentum(results: Results) -> Watched:
-    return Watched(
-        "momentum error of a step over its drag impulse, largest", _largest(results, "momentum_error"), "1e-10"
-    )
+    words = "momentum error of a step over its drag impulse, largest"
+    return hold_below(words, _largest(results, "momentum_error"), 1e-10)
 
 
 @monitor("gas_mass_error")
@@ -68,7 +86,7 @@ def _mass(results: Results) -> Watched:
 @monitor("gas_inflow_error")
 def _asked_inflow(results: Results) -> Watched:
     words = "gas at the inlet against what the case asks for, over the fastest inflow, largest"
-    return Watched(words, _largest(results, "gas_inflow_error"), "1e-6")
+    return hold_below(words, _largest(results, "gas_inflow_error"), 1e-6)
 
 
 @monitor("displaced_gas_error")
@@ -80,38 +98,41 @@ def _displaced(results: Results) -> Watched:
 @monitor("particles_at_outlet")
 def _at_outlet(results: Results) -> Watched:
     words = "particles at the outlet, most: it is a wall for them"
-    return Watched(words, int(_largest(results, "particles_at_outlet")), "0")
+    most = int(_largest(results, "particles_at_outlet"))
+    return judge(words, most, "0", most == 0)
 
 
 @monitor("gas_flux_error")
 def _flux(results: Results) -> Watched:
     if not np.isfinite(results.history("gas_flux_error").values).any():
         raise NotDrawableError(["no inflow to compare with."])
-    return Watched(
-        "gas flux at a height against continuity over the inflow, largest", _largest(results, "gas_flux_error"), ""
-    )
+    words = "gas flux at a height against continuity over the inflow, largest"
+    return hold_below(words, _largest(results, "gas_flux_error"), _read_limit(results, "monitors", "gas_flux"))
 
 
 @monitor("max_courant")
 def _courant(results: Results) -> Watched:
-    limit = (results.case.get("gas") or {}).get("max_courant")
-    return Watched("Courant number, largest", _largest(results, "max_courant"), "" if limit is None else f"{limit:g}")
+    limit = _read_limit(results, "gas", "max_courant")
+    return hold_below("Courant number, largest", _largest(results, "max_courant"), limit)
 
 
 @monitor("min_voidage")
 def _voidage(results: Results) -> Watched:
-    return Watched("voidage, least", float(np.nanmin(results.history("min_voidage").values)), "above 0.26")
+    least = float(np.nanmin(results.history("min_voidage").values))
+    return judge("voidage, least", least, f"above {CLOSEST:g}", least > CLOSEST)
 
 
 @monitor("cells_over_packed")
 def _packed(results: Results) -> Watched:
+    most = int(_largest(results, "cells_over_packed"))
     wanted = "0; otherwise spread particles wider: exchange.filter_passes, or a kernel or diffusion_width"
-    return Watched("cells over the closest packing, most", int(_largest(results, "cells_over_packed")), wanted)
+    return judge("cells over the closest packing, most", most, wanted, most == 0)
 
 
 @monitor("max_overlap")
 def _overlap(results: Results) -> Watched:
-    return Watched("overlap of two particles over the diameter, largest", _largest(results, "max_overlap"), "")
+    words = "overlap of two particles over the diameter, largest"
+    return hold_below(words, _largest(results, "max_overlap"), OVERLAP)
 
 
 @monitor("pressure_drop")
@@ -121,8 +142,10 @@ def _support(results: Results) -> Watched:
         raise NotDrawableError(["no weight to put the pressure drop in proportion to."])
     words = "mean steady pressure drop over weight less buoyancy a cross-section"
     steady = summarise(results, "pressure_drop")
-    wanted = "1 within 3 % if the gas carries the bed"
-    return Watched(words, steady.mean / weight, "no mean: start-up not over" if math.isnan(steady.start) else wanted)
+    if math.isnan(steady.start):
+        return Watched(words, steady.mean / weight, "no mean: start-up not over")
+    part = steady.mean / weight
+    return judge(words, part, "1 within 3 % if the gas carries the bed", abs(part - 1.0) <= 0.03)
 
 
 @monitor("gas_flux")
@@ -140,7 +163,8 @@ def _inflow(results: Results) -> Watched:
     value = float(layers[np.argmax(np.abs(layers - 1.0))])
     if not is_constant(gas):
         return Watched("mean gas flux at a height over the mean inflow, farthest from 1", value, "near 1")
-    return Watched("mean gas flux at a height over U_f, farthest from 1", value, "1 within 1 %")
+    words = "mean gas flux at a height over U_f, farthest from 1"
+    return judge(words, value, "1 within 1 %", abs(value - 1.0) <= 0.01)
 
 
 @monitor("solids_flux")
@@ -164,7 +188,15 @@ def _settled(results: Results) -> Watched:
     if not size or not bool(np.isfinite(error).any()):
         raise NotDrawableError(["no blocks of the vertical flux to compare."])
     words = "standard error of the map of vertical solids flux over the map, root mean square"
-    return Watched(words, float(np.sqrt((error**2).sum())) / size, "below 0.3, or the pattern is not settled")
+    part = float(np.sqrt((error**2).sum())) / size
+    return hold_below(words, part, 0.3, ", or the pattern is not settled")
+
+
+def _read_limit(results: Results, section: str, option: str) -> float | None:
+    """A limit of the run's case; results.nc may come from anybody."""
+    table = results.case.get(section)
+    value = table.get(option) if isinstance(table, dict) else None
+    return float(value) if isinstance(value, int | float) else None
 
 
 def _largest(results: Results, name: str) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import math
 import time
 from collections.abc import Callable, Sequence
@@ -14,6 +15,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from fbcouple.errors import CaseError
 from fbcouple.paths import TEMPLATES
+from fbcouple.postproc.averaging import averaging_text, list_warnings
 from fbcouple.postproc.differences import Difference, Point, compare, core_hours, draw_error_against_time
 from fbcouple.postproc.experiment import Comparison, Measured, compare_with, gather_references, tell_given
 from fbcouple.postproc.figures.heights import format_height, list_heights
@@ -23,6 +25,7 @@ from fbcouple.postproc.files import write_whole
 from fbcouple.postproc.papers.hamidouche2019.claims import UNDECIDED, judge_claims
 from fbcouple.postproc.papers.hamidouche2019.paper_runs import identify
 from fbcouple.postproc.report import tables
+from fbcouple.postproc.report.monitors import BEYOND
 from fbcouple.postproc.report.pictures import make_picture
 from fbcouple.postproc.report.wording import add_wording
 from fbcouple.results.reader import NotDrawableError, Results, open_runs
@@ -48,6 +51,8 @@ _ELSEWHERE = ("measured_lines",)
 """Figures of a run that the comparison shows, with all runs in them."""
 Content = dict[str, Any]
 
+_log = logging.getLogger(__name__)
+
 
 def write_report(folders: Sequence[Path], output: Path, references: Sequence[str] = (), view: View = BED) -> list[Path]:
     """Write the report of the runs in `folders` to `output` (HTML) and its numbers beside it (JSON).
@@ -61,6 +66,8 @@ def write_report(folders: Sequence[Path], output: Path, references: Sequence[str
         raise CaseError([f"{output}: the numbers go into a .json file beside the page; give the page another ending."])
     runs = [replace(run, view=view) for run in open_runs(folders)]
     content = describe(runs, gather_references(runs, references))
+    for text in content["warnings"]:
+        _log.warning(text)
     page = _render(content, numbers.name)
     plain = tables.make_plain(_leave_out_pictures(content))
     text = json.dumps(plain, indent=1, allow_nan=False) + "\n"
@@ -78,7 +85,18 @@ def describe(runs: Sequence[Results], lines: Sequence[Measured]) -> Content:
         "made": time.strftime("%Y-%m-%d %H:%M:%S %Z"),
         "runs": [_describe_run(run) for run in runs],
     }
+    content["warnings"] = [*list_warnings(runs), *_list_beyond(content["runs"])]
     return content | _describe_comparison(runs, lines)
+
+
+def _list_beyond(runs: Sequence[Content]) -> list[str]:
+    """A sentence for each monitor of a run that is beyond its limit."""
+    return [
+        f"{run['label']}: {row['monitor']}: {row['value']:.4g}, wanted {row['wanted']}."
+        for run in runs
+        for row in run["monitors"]
+        if row["verdict"] == BEYOND
+    ]
 
 
 def _describe_run(run: Results) -> Content:
@@ -129,6 +147,7 @@ def _describe_comparison(runs: Sequence[Results], lines: Sequence[Measured]) -> 
     compared = _compare_with_all(runs, lines, remarks)
     points = _find_points(runs, differences, compared)
     base = _cost_of(runs[0]) if several else math.nan
+    means = {run.label: averaging_text(run) for run in runs}
     drawings: Content = {"reference_figures": [], "error_figures": []}
     if compared:
         words = "Measured lines, and the runs on them."
@@ -148,7 +167,7 @@ def _describe_comparison(runs: Sequence[Results], lines: Sequence[Measured]) -> 
         "settings": tables.tabulate_settings(runs) if several else [],
         "profile_height": _tell_height(runs[0]) if several else "",
         "differences": [_tell_difference(row) for row in differences],
-        "references": [_tell_comparison(row) for row in compared],
+        "references": [_tell_comparison(row, means[row.run]) for row in compared],
         "errors": [_tell_point(point) for point in points],
         "claims": claims,
         "decided": [row for row in claims if row["verdict"] != UNDECIDED],
@@ -223,9 +242,10 @@ def _tell_difference(row: Difference) -> Content:
     }
 
 
-def _tell_comparison(row: Comparison) -> Content:
+def _tell_comparison(row: Comparison, mean: str) -> Content:
     return {
         "run": row.run,
+        "time mean of the run": mean,
         "line": row.reference,
         "unit": row.unit,
         "points": row.points,

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from fbcouple.postproc.averaging import find_start_up_in_means, format_window
 from fbcouple.postproc.figures.bubbles import find_bubbling, summarise_bubbles
 from fbcouple.postproc.figures.cost import SOLVERS, stage_seconds
 from fbcouple.postproc.figures.spectrum import SIGNALS as SPECTRA
@@ -62,9 +63,10 @@ def tabulate_solved(results: Results) -> Rows:
         rows += [(f"contact: {key.replace('_', ' ')}", value) for key, value in contact.items() if key in _TELLING]
     if exchange:
         rows += [(f"exchange: {key.replace('_', ' ')}", value) for key, value in exchange.items()]
-    window = "none" if results.window is None else "{:.4g} to {:.4g}".format(*results.window)
+    start_up = find_start_up_in_means(results)
+    window = "; ".join([format_window(results) or "none", *([start_up.brief] if start_up else [])])
     time = float(results.data["time"].values[-1]) if results.data.sizes.get("time") else math.nan
-    rows += [("simulated time [s]", time), ("time means over [s]", window)]
+    rows += [("simulated time [s]", time), ("time means over", window)]
     rows += [("complete", "yes" if results.complete else f"no, of {case['end_time']:g} s")]
     return [{"what": what, "value": value} for what, value in rows]
 
@@ -119,6 +121,10 @@ def _list_settings(run: Results) -> dict[str, Any]:
     return values | {name: make_plain(value) for name, value in solved.items() if value is not None}
 
 
+_INNER = ("title", "in", "case", "files", "replaced")
+"""Entries of the manifest that stand elsewhere on the page, or that only `setup` needs."""
+
+
 def tabulate_provenance(results: Results) -> Rows:
     """Versions, machine and command, and what was left out and why: the manifest beside results.nc, if it is there."""
     path = results.path.parent / "manifest.json"
@@ -130,25 +136,27 @@ def tabulate_provenance(results: Results) -> Rows:
     except (OSError, ValueError) as error:
         return [*rows, {"what": "manifest", "value": f"manifest.json cannot be read ({error})"}]
     for key, value in manifest.items():
-        if key in ("title", "in", "case", "files"):
+        if key in _INNER:
             continue
         inner = value if isinstance(value, dict) else {"": value}
         for name, given in inner.items():
             text = " ".join(map(str, given)) if isinstance(given, list) else given
-            rows.append({"what": f"{key.replace('_', ' ')} {name.replace('_', ' ')}".strip(), "value": text})
+            if text not in ("", None, {}):
+                rows.append({"what": f"{key.replace('_', ' ')} {name.replace('_', ' ')}".strip(), "value": text})
     return rows
 
 
 def tabulate_statistics(results: Results) -> tuple[Rows, list[str]]:
     """Means of the histories after the start-up with their standard errors, and what cannot be told."""
     rows, remarks = [], []
+    lacking: dict[str, list[str]] = {}
     for name in STEADY:
         if name not in results.data:
             continue
         try:
             found = summarise(results, name)
         except NotDrawableError as lack:
-            remarks.append(str(lack))
+            lacking.setdefault(str(lack).replace(f"`{name}`", "{}"), []).append(f"`{name}`")
             continue
         reached = not math.isnan(found.start)
         rows.append(
@@ -167,7 +175,7 @@ def tabulate_statistics(results: Results) -> tuple[Rows, list[str]]:
         elif results.window is not None and found.start > results.window[0]:
             begin = f"the time means begin at {results.window[0]:.3g} s"
             remarks.append(f"{name} is steady from {found.start:.3g} s only; {begin}.")
-    return rows, remarks
+    return rows, [*(lack.replace("{}", ", ".join(names)) for lack, names in lacking.items()), *remarks]
 
 
 def tabulate_spectra(results: Results) -> Rows:

@@ -19,15 +19,18 @@ def add_wording(environment: Environment) -> None:
     environment.filters |= {"shown": show, "unbroken": keep_units, "narrow": is_narrow, "halves": split_rows}
 
 
-def show(value: Any) -> str:
-    """Write a value of a table: four digits of a number, a dash for what there is none of."""
+def show(value: Any, heading: str = "") -> str:
+    """Write a value of a table: four digits of a number, three of a time, a dash for what there is none of.
+
+    A time ends where its last step does, a little behind what was asked for: 0.05001 s.
+    """
     if value is None or (isinstance(value, float) and math.isnan(value)):
         return "–"
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, list | tuple):
         return ", ".join(show(entry) for entry in value) or "none"
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
+    return f"{value:.{3 if heading.endswith('[s]') else 4}g}" if isinstance(value, float) else str(value)
 
 
 def keep_units(text: str) -> str:

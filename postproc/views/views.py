@@ -26,6 +26,7 @@ from fbcouple.postproc.figures.snapshots import LOWEST
 from fbcouple.postproc.files import write_whole
 from fbcouple.postproc.scales import format_scale, velocity_scale
 from fbcouple.postproc.style import DPI, inset_axes, journal_style, new_figure
+from fbcouple.postproc.symbols import explain
 from fbcouple.postproc.views.colours import SPEED, list_colours, voidage_map
 from fbcouple.postproc.views.frames import choose_frames, list_frames, read_frame
 from fbcouple.postproc.views.library import require_pyvista
@@ -54,7 +55,7 @@ class Scales:
 
 @figure
 def bed_views(results: Results) -> Figure:
-    """Particles coloured by speed at moments of the second half of the run, and the gas at the last of them."""
+    """Particles coloured by speed at moments of the second half of the run, and voidage and gas at the last of them."""
     paths = list_frames(results)
     chosen = choose_frames(paths, STILLS, 0.5)
     scales = find_scales(paths)
@@ -62,9 +63,10 @@ def bed_views(results: Results) -> Figure:
         wanted = [(path, "particles") for path in chosen]
         wanted += [(chosen[-1], "gas")] if scales.gas else []
         pictures = [imread(file) for file in render(results, wanted, scales, round(HEIGHT * DPI), Path(folder))]
-    names = [f"{name}, t = {read_frame(path).time:.3f} s" for path, name in wanted]
+    names = [f"{name.capitalize()}, t = {read_frame(path).time:.3f} s" for path, name in wanted]
     box = " x ".join(f"{1e3 * length:g}" for length in results.size)
-    return compose(results, pictures, names, scales, HEIGHT, f"box {box} mm")[0]
+    note = f"box {box} mm; {100.0 - BUSY:g} % of the particles are faster than the end of the scale"
+    return compose(results, pictures, names, scales, HEIGHT, note)[0]
 
 
 def find_scales(paths: Sequence[Path]) -> Scales:
@@ -133,6 +135,7 @@ def compose(
         bars.append((r"Voidage $\varepsilon$ at $y/D$ = 0.5 [–]", LOWEST, 1.0, voidage_map(), "neither"))
         note = f"{note}; longest arrow: gas at {scales.gas / scale:.3g}{' $U_f$' if divisor else ' m/s'}"
     note += format_scale([results])
+    note = f"{note}; {explain(*(words for words, *_ in bars), known=note)}"
     full = left + sum(widths) + 0.12 * len(widths) + len(bars) * (bar + room)
     picture = new_figure(results.title, max(full, 3.4), bottom + tall + top, note)
     images = []
@@ -172,8 +175,9 @@ def _film(
     results: Results, moments: list[list[Path]], times: list[float], views: list[str], scales: Scales
 ) -> Iterator[Image.Image]:
     """A whole picture for each moment; only what changes is drawn anew."""
+    names = [view.capitalize() for view in views]
     picture, images = compose(
-        results, [imread(file) for file in moments[0]], views, scales, HEIGHT_MOVING, "t = 0.000 s"
+        results, [imread(file) for file in moments[0]], names, scales, HEIGHT_MOVING, "t = 0.000 s"
     )
     picture.set_dpi(DPI_MOVING)
     canvas, note = cast(FigureCanvasAgg, picture.canvas), picture.texts[1]

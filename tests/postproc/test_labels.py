@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import replace
+from itertools import pairwise
+
 import pytest
 from matplotlib.figure import Figure
 from matplotlib.text import Text
@@ -11,6 +15,7 @@ from fbcouple.postproc.differences import Point, draw_error_against_time
 from fbcouple.postproc.experiment import gather_references
 from fbcouple.postproc.figures.measured_lines import draw_measured_lines, measured_lines
 from fbcouple.postproc.style import journal_style
+from fbcouple.postproc.symbols import SYMBOLS
 from fbcouple.results.reader import open_runs
 from tests.postproc.whole_run import write_whole
 
@@ -54,6 +59,45 @@ def list_cut(figure: Figure) -> list[str]:
 def test_no_label_of_a_figure_is_cut(name, runs):
     with journal_style():
         assert list_cut(FIGURES[name](runs[0])) == []
+
+
+@pytest.mark.parametrize("name", ["solids_fraction", "solids_flux", "agitation", "slices", "voidage_snapshots"])
+def test_no_label_of_a_shallow_bed_is_cut_or_upon_another(name, runs):
+    """A map 80 mm wide and up to 21 mm high: its colour bar is shorter than any label."""
+    data = runs[0].data.assign_coords(z=runs[0].data["z"] * 0.2)
+    shallow = replace(runs[0], data=data, case=runs[0].case | {"domain": {"size": [0.08, 0.015, 0.05]}})
+    with journal_style():
+        figure = FIGURES[name](shallow)
+        assert list_cut(figure) == []
+    renderer = figure.canvas.get_renderer()
+    bar = figure.axes[-1]
+    assert bar.yaxis.label.get_window_extent(renderer).y1 <= bar.bbox.y1 + 1.0
+    for axis in (bar.yaxis, figure.axes[0].yaxis):
+        low, high = sorted(axis.get_view_interval())
+        texts = [(tick.get_loc(), tick.label2 if axis is bar.yaxis else tick.label1) for tick in axis.get_major_ticks()]
+        boxes = [text.get_window_extent(renderer) for place, text in texts if low <= place <= high]
+        heights = sorted((box.y0, box.y1) for box in boxes)
+        assert heights
+        assert all(below[1] <= above[0] for below, above in pairwise(heights))
+
+
+@pytest.mark.parametrize("name", ["solids_fraction", "solids_flux", "agitation", "flux_profile", "depth_profiles"])
+def test_every_letter_of_a_figure_is_explained(name, runs):
+    with journal_style():
+        figure = FIGURES[name](runs[0])
+    note = figure.texts[1].get_text()
+    labels = " ".join(text for axes in figure.axes for text in (axes.get_xlabel(), axes.get_ylabel()))
+    letters = {letter for part, (letter, _) in SYMBOLS.items() if part in labels}
+    assert letters and all(f"${letter}$" in note for letter in letters)
+    rest = labels
+    for part in sorted(SYMBOLS, key=len, reverse=True):
+        rest = rest.replace(part, "")
+    assert not set(re.findall(r"[A-Za-z]+", " ".join(re.findall(r"\$([^$]*)\$", rest)))) - {
+        "langle",
+        "rangle",
+        "s",
+        "m",
+    }
 
 
 @pytest.mark.parametrize("name", sorted(COMPARISONS))

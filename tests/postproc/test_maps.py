@@ -29,7 +29,7 @@ def test_maps_end_a_little_above_the_bed(run):
     for make in (solids_fraction, solids_flux, slices):
         picture = make(results)
         assert picture.axes[0].get_ylim() == (0.0, 9 / 25)
-        assert "up to z = 90 mm of 250 mm" in picture.texts[1].get_text()
+        assert "up to z = 90 mm of 250 mm" in picture.texts[1].get_text().replace("\n", " ")
     full = solids_fraction(replace(results, view=View(full_height=True)))
     assert full.axes[0].get_ylim() == (0.0, 1.0) and "up to" not in full.texts[1].get_text()
 

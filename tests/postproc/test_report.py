@@ -8,11 +8,13 @@ from html.parser import HTMLParser
 import html5lib
 import numpy as np
 import pytest
+import xarray as xr
 from click.testing import CliRunner
 
 from fbcouple.cli.main import cli
 from fbcouple.errors import CaseError
 from fbcouple.postproc import COMPARISONS, FIGURES
+from fbcouple.postproc.report import report
 from fbcouple.postproc.report.report import write_report
 from fbcouple.postproc.report.tables import make_plain
 from fbcouple.postproc.report.wording import keep_units, show
@@ -136,7 +138,7 @@ def test_every_number_of_the_tables_is_in_the_json(two):
     def gather(value):
         for inner in value.values() if isinstance(value, dict) else value if isinstance(value, list) else []:
             gather(inner)
-        values.add(show(value))
+        values.update([show(value), show(value, "time [s]")])
 
     gather(two[2])
     cells = re.findall(r'<td class="number">([^<]*)</td>', two[1])
@@ -190,6 +192,46 @@ def test_monitors_of_a_run(content):
     assert monitors["net vertical solids flux at a height over the largest flux"] == pytest.approx(0.0, abs=1e-9)
 
 
+def test_every_monitor_within_its_limit_says_so(content):
+    """The pressure drop is 0.979 of the weight; the net flux over a height and the displaced gas have no limit."""
+    verdicts = {row["monitor"]: row["verdict"] for row in content["runs"][0]["monitors"]}
+    assert verdicts["Courant number, largest"] == verdicts["particles lost"] == "within"
+    assert set(verdicts.values()) == {"within", ""}
+    assert not any("Courant" in text for text in content["warnings"])
+
+
+@pytest.mark.usefixtures("without_figures")
+def test_what_is_beyond_its_limit_is_marked_in_words_and_told_first(tmp_path):
+    """Courant 1.536 of 1.5, a gas flux half of what it should be, a cell packed too dense, and a particle lost."""
+    run = write_whole(tmp_path / "run")
+    with xr.open_dataset(run / "results.nc") as stored:
+        data = stored.load()
+    (run / "results.nc").unlink()
+    data.attrs["case"] = data.attrs["case"].replace("max_courant = 0.2", "max_courant = 1.5")
+    data["max_courant"][7], data["cells_over_packed"][5], data["particles"][-1] = 1.536, 2, 57295
+    data["gas_flux"][:, 4] *= 0.496
+    data.to_netcdf(run / "results.nc")
+    page, numbers = write_report([run], tmp_path / "a.html")
+    content = json.loads(numbers.read_text())
+    beyond = {row["monitor"]: row["value"] for row in content["runs"][0]["monitors"] if row["verdict"] == "BEYOND"}
+    assert beyond == pytest.approx(
+        {
+            "Courant number, largest": 1.536,
+            "mean gas flux at a height over U_f, farthest from 1": 0.496,
+            "cells over the closest packing, most": 2,
+            "particles lost": 1,
+        }
+    )
+    assert "run: Courant number, largest: 1.536, wanted at most 1.5." in content["warnings"]
+    assert page.read_text().count('<td class="short beyond">BEYOND</td>') == 4
+    assert "Read the numbers with care" in page.read_text()
+
+
+@pytest.fixture
+def without_figures(monkeypatch):
+    monkeypatch.setattr(report, "FIGURES", {})
+
+
 def test_cost_by_stage_adds_up(content):
     stages = {row["stage"]: row for row in content["runs"][0]["cost"]}
     assert stages["wait"]["wall [s]"] == pytest.approx(0.2 * 7 * 2001)
@@ -208,11 +250,13 @@ def test_the_manifest_is_told_where_there_is_one(tmp_path):
     manifest = {
         "fbcouple": "9.9",
         "left_out": {"rotation": "not asked for"},
-        "run": {"ranks": 4, "command": ["a", "b"]},
+        "run": {"ranks": 4, "command": ["a", "b"], "changed": [], "updates": []},
+        "replaced": [],
     }
     (run / "manifest.json").write_text(json.dumps(manifest))
     _, numbers = write_report([run], tmp_path / "a.html")
     told = {row["what"]: row["value"] for row in json.loads(numbers.read_text())["runs"][0]["provenance"]}
+    assert all(value not in ("", None) for value in told.values()) and "replaced" not in told
     assert told["fbcouple"] == "9.9" and told["left out rotation"] == "not asked for"
     assert told["run ranks"] == 4 and told["run command"] == "a b"
 
@@ -261,6 +305,12 @@ def test_numbers_that_are_none_become_null():
 )
 def test_values_are_shown_in_four_digits(value, text):
     assert show(value) == text
+
+
+def test_times_are_shown_in_three_digits():
+    """The last step ends a little behind end_time."""
+    assert show(0.05001, "simulated [s]") == "0.05" and show(11.0004, "simulated time [s]") == "11"
+    assert show(0.05001, "rms") == "0.05001"
 
 
 def test_what_differs_between_the_runs_is_the_first_table(two, content):

@@ -1,0 +1,88 @@
+"""The averaging window in words: from when to when, and whether the start-up of the bed lies in it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from fbcouple.postproc.statistics import SIGNALS, format_not_reached, summarise
+from fbcouple.results.reader import NotDrawableError, Results
+
+DIGITS = 2
+"""Digits behind the first one of the length of a window to which its ends are written."""
+
+
+@dataclass(frozen=True)
+class StartUp:
+    """That time means hold the start-up, or may: briefly, for notes of figures and tables, and as a sentence."""
+
+    brief: str
+    sentence: str
+
+
+def find_start_up_in_means(results: Results) -> StartUp | None:
+    """Whether the time means reach into the start-up; None if they do not, or the run has no such means or histories.
+
+    The start-up is over where all of `SIGNALS` are steady; a row of the history before that within the window counts.
+    """
+    known = [name for name in SIGNALS if name in results.data]
+    is_averaged = any({"z", "y", "x"} <= set(field.dims) for field in results.data.data_vars.values())
+    if results.window is None or not known or not is_averaged:
+        return None
+    means = f"the time means over {format_window(results)}"
+    try:
+        found = [summarise(results, name) for name in known]
+    except NotDrawableError as lack:
+        sentence = f"whether the start-up lies in {means} cannot be told: {lack}"
+        return StartUp("start-up not seen to be over", sentence)
+    going_on = [steady.name for steady in found if math.isnan(steady.start)]
+    if going_on:
+        sentence = f"{means} begin in the start-up: {format_not_reached(', '.join(going_on), found[0].end)}"
+        return StartUp("start-up not over", sentence)
+    last = max(found, key=lambda steady: steady.start)
+    time = results.data["time"].values
+    if not ((time >= results.window[0]) & (time < last.start)).any():
+        return None
+    sentence = (
+        f"{means} begin in the start-up: {last.name} is steady from {last.start:.3g} s on; set averages.start to that."
+    )
+    return StartUp("start-up included", sentence)
+
+
+def format_window(results: Results) -> str:
+    """The averaging window, "0.02–0.05 s", to digits that its length makes sense of; nothing where there is none.
+
+    The last step ends a little behind end_time: 0.05001 s.
+    """
+    if results.window is None:
+        return ""
+    length = results.window[1] - results.window[0]
+    decimals = max(DIGITS - math.floor(math.log10(length)), 0) if length > 0.0 else 6
+    start, end = (f"{round(time, decimals):.10g}" for time in results.window)
+    return f"{start}–{end} s"
+
+
+def averaging_text(results: Results) -> str:
+    """The averaging window, whether the start-up is in it, and whether the run has ended, for the note of a figure."""
+    found = find_start_up_in_means(results)
+    parts = [f"time mean over {format_window(results)}"] if results.window else []
+    parts += [found.brief] if found else []
+    return "; ".join(parts if results.complete else [*parts, "run not complete"])
+
+
+def mark_runs(runs: Sequence[Results]) -> str:
+    """For a note on several runs, "; start-up not over: a, b; ..." of those that have it in their means, or nothing."""
+    marked: dict[str, list[str]] = {}
+    for run in runs:
+        if found := find_start_up_in_means(run):
+            marked.setdefault(found.brief, []).append(run.label)
+    if len(runs) == 1:
+        return "".join(f"; {brief}" for brief in marked)
+    return "".join(f"; {brief}: {', '.join(labels)}" for brief, labels in marked.items())
+
+
+def list_warnings(runs: Sequence[Results]) -> list[str]:
+    """A sentence for each run whose time means hold the start-up, or may."""
+    found = [(run, find_start_up_in_means(run)) for run in runs]
+    return [f"{run.label}: {start_up.sentence}" for run, start_up in found if start_up]
