@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
+from fbcouple.arguments import in_python, say_in_python
 from fbcouple.case.load import load_case as load
 from fbcouple.case.schema.sections import Case
 from fbcouple.case.source import list_sets
@@ -54,6 +55,7 @@ class Status:
     """Why it ended early or failed, if it did."""
 
 
+@in_python()
 def load_case(name: str | os.PathLike[str], values: Mapping[str, Any] | None = None) -> Case:
     """Read and check a case.
 
@@ -70,7 +72,7 @@ def load_case(name: str | os.PathLike[str], values: Mapping[str, Any] | None = N
 
 
 def _warn(text: str) -> None:
-    warnings.warn(text, stacklevel=4)
+    warnings.warn(say_in_python(text), stacklevel=5)
 
 
 def _format_sets(values: Mapping[str, Any] | None) -> list[str]:
@@ -82,6 +84,7 @@ def _to_plain(value: Any) -> Any:
     return value.tolist() if hasattr(value, "tolist") else os.fspath(value)
 
 
+@in_python()
 def setup(
     case: Case | str | os.PathLike[str],
     path: str | os.PathLike[str],
@@ -116,6 +119,7 @@ class Run:
     Works in any thread and in a notebook; only the main thread hears signals that ask a run to stop.
     """
 
+    @in_python()
     def __init__(self, path: str | os.PathLike[str]) -> None:
         """Raises: CaseError if `path` is no run folder."""
         self.path = Path(path).absolute()
@@ -129,6 +133,7 @@ class Run:
         return f"Run({str(self.path)!r})"
 
     @property
+    @in_python()
     def case(self) -> Case:
         """The effective case, every default filled in."""
         return load(str(self.path))
@@ -153,6 +158,7 @@ class Run:
         """
         return self._launch(ranks, resume=True, **options)
 
+    @in_python()
     def _launch(
         self,
         ranks: int,
@@ -176,6 +182,7 @@ class Run:
             pass
         return self.status()
 
+    @in_python()
     def status(self) -> Status:
         """How far the run has come; may be asked from another process while it is under way."""
         case, checkpoints, rows = self.case, list_checkpoints(self.path), self.history()
@@ -191,17 +198,20 @@ class Run:
         time = rows[-1]["time"] if rows else 0.0
         return Status(state, time, case.end_time, checkpoints[0] if checkpoints else None, message)
 
+    @in_python()
     def history(self) -> list[dict[str, Any]]:
         """Rows of the history so far, also while the run is under way."""
         log = self.path / LOG
         return read_log(log) if log.is_file() else []
 
+    @in_python()
     def results(self) -> xr.Dataset:
         """results.nc: time means, histories, snapshots, in memory. Raises: CaseError if there is none yet."""
         from fbcouple.results.reader import open_results  # noqa: PLC0415  (loads xarray)
 
         return open_results(self.path).data.load()
 
+    @in_python()
     def post(self, folder: str | os.PathLike[str] | None = None) -> list[Path]:
         """Draw every figure that the results allow, by default into RUN/figures; returns the files."""
         from fbcouple.postproc import draw  # noqa: PLC0415  (loads matplotlib)
@@ -209,6 +219,7 @@ class Run:
         return draw(self.path, Path(folder) if folder else None)
 
 
+@in_python()
 def report(runs: Sequence[Run | str | os.PathLike[str]], path: str | os.PathLike[str]) -> list[Path]:
     """Compare `runs` on one HTML page that stands alone, `path`, with its numbers in a JSON file beside it.
 

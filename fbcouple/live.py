@@ -11,6 +11,7 @@ from typing import TypeVar
 
 from mpi4py import MPI
 
+from fbcouple.arguments import in_python
 from fbcouple.case.load import load_case
 from fbcouple.errors import CaseError, FbcoupleError, SolverError
 from fbcouple.launcher.launch import Choice, Start, make_ready, note_run
@@ -46,6 +47,7 @@ class Simulation(RankSimulation):
     _is_used = False
 
     @classmethod
+    @in_python()
     def open(
         cls,
         run: str | os.PathLike[str],

@@ -13,7 +13,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 FLOORS = (
     ("errors", "version"),
-    ("paths",),
+    ("paths", "arguments"),
     ("machine", "input_files"),
     ("physics",),
     ("geometry",),

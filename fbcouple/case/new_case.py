@@ -19,11 +19,14 @@ from fbcouple.case.schema.sections import Case
 from fbcouple.case.source import FILE_NAME
 from fbcouple.errors import CaseError
 
+LONG = 1.0
+"""Edge of a box [m] from which on it may have been given in another unit."""
+
 
 def write_new_case(folder: Path, kind: str, wanted: Wanted) -> list[Number]:
     """Write `folder`/case.toml of the `kind`, one of KINDS, and nothing else; folders above it are made.
 
-    Returns: the pre-flight numbers of the case that are not fit.
+    Returns: the pre-flight numbers of the case.
     Raises: CaseError, before anything is written, if there is such a file, or no case can have what is `wanted`.
     """
     path = folder / FILE_NAME
@@ -37,7 +40,7 @@ def write_new_case(folder: Path, kind: str, wanted: Wanted) -> list[Number]:
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise CaseError([f"{show(str(path))}: cannot be written ({reason}); give another name."]) from error
-    return [number for number in numbers if number.verdict not in (None, "fit")]
+    return numbers
 
 
 def _write_text(kind: str, wanted: Wanted) -> tuple[str, list[Number]]:
@@ -50,5 +53,6 @@ def _write_text(kind: str, wanted: Wanted) -> tuple[str, list[Number]]:
         text = "the values are too large or too small to calculate with; give every one in SI units."
         raise CaseError([f"init: {text}"]) from None
     if problems:
-        raise CaseError([f"init: {problem}" for problem in problems])
+        hint = " Lengths are in m." if max(wanted.size or [0.0]) > LONG else ""
+        raise CaseError([f"init: {problem}{hint}" for problem in problems])
     return text, estimate(case)

@@ -245,8 +245,10 @@ def _time_exchange(case: Case, law: Law | None) -> Iterator[Number]:
         meaning = f"Fluid step over the response time of the {whose} in a packed bed, {time:.3g} s."
         yield Number(f"fluid step/{name}", step / time, "1", limit, verdict, meaning)
     if case.contact:
-        meaning = "DEM steps in a fluid step; below 1 the step is a DEM step, longer than the gas wants it."
         held = gas_step(case) / dem_step(case.contact, case.particles)
+        meaning = "DEM steps in a fluid step; below 1 the step is a DEM step, longer than the gas wants it."
+        if held < 2.0:
+            meaning = f"{meaning} One: the gas, solved every DEM step, is what costs; larger cells let it take more."
         yield Number("DEM steps per fluid step", held, "1", "at least 1", _judge(held >= 1.0), meaning)
 
 

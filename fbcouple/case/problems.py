@@ -19,6 +19,7 @@ from fbcouple.case.schema.sections import Case
 _LONGEST = 60
 _DEEPEST = 3
 _MOST_MEANT = 200
+_BARE = re.compile(r"[\w.+-]+")
 """Problems of a file up to which unknown keys are compared with known ones; a file with more is not misspelt."""
 _DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d+(?:[eE][+-]?\d+)?\s*")
 
@@ -160,7 +161,9 @@ def _format_wrong(key: str, value: Any, root: type[Section]) -> Problem:
         return Problem(key, f"{show(value)} is given, a section is allowed; write [{key}] and its keys below it.")
     option = list_options(root)[key]
     unit = f" (in {option.unit})" if option.unit != "1" else ""
-    if isinstance(value, str) and _DECIMAL_COMMA.fullmatch(value):
+    if isinstance(value, str) and "list" in option.allowed and (entries := _split_list(value)):
+        mend = f"write a list in square brackets: [{','.join(entries)}]"
+    elif isinstance(value, str) and _DECIMAL_COMMA.fullmatch(value):
         mend = f"write a decimal point: {value.strip().replace(',', '.')}"
     elif option.unit != "1" and isinstance(value, list | tuple) and _may_have_commas(value):
         mend = "a comma parts two numbers, so write decimal points"
@@ -173,6 +176,12 @@ def _format_wrong(key: str, value: Any, root: type[Section]) -> Problem:
     else:
         mend = "fix the value"
     return Problem(key, f"{show(value)} is given, {option.allowed}{unit} is allowed; {mend}. {option.sentence}")
+
+
+def _split_list(text: str) -> list[str]:
+    """The entries of a list that was written without its brackets, as 20,4,80; none if it is no such list."""
+    entries = [entry for entry in re.split(r"[,;\s]+", text.strip()) if entry]
+    return entries if len(entries) > 1 and all(_BARE.fullmatch(entry) for entry in entries) else []
 
 
 def _may_have_commas(value: Sequence[Any]) -> bool:

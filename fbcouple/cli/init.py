@@ -4,12 +4,30 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from shlex import quote
+from typing import Any
 
 import click
 
-DIAMETER, DENSITY, VELOCITY = click.FloatRange(1e-6, 1.0), click.FloatRange(10.0, 1e5), click.FloatRange(1e-4, 1e3)
+
+class Metres(click.FloatRange):
+    """A length in m, with what was meant where it is too long for one."""
+
+    name = "metres"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """The length; click's usage error if it is none, or out of range."""
+        length = click.FLOAT.convert(value, param, ctx)
+        if self.max is not None and self.max < length < math.inf:
+            text = f"{length:g} m is given, at most {self.max:g} m is allowed"
+            self.fail(f"{text}; lengths are in m: write {length:g} mm as {1e-3 * length:g}", param, ctx)
+        return float(super().convert(value, param, ctx))
+
+
+DIAMETER, LENGTH = Metres(1e-6, 0.05), Metres(1e-5, 30.0)
+DENSITY, VELOCITY = click.FloatRange(10.0, 1e5), click.FloatRange(1e-4, 1e3)
 KIND_NAMES = ("bubbling", "spout")
 
 
@@ -32,7 +50,7 @@ KIND_NAMES = ("bubbling", "spout")
 )
 @click.option(
     "--size",
-    type=click.FloatRange(1e-5, 1e3),
+    type=LENGTH,
     nargs=3,
     metavar="WIDTH DEPTH HEIGHT",
     help="Inner size of the box [m]; by default 40, 8 and 100 diameters, of a spout 60, 8 and 200.",
@@ -43,26 +61,35 @@ KIND_NAMES = ("bubbling", "spout")
     help="Superficial gas velocity [m s-1], of a spout that of its jet; by default twice U_mf, of a spout 1.3 U_mf in "
     "the column.",
 )
+@click.option(
+    "--bed-height",
+    type=LENGTH,
+    help="Height of the bed at rest [m], for its mass; by default a quarter of the box, of a spout a fifth.",
+)
 def init(
     folder: Path,
     kind: str,
     diameter: float,
     density: float,
     size: tuple[float, float, float] | None,
+    bed_height: float | None,
     velocity: float | None,
 ) -> None:
     """Write the folder NAME with a case file: complete, commented and ready to run.
 
-    The cells are chosen from the diameter, the mass from the size. Nothing but NAME/case.toml is written.
+    The cells are chosen from the diameter, the mass from the height of the bed. Nothing but NAME/case.toml is written.
     """
     from fbcouple.case.kinds.registry import Wanted
     from fbcouple.case.new_case import write_new_case
     from fbcouple.decks.set_up import name_run
 
-    unfit = write_new_case(folder, kind, Wanted(diameter, density, size, velocity))
-    for number in unfit:
+    numbers = write_new_case(folder, kind, Wanted(diameter, density, size, velocity, bed_height))
+    for number in numbers:
+        if number.verdict in (None, "fit"):
+            continue
         click.echo(f"{number.verdict}: {number.name} is {number.value:.3g} {number.unit}, wanted {number.limit}")
     case, run = quote(str(folder)), quote(f"runs/{name_run(str(folder), folder / 'case.toml')}")
-    click.echo(f"{folder / 'case.toml'}: written; next:")
+    count = next(int(number.value) for number in numbers if number.name == "particles")
+    click.echo(f"{folder / 'case.toml'}: written, {count} particles of {1e3 * diameter:g} mm; next:")
     for command in (f"check {case}", f"setup {case}", f"run {run} -n 2", f"post {run}"):
         click.echo(f"  fbcouple {command}")

@@ -154,6 +154,7 @@ def setup(case: str, output: Path | None, sets: tuple[str, ...], explained: bool
 
     A set of cases gives one folder of run folders.
     """
+    from fbcouple.case.user_code import list_code
     from fbcouple.decks.needs import explain
     from fbcouple.decks.set_up import lay_out
 
@@ -161,7 +162,8 @@ def setup(case: str, output: Path | None, sets: tuple[str, ...], explained: bool
         if explained:
             rows = [(part.name, "in" if part.is_in else "out", part.why) for part in explain(loaded)]
             print_table(["part", "", "why"], rows)
-        click.echo(f"{run}: set up; start it with `fbcouple run {quote(str(run))}`")
+        trust = " --trust" if list_code(loaded) else ""
+        click.echo(f"{run}: set up; start it with `fbcouple run {quote(str(run))}{trust}`")
 
 
 @cli.command()
@@ -223,7 +225,7 @@ def run_on(
     require_unchanged(case, run, trusted)
     end = min(case.end_time, limits["until"] or case.end_time)
     console = Console()
-    go_on = f"`fbcouple run {quote(str(run))} -n {ranks} --resume`"
+    go_on = f"`fbcouple run {quote(str(run))} -n {ranks} --resume{' --trust' if trusted else ''}`"
     try:
         with RunProgress(console, end) as progress:
             options: dict[str, Any] = {

@@ -87,15 +87,20 @@ def parse_reference(text: str) -> Reference:
     return Reference(quantity.strip(), metres, file.strip())
 
 
-def read_points(path: Path, unit: str = "1") -> Points:
+def read_points(path: Path, quantity: str) -> Points:
     """Read the columns `x`, `value` and, if there is one, `error` of a file of measured points.
 
-    unit: that of the values, an entry of QUANTITIES; the head may name it, or another that is converted.
+    quantity: one of QUANTITIES; the column of the values may have its name in place of `value`. The head may name the
+    unit of the values, or another that is converted.
     Returns: the points in the order of x.
     Raises: CaseError (one text) naming the file and the line that is wrong.
     """
-    values = _VALUE_UNITS[unit]
-    form = Form({"x": LENGTHS, "value": values, "error": values}, ("x", "value"), "points", LARGEST, {}, _UNCLEAR)
+    values = _VALUE_UNITS[QUANTITIES[quantity]]
+    names = {quantity: "value", quantity.replace("_", " "): "value"}
+    mend = f"this line is of {quantity}: name its column `value` or `{quantity}`, or give the line as {{}}@height=file"
+    others = {word: mend.format(word.replace(" ", "_")) for word in _list_words() if word not in names}
+    units = {"x": LENGTHS, "value": values, "error": values}
+    form = Form(units, ("x", "value"), "points", LARGEST, names, _UNCLEAR, others)
     columns = read_table(path, form).columns
     order = np.argsort(columns["x"], kind="stable")
     x, value, error = (columns[name][order] if name in columns else None for name in form.columns)
@@ -103,6 +108,11 @@ def read_points(path: Path, unit: str = "1") -> Points:
     if error is not None and error.min() < 0.0:
         raise CaseError([f"{path.name} holds an error below zero; give half widths in the unit of the value."])
     return Points(x, value, error)
+
+
+def _list_words() -> list[str]:
+    """Names of the quantities as a head may have them."""
+    return [word for name in QUANTITIES for word in (name, name.replace("_", " "))]
 
 
 def read_line(
@@ -114,7 +124,7 @@ def read_line(
     Raises: CaseError (one text) as `read_points`, and if the line or a point lies outside of the box, or a value is
     none that the quantity can have.
     """
-    points = read_points(path, QUANTITIES[reference.quantity])
+    points = read_points(path, reference.quantity)
     width, _, height = size
     left, floor, top = corner[0], corner[2], corner[2] + height
     if reference.height > top:

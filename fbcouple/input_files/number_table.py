@@ -49,8 +49,8 @@ class Form:
     """What a file is to hold.
 
     columns: name -> units that its head may say; needed: those that must be there; aliases: other heads -> name;
-    unclear: heads that could mean one of the columns -> what to do about it; largest: bytes that the file may have;
-    rows: what a row stands for.
+    unclear: heads that could mean one of the columns -> what to do about it; others: heads that may be
+    one of them where a needed one is missing; largest: bytes that the file may have; rows: what a row stands for.
     """
 
     columns: dict[str, dict[str, float]]
@@ -59,6 +59,7 @@ class Form:
     largest: int
     aliases: dict[str, str] = field(default_factory=dict)
     unclear: dict[str, str] = field(default_factory=dict)
+    others: dict[str, str] = field(default_factory=dict)
 
     @property
     def first_line(self) -> str:
@@ -202,6 +203,11 @@ def _understand(name: str, form: Form) -> tuple[str | None, str | None]:
     return (word, unit if unit is None else unit.strip()) if word in form.columns else (None, unit)
 
 
+def _find_word(name: str) -> str:
+    """A head without its unit."""
+    return name.lower().partition("[")[0].partition("(")[0].partition("/")[0].strip()
+
+
 def _place_columns(file: str, head: _Head, form: Form) -> dict[str, tuple[int, float]]:
     """Column -> its place in a row, and its unit in SI units."""
     places: dict[str, tuple[int, float]] = {}
@@ -210,9 +216,8 @@ def _place_columns(file: str, head: _Head, form: Form) -> dict[str, tuple[int, f
     for place, name in enumerate(head.names):
         column, unit = _understand(name, form)
         if column is None:
-            word = name.lower().partition("[")[0].partition("(")[0].partition("/")[0].strip()
-            if word in form.unclear:
-                unclear = unclear or f"{where} has a column `{name}`; {form.unclear[word]}."
+            if hint := form.unclear.get(_find_word(name)):
+                unclear = unclear or f"{where} has a column `{name}`; {hint}."
             continue
         if column in places:
             raise CaseError([f"{where} names the column {column} twice; keep one."])
@@ -225,6 +230,9 @@ def _place_columns(file: str, head: _Head, form: Form) -> dict[str, tuple[int, f
     if missing:
         lacking = " and ".join(missing) if len(missing) < 3 else f"{', '.join(missing[:-1])} and {missing[-1]}"
         text = f"{where} has no column {lacking}"
+        for name in head.names:
+            if hint := form.others.get(_find_word(name)):
+                raise CaseError([f"{text} and has `{name}`; {hint}."])
         if "" in head.names:
             text += "; the empty names look like several data sets side by side, of which one is read"
         raise CaseError(

@@ -221,12 +221,14 @@ def format_without(results: Results, name: str, option: str) -> str:
 def _format_missing(run: Path) -> str:
     """Why there are no results: the folder is none of a run, its run was never started, or ended before a record."""
     path = run / "results.nc"
-    if not (run / "case.toml").is_file():
-        return f"{path} does not exist. Run the case first (`fbcouple run {quote(str(run))}`), or give another folder."
+    if not (run / "manifest.json").is_file():
+        case = quote(str(run)) if (run / "case.toml").is_file() else "CASE"
+        text = f"{path} does not exist, and {run} is not a run folder. Set one up and run it"
+        return f"{text} (`fbcouple setup {case} -o RUN`, `fbcouple run RUN`), and give that RUN."
     if (run / "logs").is_dir() and any((run / "logs").iterdir()):
         said = f"the run in {run} ended, or was ended, before it wrote any (its messages are in {run / 'logs'})"
         return f"{path} does not exist: {said}. Fix the case, and run it again."
-    return f"{path} does not exist. Run the case first (`fbcouple run {quote(str(run))}`)."
+    return f"{path} does not exist. Run it first (`fbcouple run {quote(str(run))}`)."
 
 
 def sample(data: xr.Dataset) -> xr.Dataset:

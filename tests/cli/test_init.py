@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from pathlib import Path
 
@@ -149,3 +150,38 @@ def test_set_up_makes_the_folders_above_the_run(call, tmp_path):
     assert call("init", "mine").exit_code == 0
     assert call("setup", "mine", "-o", "a/b/c").exit_code == 0
     assert (tmp_path / "a/b/c/case.toml").is_file() and [path.name for path in (tmp_path / "a/b").iterdir()] == ["c"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (("--diameter", 3), r"3 m is given, at most 0\.05 m is allowed; .* write 3 mm as 0\.003"),
+        (("--diameter", 0.3), r"0\.3 m is given, .* write 0\.3 mm as 0\.0003"),
+        (("--size", 40, 8, 100), r"40 m is given, at most 30 m is allowed; .* write 40 mm as 0\.04"),
+        (("--size", 8, 2, 20), r"particles need about .* Lengths are in m"),
+        (("--bed-height", 50), r"50 m is given, at most 30 m is allowed; .* write 50 mm as 0\.05"),
+    ],
+)
+def test_lengths_in_millimetres_are_refused_with_the_mend(call, tmp_path, arguments, told):
+    result = call("init", "mine", *arguments)
+    assert result.exit_code in (1, 2) and re.search(told, " ".join(result.stderr.split())), result.stderr
+    assert list_files(tmp_path) == []
+
+
+def test_bed_height_gives_the_mass_and_a_box_with_room_above(call):
+    result = call("init", "mine", "--bed-height", 0.05)
+    assert result.exit_code == 0, result.stderr
+    case = load_case("mine")
+    width, depth, height = case.domain.size
+    assert (width, depth, height) == (0.04, 0.008, 0.2)
+    assert case.particles.mass == pytest.approx(0.6 * 2500 * 0.05 * width * depth, rel=1e-3)
+    (settled,) = (number.value for number in estimate(case) if number.name == "settled height")
+    assert settled == pytest.approx(0.05, rel=1e-3)
+    (count,) = (number.value for number in estimate(case) if number.name == "particles")
+    assert f"{count} particles of 1 mm" in result.stdout
+
+
+def test_bed_that_fills_its_box_is_refused(call, tmp_path):
+    result = call("init", "mine", "--size", 0.05, 0.01, 0.1, "--bed-height", 0.09)
+    assert result.exit_code == 1 and "at most 0.08 m is allowed in a box 0.1 m high" in result.stderr
+    assert list_files(tmp_path) == []

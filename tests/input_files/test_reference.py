@@ -43,12 +43,12 @@ def write(tmp_path, text):
 
 
 def test_points_are_sorted_by_x_and_other_columns_and_comments_are_allowed(tmp_path):
-    points = read_points(write(tmp_path, "# who measured\nvalue, x,mark\n2.0,0.02,a\n\n1.0,0.01,b\n"))
+    points = read_points(write(tmp_path, "# who measured\nvalue, x,mark\n2.0,0.02,a\n\n1.0,0.01,b\n"), "voidage")
     assert points.x.tolist() == [0.01, 0.02] and points.value.tolist() == [1.0, 2.0] and points.error is None
 
 
 def test_errors_are_read_where_there_are_some(tmp_path):
-    points = read_points(write(tmp_path, "x,value,error\n0.01,1.0,0.1\n"))
+    points = read_points(write(tmp_path, "x,value,error\n0.01,1.0,0.1\n"), "voidage")
     assert points.error is not None and points.error.tolist() == [0.1]
 
 
@@ -66,19 +66,19 @@ def test_errors_are_read_where_there_are_some(tmp_path):
 )
 def test_what_is_wrong_with_a_file_is_told(tmp_path, text, told):
     with pytest.raises(CaseError, match=told):
-        read_points(write(tmp_path, text))
+        read_points(write(tmp_path, text), "voidage")
 
 
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(CaseError, match=r"none\.csv cannot be read"):
-        read_points(tmp_path / "none.csv")
+        read_points(tmp_path / "none.csv", "voidage")
 
 
 def test_units_in_the_head_count(tmp_path):
-    points = read_points(write(tmp_path, "x [mm];value (cm/s);error (cm/s)\n5;12,5;1\n"), "m s-1")
+    points = read_points(write(tmp_path, "x [mm];value (cm/s);error (cm/s)\n5;12,5;1\n"), "gas_velocity")
     assert (points.x[0], points.value[0], points.error[0]) == (0.005, 0.125, 0.01)
     with pytest.raises(CaseError, match="gives value in `Pa`; units that are read: m/s"):
-        read_points(write(tmp_path, "x,value [Pa]\n5,12\n"), "m s-1")
+        read_points(write(tmp_path, "x,value [Pa]\n5,12\n"), "gas_velocity")
 
 
 def test_points_read_off_a_figure_may_lie_a_little_beside_what_can_be(tmp_path):
@@ -87,3 +87,16 @@ def test_points_read_off_a_figure_may_lie_a_little_beside_what_can_be(tmp_path):
     assert read_line(reference, path, (0.02, 0.01, 0.1)).value.tolist() == [1.03, -0.02]
     with pytest.raises(CaseError, match=r"has 1\.2 at x = 0.01 m, voidage is 0 to 1"):
         read_line(reference, write(tmp_path, "x,value\n0.01,1.2\n"), (0.02, 0.01, 0.1))
+
+
+@pytest.mark.parametrize("head", ["x,voidage", "x,Voidage [-]", "voidage,x", "x,value", "x,value,solids_fraction"])
+def test_the_column_of_the_values_may_have_the_name_of_the_quantity(tmp_path, head):
+    cells = {"x": "0.01", "value": "0.5", "solids_fraction": "0.4"}
+    row = ",".join(cells.get(name, "0.5") for name in head.split(","))
+    assert read_points(write(tmp_path, f"{head}\n{row}\n"), "voidage").value.tolist() == [0.5]
+
+
+def test_a_column_of_another_quantity_is_named_with_the_mend(tmp_path):
+    told = "no column value and has `solids_fraction`; this line is of voidage: name its column `value` or `voidage`"
+    with pytest.raises(CaseError, match=f"line 1, .* {told}, or give the line as solids_fraction@height=file"):
+        read_points(write(tmp_path, "x,solids_fraction\n0.01,0.5\n"), "voidage")

@@ -10,7 +10,9 @@ from fbcouple.results.reader import NotDrawableError, at_height, depth_average, 
 
 
 def test_missing_results_say_what_to_do(tmp_path):
-    with pytest.raises(CaseError, match=r"results\.nc does not exist\. Run the case first \(`fbcouple run "):
+    with pytest.raises(
+        CaseError, match=r"results\.nc does not exist, and .* is not a run folder\. .*\(`fbcouple setup CASE -o RUN`"
+    ):
         open_results(tmp_path)
 
 

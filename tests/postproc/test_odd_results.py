@@ -161,7 +161,10 @@ def test_a_file_that_was_cut_off_is_refused(tmp_path, whole, part):
 
 def test_a_run_that_ended_before_a_record_is_told_from_one_that_was_never_started(tmp_path):
     (tmp_path / "case.toml").write_text("")
-    with pytest.raises(CaseError, match=r"Run the case first \(`fbcouple run "):
+    with pytest.raises(CaseError, match=r"is not a run folder\. .*\(`fbcouple setup \S+ -o RUN`"):
+        open_results(tmp_path)
+    (tmp_path / "manifest.json").write_text("{}")
+    with pytest.raises(CaseError, match=r"Run it first \(`fbcouple run "):
         open_results(tmp_path)
     (tmp_path / "logs").mkdir()
     (tmp_path / "logs/run.jsonl").write_text("")

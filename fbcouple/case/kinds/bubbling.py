@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
-import math
-
 from fbcouple.case.bed.drag_balance import minimum_fluidization
 from fbcouple.case.bed.speeds import SETTLED
 from fbcouple.case.kinds.registry import Wanted, kind
-from fbcouple.case.kinds.writing import HEAD, TRIAL_STIFFNESS, align, choose_cells, choose_stiffness, read, round_to
+from fbcouple.case.kinds.writing import (
+    HEAD,
+    TRIAL_STIFFNESS,
+    align,
+    choose_bed,
+    choose_cells,
+    choose_size,
+    choose_stiffness,
+    read,
+    round_to,
+)
 
 SIZE = (40.0, 8.0, 100.0)
 """Width, depth and height of the box, in diameters, where none are given."""
@@ -45,7 +53,7 @@ inlet_velocity = {velocity:.4g}       # m s-1
 [particles]
 diameter = {diameter:.6g}               # m
 density = {density:.6g}                  # kg m-3, of the material
-# Mass for a bed at rest that fills {filled:g} of the height of the box, at a solids fraction of {settled:g}.
+# Mass for a bed at rest that is {bed:.4g} m high, at a solids fraction of {settled:g}.
 mass = {mass:.4g}               # kg
 rotation = true
 
@@ -88,7 +96,8 @@ def write_bubbling(wanted: Wanted) -> str:
 
 
 def _fill(wanted: Wanted, velocity: float, stiffness: float, words: str) -> str:
-    size = wanted.size or tuple(round_to(edge * wanted.diameter, 3) for edge in SIZE)
+    size = choose_size(wanted, SIZE, FILLED)
+    bed = choose_bed(wanted, size, FILLED)
     cells = choose_cells(size, CELL * wanted.diameter)
     text = TEXT.format(
         diameter=wanted.diameter,
@@ -99,9 +108,9 @@ def _fill(wanted: Wanted, velocity: float, stiffness: float, words: str) -> str:
         cell=CELL,
         velocity=velocity,
         velocity_words=words,
-        filled=FILLED,
+        bed=bed,
         settled=SETTLED,
-        mass=wanted.density * SETTLED * FILLED * math.prod(size),
+        mass=wanted.density * SETTLED * bed * size[0] * size[1],
         stiffness=stiffness,
         overlap=OVERLAP,
     )

@@ -10,13 +10,15 @@ from dataclasses import dataclass
 class Wanted:
     """What a new case shall have, in SI units; None: the kind chooses.
 
-    diameter [m] and density [kg m-3] of the particles, inner size (3,) of the box [m], superficial velocity [m s-1].
+    diameter [m] and density [kg m-3] of the particles, inner size (3,) of the box [m], superficial velocity [m s-1],
+    height [m] of the bed at rest.
     """
 
     diameter: float = 1e-3
     density: float = 2500.0
     size: tuple[float, float, float] | None = None
     velocity: float | None = None
+    bed_height: float | None = None
 
 
 Write = Callable[[Wanted], str]

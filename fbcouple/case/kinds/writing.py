@@ -10,7 +10,9 @@ from pathlib import Path
 from fbcouple.case.bed.adopt_inlets import adopt_inlets
 from fbcouple.case.bed.region import find_region
 from fbcouple.case.bed.speeds import estimate_overlap
+from fbcouple.case.kinds.registry import Wanted
 from fbcouple.case.schema.sections import Case
+from fbcouple.errors import CaseError
 
 HEAD = """\
 # `fbcouple options` lists every option, `fbcouple options gas.walls` one of them.
@@ -19,6 +21,8 @@ HEAD = """\
 """
 COLUMN = 32
 """Column of the comments behind values."""
+HIGHEST = 0.8
+"""Most of the height of the box that a bed at rest may fill."""
 TRIAL_STIFFNESS = 1000.0
 """Spring [N m-1] that the overlap is looked at with."""
 
@@ -41,6 +45,29 @@ def read(text: str) -> Case:
 def round_to(value: float, digits: int = 2) -> float:
     """To so many digits that tell."""
     return float(f"{value:.{digits}g}")
+
+
+def choose_size(wanted: Wanted, edges: Sequence[float], filled: float) -> tuple[float, ...]:
+    """Edges of the box [m]: those that are wanted, else so many diameters, and high enough for the wanted bed to fill
+    the part `filled` of it."""
+    if wanted.size is not None:
+        return wanted.size
+    width, depth, height = (edge * wanted.diameter for edge in edges)
+    if wanted.bed_height is not None:
+        height = max(height, wanted.bed_height / filled)
+    return tuple(round_to(edge, 3) for edge in (width, depth, height))
+
+
+def choose_bed(wanted: Wanted, size: Sequence[float], filled: float) -> float:
+    """Height [m] of the bed at rest: the one that is wanted, else the part `filled` of the box.
+
+    Raises: CaseError if it leaves too little room above itself.
+    """
+    bed, highest = wanted.bed_height or filled * size[2], HIGHEST * size[2]
+    if bed > highest:
+        text = f"--bed-height: {bed:g} m is given, at most {highest:g} m is allowed in a box {size[2]:g} m high"
+        raise CaseError([f"init: {text}; a bed needs room above it: give a lower bed or a higher box."])
+    return bed
 
 
 def choose_cells(size: Sequence[float], least: float) -> list[int]:
