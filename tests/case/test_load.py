@@ -219,6 +219,8 @@ def test_a_ramp_that_is_none_is_refused_with_what_is_allowed(tmp_path, ramp):
         ("a.b.c=1", ["--set:", "write key=value"]),
         ("gas.density=", ["--set: gas.density", "no value"]),
         ("title.x=1", ["--set: title", "not a section"]),
+        ("domain.cells=20,4,80", ["--set: domain.cells", "write a list in square brackets: [20,4,80]"]),
+        ("domain.size=0.1 0.02 0.3", ["--set: domain.size", "write a list in square brackets: [0.1,0.02,0.3]"]),
         ("gas.density=1.2 kg", ["--set: gas.density", '"1.2 kg"', "above 0", "without quotes or unit"]),
         ("gas.density=true", ["--set: gas.density: true is given"]),
         ("gas.density=nan", ["--set: gas.density: nan is given"]),

@@ -17,6 +17,7 @@ import fbcouple
 from fbcouple.case.source import list_sets, list_shipped
 from fbcouple.cli.group import WORKFLOW
 from fbcouple.cli.main import cli
+from fbcouple.verify.registry import load_checks
 from fbcouple.solvers.versions import find_commit
 
 ROOT = Path(fbcouple.__file__).parents[1]
@@ -108,3 +109,8 @@ def test_names_of_shipped_cases_are_completed(command):
     assert all(value.startswith("patil/c") for value in plain)
     sets = {value for _, value in complete(*command, "patil/") if value in list_sets()}
     assert sets == (set(list_sets()) if command == ("setup",) else set())
+
+
+def test_every_check_of_verify_says_what_it_checks():
+    silent = [name for name, check in load_checks().items() if not (check.function.__doc__ or "").strip()]
+    assert silent == []
