@@ -30,7 +30,7 @@ from fbcouple.cli.init import init
 from fbcouple.cli.options import options
 from fbcouple.cli.pictures import claims, post, report
 from fbcouple.cli.study import study
-from fbcouple.cli.table import print_table
+from fbcouple.cli.table import print_explained, print_table
 from fbcouple.cli.verify import verify
 from fbcouple.errors import CaseError
 from fbcouple.launcher.stop_signals import Requests
@@ -135,7 +135,7 @@ def check(case: str, sets: tuple[str, ...], trusted: bool) -> None:
         )
         for number in numbers
     ]
-    print_table(["number", "value", "unit", "wanted", "verdict", "meaning"], rows)
+    print_explained(["number", "value", "unit", "wanted", "verdict", "meaning"], rows)
     if unfit := [number.name for number in numbers if number.verdict == "unfit"]:
         raise CaseError([f"{case}: {', '.join(unfit)}: unfit; `setup` refuses the case without --force."])
     if brings_code and not trusted:

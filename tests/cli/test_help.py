@@ -17,8 +17,8 @@ import fbcouple
 from fbcouple.case.source import list_sets, list_shipped
 from fbcouple.cli.group import WORKFLOW
 from fbcouple.cli.main import cli
-from fbcouple.verify.registry import load_checks
 from fbcouple.solvers.versions import find_commit
+from fbcouple.verify.registry import load_checks
 
 ROOT = Path(fbcouple.__file__).parents[1]
 
