@@ -61,7 +61,7 @@ def bed_height(results: Results) -> Measured:
     return mean_of_history(results, "bed_height")
 
 
-def unrest(results: Results) -> Measured:
+def centre_fluctuation(results: Results) -> Measured:
     """Standard deviation of the height of the particles' centre of mass over its mean: bubbles lift and drop it."""
     values = in_window(results, "solids_centre_z")
     mean = mean_of_history(results, "solids_centre_z").value

@@ -110,7 +110,12 @@ def stability(name: str, output: Path | None, dry: bool, jobs: int) -> None:
         return
     folder = choose_folder(name, output)
     rows = run_scenes(loaded, source, folder, click.echo, jobs)
-    tables = {"scenes": rows, "confusion": confuse(rows), "limits": find_limits(rows), "signs": list(list_limits())}
+    tables = {
+        "scenes": rows,
+        "confusion": confuse(rows),
+        "limits": find_limits(rows),
+        "indicators": list(list_limits()),
+    }
     files = write_tables(folder, "stability", tables, {"title": loaded.title, "machine": describe_machine()})
     picture = draw_map(rows, loaded.title, folder / "stability.png")
     page = write_page(folder / "stability.html", loaded.title, describe_machine(), [picture], tables, "")

@@ -42,15 +42,15 @@ def follow_conventions(dataset: xr.Dataset, now: datetime | None = None) -> xr.D
 
 def _describe(name: Hashable, dataset: xr.Dataset) -> dict[str, Any]:
     """The attributes that the variable `name` gets."""
-    about: dict[str, Any] = {}
+    attributes: dict[str, Any] = {}
     words = str(dataset[name].attrs.get("long_name", ""))
     for pattern, method in _METHODS:
         if re.search(pattern, words):
-            about["cell_methods"] = method
+            attributes["cell_methods"] = method
             break
     if f"{name}{STANDARD_ERROR}" in dataset:
-        about["ancillary_variables"] = f"{name}{STANDARD_ERROR}"
-    return about
+        attributes["ancillary_variables"] = f"{name}{STANDARD_ERROR}"
+    return attributes
 
 
 def leave_unfilled(dataset: xr.Dataset, encoding: dict[str, Any]) -> dict[str, Any]:

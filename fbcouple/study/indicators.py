@@ -1,7 +1,7 @@
-"""Signs by which a run is judged stable, inaccurate or unstable, as a registry.
+"""Indicators by which a run is judged stable, inaccurate or unstable, as a registry.
 
-To add one: a function under `@sign("name", inaccurate, unstable)` that gives a number from the history rows of a run
-(of one that blew up as well); above the limits the run is called so. A run is as bad as its worst sign.
+To add one: a function under `@indicator("name", inaccurate, unstable)` that gives a number from the history rows of a
+run (of one that blew up as well); above the limits the run is called so. A run is as bad as its worst indicator.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ _MASS = "gas_mass_error"
 
 
 @dataclass(frozen=True)
-class Sign:
-    """A sign: its function, and the values above which a run is inaccurate and unstable."""
+class Indicator:
+    """An indicator: its function, and the values above which a run is inaccurate and unstable."""
 
     name: str
     function: Callable[[Case, list[Row]], float]
@@ -36,27 +36,30 @@ class Sign:
     unstable: float
 
 
-SIGNS: dict[str, Sign] = {}
+INDICATORS: dict[str, Indicator] = {}
 
 
-def sign(name: str, inaccurate: float, unstable: float) -> Callable[[Callable[[Case, list[Row]], float]], Any]:
-    """Register a sign."""
+def indicator(name: str, inaccurate: float, unstable: float) -> Callable[[Callable[[Case, list[Row]], float]], Any]:
+    """Register an indicator."""
 
     def register(function: Callable[[Case, list[Row]], float]) -> Callable[[Case, list[Row]], float]:
-        SIGNS[name] = Sign(name, function, inaccurate, unstable)
+        INDICATORS[name] = Indicator(name, function, inaccurate, unstable)
         return function
 
     return register
 
 
-def read_signs(case: Case, rows: list[Row]) -> dict[str, float]:
-    """Every sign of a run with these history rows; nan where the scene does not have it."""
-    return {name: sign.function(case, rows) for name, sign in SIGNS.items()}
+def read_indicators(case: Case, rows: list[Row]) -> dict[str, float]:
+    """Every indicator of a run with these history rows; nan where the scene does not have it."""
+    return {name: indicator.function(case, rows) for name, indicator in INDICATORS.items()}
 
 
-def judge(signs: dict[str, float]) -> tuple[Verdict, str]:
-    """The verdict of the worst sign, and which signs say so."""
-    levels = {name: (value > SIGNS[name].inaccurate) + (value > SIGNS[name].unstable) for name, value in signs.items()}
+def judge(indicators: dict[str, float]) -> tuple[Verdict, str]:
+    """The verdict of the worst indicator, and which indicators say so."""
+    levels = {
+        name: (value > INDICATORS[name].inaccurate) + (value > INDICATORS[name].unstable)
+        for name, value in indicators.items()
+    }
     worst = max(levels.values(), default=0)
     return WORST[worst], ", ".join(name for name, level in levels.items() if level == worst and worst)
 
@@ -69,7 +72,7 @@ def _peak(rows: list[Row], name: str) -> float:
     return max(values, default=math.nan)
 
 
-@sign("not finite", 0.0, 0.0)
+@indicator("not finite", 0.0, 0.0)
 def count_not_finite(case: Case, rows: list[Row]) -> float:
     """Numbers in the history that are not finite; before the first step there is no pressure drop yet, and without
     inflow no gas flux to compare with one."""
@@ -79,13 +82,13 @@ def count_not_finite(case: Case, rows: list[Row]) -> float:
     return float(sum(not math.isfinite(v) for v in values))
 
 
-@sign("momentum error", 1e-10, 1e-9)
+@indicator("momentum error", 1e-10, 1e-9)
 def find_momentum_error(case: Case, rows: list[Row]) -> float:
     """Largest imbalance of a step over its drag impulse."""
     return _peak(rows, "momentum_error")
 
 
-@sign("gas mass error", 1e-3, 1e-1)
+@indicator("gas mass error", 1e-3, 1e-1)
 def find_mass_error(case: Case, rows: list[Row]) -> float:
     """Largest gas volume lost by continuity over the inflow, where and while gas flows in."""
     if case.gas is None:
@@ -95,32 +98,32 @@ def find_mass_error(case: Case, rows: list[Row]) -> float:
     return _peak([row for row, before, now in zip(rows[1:], flows, flows[1:], strict=False) if before and now], _MASS)
 
 
-@sign("over-packed", 0.0, NEVER)
+@indicator("over-packed", 0.0, NEVER)
 def count_over_packed(case: Case, rows: list[Row]) -> float:
     """Most cells that held more solids than the closest packing."""
     return _peak(rows, "cells_over_packed")
 
 
-@sign("solids fraction", 0.9, 1.0)
+@indicator("solids fraction", 0.9, 1.0)
 def find_solids(case: Case, rows: list[Row]) -> float:
     """Largest solids fraction of a cell: above 1 there is no room for gas."""
     least = [row["min_voidage"] for row in rows if "min_voidage" in row]
     return 1.0 - min(least) if least else math.nan
 
 
-@sign("overlap", 0.1, 0.5)
+@indicator("overlap", 0.1, 0.5)
 def find_overlap(case: Case, rows: list[Row]) -> float:
     """Largest overlap of two particles over their mean diameter."""
     return _peak(rows, "max_overlap")
 
 
-@sign("Courant", 1.5, NEVER)
+@indicator("Courant", 1.5, NEVER)
 def find_courant(case: Case, rows: list[Row]) -> float:
     """Largest Courant number of the gas."""
     return _peak(rows, "max_courant")
 
 
-@sign("gas speed", 3.0, 10.0)
+@indicator("gas speed", 3.0, 10.0)
 def find_gas_speed(case: Case, rows: list[Row]) -> float:
     """Fastest gas, as the Courant number tells it, over the fastest that the scene has reason for."""
     if case.gas is None:
@@ -136,7 +139,7 @@ def find_gas_speed(case: Case, rows: list[Row]) -> float:
     return max(speeds, default=math.nan) / find_speed(case)
 
 
-@sign("kinetic energy", 2.0, 20.0)
+@indicator("kinetic energy", 2.0, 20.0)
 def find_kinetic_energy(case: Case, rows: list[Row]) -> float:
     """Largest kinetic energy of the particles over that of all of them at the fastest speed that the scene gives."""
     if case.particles is None:
@@ -144,7 +147,7 @@ def find_kinetic_energy(case: Case, rows: list[Row]) -> float:
     return _peak(rows, "kinetic_energy") / (0.5 * _mass(case) * find_speed(case) ** 2)
 
 
-@sign("energy gained", 0.02, 0.5)
+@indicator("energy gained", 0.02, 0.5)
 def find_energy_gain(case: Case, rows: list[Row]) -> float:
     """Without gas: kinetic and potential energy above that of the start, over that of a fall through the box."""
     if case.particles is None or case.gas or case.gravity == 0.0:
@@ -160,8 +163,8 @@ LAST = 5
 """History rows that say whether it has."""
 
 
-@sign("unrest", 3e-3, 5e-2)
-def find_unrest(case: Case, rows: list[Row]) -> float:
+@indicator("residual speed", 3e-3, 5e-2)
+def find_residual_speed(case: Case, rows: list[Row]) -> float:
     """Without gas, long after the fall: speed of the particles that does not decay, over sqrt(g d) (collective creep
     and the heat of too few contact steps)."""
     if case.particles is None or case.gas or case.gravity == 0.0:
@@ -185,6 +188,6 @@ def _mass(case: Case) -> float:
 
 
 def list_limits() -> Iterator[Row]:
-    """A row for each sign, for the tables of a study."""
-    for one in SIGNS.values():
-        yield {"sign": one.name, "inaccurate": one.inaccurate, "unstable": one.unstable}
+    """A row for each indicator, for the tables of a study."""
+    for one in INDICATORS.values():
+        yield {"indicator": one.name, "inaccurate": one.inaccurate, "unstable": one.unstable}

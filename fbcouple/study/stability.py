@@ -13,7 +13,7 @@ from fbcouple.case.load import load_case
 from fbcouple.case.preflight import coupling_step, estimate, response_times
 from fbcouple.case.schema.sections import Case
 from fbcouple.results.writer import read_line
-from fbcouple.study.indicators import judge, read_signs
+from fbcouple.study.indicators import judge, read_indicators
 from fbcouple.study.runs import Ending, run_case, run_from_middle, run_side_by_side
 from fbcouple.study.scenes import Scene, list_scenes
 from fbcouple.study.schema import Stability
@@ -41,7 +41,7 @@ def run_scenes(study: Stability, source: Source, folder: Path, say: Say, jobs: i
         rows.append(_describe(scene, ending, run))
         if study.restart:
             rows[-1] |= _compare(run, again, endings[1])
-        text = ", ".join(filter(None, (rows[-1].get(key) for key in ("predicted", "verdict", "signs", "restart"))))
+        text = ", ".join(filter(None, (rows[-1].get(key) for key in ("predicted", "verdict", "indicators", "restart"))))
         say(f"{n}/{len(scenes)} {scene.name}: {text} ({ending.seconds:.1f} s)")
     return rows
 
@@ -55,13 +55,13 @@ def _run(scene: Scene, folder: Path, study: Stability) -> tuple[Ending, Ending |
 
 def _describe(scene: Scene, ending: Ending, run: Path) -> Row:
     case = load_case(str(run))
-    verdict, why, signs = _judge_run(case, ending, _read_rows(run))
+    verdict, why, indicators = _judge_run(case, ending, _read_rows(run))
     predicted, doubts = predict(case, run)
     varied = ", ".join(f"{key} = {value}" for key, value in scene.varied.items())
     row: Row = {"scene": scene.group, "varied": varied, "form": scene.form, "predicted": predicted, "doubts": doubts}
-    row |= {"verdict": verdict, "signs": why, "how": ending.how, "why": ending.text[:200]}
+    row |= {"verdict": verdict, "indicators": why, "how": ending.how, "why": ending.text[:200]}
     row |= find_stiffness(case)
-    return row | {"seconds": ending.seconds} | signs
+    return row | {"seconds": ending.seconds} | indicators
 
 
 def _compare(run: Path, again: Path, ending: Ending | None) -> Row:
@@ -87,13 +87,13 @@ def _read_rows(run: Path) -> list[Row]:
 
 
 def _judge_run(case: Case, ending: Ending, rows: list[Row]) -> tuple[str, str, dict[str, float]]:
-    signs = read_signs(case, rows) if rows else {}
-    verdict, why = judge(signs)
+    indicators = read_indicators(case, rows) if rows else {}
+    verdict, why = judge(indicators)
     if ending.how == "out of time" and verdict != "unstable":
-        return "unfinished", why, signs
+        return "unfinished", why, indicators
     if ending.how in ("diverged", "failed"):
-        return "unstable", ", ".join(filter(None, [f"run {ending.how}", why])), signs
-    return verdict, why, signs
+        return "unstable", ", ".join(filter(None, [f"run {ending.how}", why])), indicators
+    return verdict, why, indicators
 
 
 def predict(case: Case, folder: Path = Path()) -> tuple[str, str]:

@@ -63,11 +63,11 @@ def flux_profile(results: Results) -> Figure:
     picture = lay_out(results.title, COLUMN, 2.6 + 0.14 * len(heights), note)
     axes = picture.subplots()
     handles = []
-    for height, look in zip(heights, _cycle_looks(len(heights)), strict=True):
+    for height, style in zip(heights, _cycle_styles(len(heights)), strict=True):
         profile = vertical_flux(results, height)
         name = f"$z$ = {1e3 * height:.3g} mm" if len(heights) > 1 else "time mean"
         net = f"{name} (average over $x$: {np.mean(profile.value):+.2g})".replace("-", "−")
-        handles.append(_draw_profile(axes, profile, net, look))
+        handles.append(_draw_profile(axes, profile, net, style))
     band = bool(axes.collections)
     _finish(axes, flux_scale(results)[1:])
     words = f"{'band: ' if len(heights) == 1 else 'bands: '}± 1 standard error" if band else None
@@ -85,8 +85,8 @@ def flux_profiles(runs: Sequence[Results]) -> Figure:
     note = f"{note}; {_explain(flux_scale(runs[0])[1], note)}"
     picture = lay_out("Time-mean vertical solids flux", PAGE, 0.3 + 2.6 * len(heights), note)
     for axes, height in zip(picture.subplots(len(heights), 1, squeeze=False)[:, 0], heights, strict=True):
-        for run, look in zip(runs, _cycle_looks(len(runs)), strict=True):
-            _draw_profile(axes, vertical_flux(run, height), wrap_label(run.label), look)
+        for run, style in zip(runs, _cycle_styles(len(runs)), strict=True):
+            _draw_profile(axes, vertical_flux(run, height), wrap_label(run.label), style)
         _finish(axes, flux_scale(runs[0])[1:])
         axes.set_title(format_height(height, runs[0]), loc="left", size="small", pad=2.0)
         axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=2.4)
@@ -98,16 +98,16 @@ def _explain(divisor: str, known: str) -> str:
     return explain(SYMBOL, divisor, "x/L", "z/H", known=known)
 
 
-def _cycle_looks(count: int) -> list[dict[str, Any]]:
+def _cycle_styles(count: int) -> list[dict[str, Any]]:
     return [LINES[place % len(LINES)] for place in range(count)]
 
 
-def _draw_profile(axes: Axes, profile: Profile, label: str, look: dict[str, Any]) -> Line2D:
+def _draw_profile(axes: Axes, profile: Profile, label: str, style: dict[str, Any]) -> Line2D:
     """Draw a profile with its band, if it has one."""
     if profile.stderr is not None:
         low, high = profile.value - profile.stderr, profile.value + profile.stderr
-        axes.fill_between(profile.position, low, high, color=look["color"], alpha=0.2, linewidth=0)
-    (line,) = axes.plot(profile.position, profile.value, markersize=3.0, label=label, **look)
+        axes.fill_between(profile.position, low, high, color=style["color"], alpha=0.2, linewidth=0)
+    (line,) = axes.plot(profile.position, profile.value, markersize=3.0, label=label, **style)
     return line
 
 

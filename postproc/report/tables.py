@@ -46,11 +46,11 @@ def tabulate_solved(results: Results) -> Rows:
         spacing = [length / n / largest for length, n in zip(results.size, cells, strict=True)]
         given = ("mass", "kg") if particles.get("mass") is not None else ("count", "1")
         rows += [("particles: diameter [m], density [kg m-3]", f"{particles['diameter']:g}, {particles['density']:g}")]
-        told = "; ".join(f"{count} of {d:g} m, {density:g} kg m-3" for d, density, count in sizes)
-        rows += [("particles: sizes of the start file, in place of these", told)] if sizes else []
-        told = "; ".join(f"{d:g} m, {density:g} kg m-3: {fraction:g}" for d, density, fraction in mixture)
+        text = "; ".join(f"{count} of {d:g} m, {density:g} kg m-3" for d, density, count in sizes)
+        rows += [("particles: sizes of the start file, in place of these", text)] if sizes else []
+        text = "; ".join(f"{d:g} m, {density:g} kg m-3: {fraction:g}" for d, density, fraction in mixture)
         rows += (
-            [(f"particles: further species, parts by {particles.get('fractions', 'mass')}", told)] if mixture else []
+            [(f"particles: further species, parts by {particles.get('fractions', 'mass')}", text)] if mixture else []
         )
         rows += [(f"particles: {given[0]} [{given[1]}]", particles.get(given[0]))]
         rows += [
@@ -106,8 +106,8 @@ def tabulate_settings(runs: Sequence[Results]) -> Rows:
     for name in names:
         values = [given.get(name) for given in options]
         if any(value != values[0] for value in values[1:]):
-            told = zip(runs, values, strict=True)
-            rows.append({"option": name} | {run.label: "absent" if value is None else value for run, value in told})
+            pairs = zip(runs, values, strict=True)
+            rows.append({"option": name} | {run.label: "absent" if value is None else value for run, value in pairs})
     return rows
 
 
@@ -147,7 +147,7 @@ def tabulate_provenance(results: Results) -> Rows:
 
 
 def tabulate_statistics(results: Results) -> tuple[Rows, list[str]]:
-    """Means of the histories after the start-up with their standard errors, and what cannot be told."""
+    """Means of the histories after the start-up with their standard errors, and why some are missing."""
     rows, remarks = [], []
     lacking: dict[str, list[str]] = {}
     for name in STEADY:

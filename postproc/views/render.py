@@ -156,8 +156,8 @@ def draw(request: Request) -> None:
 
 def main() -> None:
     """Read the request and draw it."""
-    told = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
-    draw(Request(**told))
+    request = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
+    draw(Request(**request))
 
 
 if __name__ == "__main__":

@@ -65,7 +65,9 @@ def bed_views(results: Results) -> Figure:
         pictures = [imread(file) for file in render(results, wanted, scales, round(HEIGHT * DPI), Path(folder))]
     names = [f"{name.capitalize()}, t = {read_frame(path).time:.3f} s" for path, name in wanted]
     box = " x ".join(f"{1e3 * length:g}" for length in results.size)
-    note = f"box {box} mm; {100.0 - BUSY:g} % of the particles are faster than the end of the scale"
+    fastest = max(float(read_frame(path).speeds.max()) for path in chosen)
+    beyond = f"; scale up to the speed of {BUSY:g} of 100 particles" if fastest > scales.speed else ""
+    note = f"box {box} mm{beyond}"
     return compose(results, pictures, names, scales, HEIGHT, note)[0]
 
 

@@ -80,7 +80,7 @@ def test_numbers_are_the_same(pair):
         measures.wall_flux,
         measures.wall_solids,
         measures.flux_magnitude,
-        measures.unrest,
+        measures.centre_fluctuation,
         lambda run: measures.agitation_peak(run, 0.25, 0.05)[1],
     ):
         values = [measure(run).value for run in pair]

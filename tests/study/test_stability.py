@@ -1,4 +1,4 @@
-"""Scenes of a stability study, the signs that judge them, and where explicit drag gives up."""
+"""Scenes of a stability study, the indicators that judge them, and where explicit drag gives up."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from fbcouple.case.preflight import require_fit
 from fbcouple.case.source import find_case
 from fbcouple.errors import CaseError
 from fbcouple.paths import CASES
-from fbcouple.study.indicators import SIGNS, judge, read_signs
+from fbcouple.study.indicators import INDICATORS, judge, read_indicators
 from fbcouple.study.scenes import list_scenes
 from fbcouple.study.schema import Stability
 from fbcouple.study.source import format_settings, read_study
@@ -93,7 +93,7 @@ GOOD |= {"pressure_drop": 1.0, "gas_mass_error": 1e-9}
 
 
 @pytest.mark.parametrize(
-    ("changes", "verdict", "sign"),
+    ("changes", "verdict", "indicator"),
     [
         ({}, "stable", ""),
         ({"pressure_drop": math.nan}, "unstable", "not finite"),
@@ -108,37 +108,37 @@ GOOD |= {"pressure_drop": 1.0, "gas_mass_error": 1e-9}
         ({"gas_mass_error": 0.01}, "inaccurate", "gas mass error"),
     ],
 )
-def test_each_sign_judges(changes, verdict, sign):
+def test_each_indicator_judges(changes, verdict, indicator):
     case = load_case(str(CASES / "studies/single-particle/case.toml"))
     rows = [GOOD | {"steps": 0, "time": 0.0}, GOOD, GOOD | {"steps": 2, "time": 2e-3} | changes]
-    found, why = judge(read_signs(case, rows))
-    assert found == verdict and sign in why
+    found, why = judge(read_indicators(case, rows))
+    assert found == verdict and indicator in why
 
 
 def test_energy_gain_needs_a_scene_without_gas():
     case = load_case(str(CASES / "studies/single-particle/case.toml"))
     alone = case.model_copy(update={"gas": None, "exchange": None})
     rows = [{"kinetic_energy": 0.0, "solids_centre_z": 0.02}, {"kinetic_energy": 0.0, "solids_centre_z": 0.05}]
-    assert math.isnan(SIGNS["energy gained"].function(case, rows))
-    assert SIGNS["energy gained"].function(alone, rows) == pytest.approx(0.5)
+    assert math.isnan(INDICATORS["energy gained"].function(case, rows))
+    assert INDICATORS["energy gained"].function(alone, rows) == pytest.approx(0.5)
 
 
-def test_unrest_is_what_moves_long_after_a_bed_without_gas_fell():
+def test_residual_speed_is_what_moves_long_after_a_bed_without_gas_fell():
     """504 beads of 1.309e-6 kg at 3 mm/s, sqrt(g d) = 0.099 m/s; the box is fallen through in 0.061 s."""
     case = load_case(str(CASES / "studies/stability/settled.toml"))
     energy = 0.5 * 504 * 1.309e-6 * 3e-3**2
     late = [{"time": t, "kinetic_energy": energy} for t in (0.1, 0.26, 0.27, 0.28, 0.29, 0.3)]
-    unrest = SIGNS["unrest"].function
-    assert unrest(case, late) == pytest.approx(3e-3 / math.sqrt(9.81e-3), rel=1e-3)
-    assert judge({"unrest": unrest(case, late)})[0] == "inaccurate"
-    assert math.isnan(unrest(case, late[:1])), "it still falls"
-    assert math.isnan(unrest(load_case(str(CASES / "studies/stability/case.toml")), late)), "gas keeps a bed moving"
+    residual = INDICATORS["residual speed"].function
+    assert residual(case, late) == pytest.approx(3e-3 / math.sqrt(9.81e-3), rel=1e-3)
+    assert judge({"residual speed": residual(case, late)})[0] == "inaccurate"
+    assert math.isnan(residual(case, late[:1])), "it still falls"
+    assert math.isnan(residual(load_case(str(CASES / "studies/stability/case.toml")), late)), "gas keeps a bed moving"
 
 
 def test_mass_error_counts_only_while_gas_flows_in():
     case = load_case(str(CASES / "studies/stability/ramp.toml"))
     rows = [{"time": t, "gas_mass_error": e} for t, e in [(0.0, 0.0), (0.005, 0.5), (0.011, 0.3), (0.012, 1e-7)]]
-    assert SIGNS["gas mass error"].function(case, rows) == 1e-7
+    assert INDICATORS["gas mass error"].function(case, rows) == 1e-7
 
 
 def test_confusion_and_limits():
@@ -162,7 +162,7 @@ def test_explicit_drag_gives_up_within_a_fifth_of_two(tmp_path):
     ratios = [row["dt/tau_g of the lattice"] for row in rows]
     assert ratios[0] == pytest.approx(1.6, rel=0.01) and ratios[1] == pytest.approx(2.4, rel=0.01)
     assert [row["verdict"] for row in rows] == ["stable", "unstable"]
-    assert "gas speed" in rows[1]["signs"]
+    assert "gas speed" in rows[1]["indicators"]
 
 
 def test_prediction_is_the_worst_number():

@@ -180,7 +180,7 @@ def _height_friction(runs: Runs) -> Finding:
     "the centre of mass moves by less than 2 % (a bubbling bed: 5-10 %)",
 )
 def _homogeneous(runs: Runs) -> Finding:
-    value = measures.unrest(runs["c5-0.0"])
+    value = measures.centre_fluctuation(runs["c5-0.0"])
     moves = value.is_above(0.02)
     return _settle(_word([value], 100.0, "%"), [None if moves is None else not moves])
 
@@ -193,7 +193,7 @@ def _homogeneous(runs: Runs) -> Finding:
     "the centre of mass moves by more than 2 %",
 )
 def _not_homogeneous(runs: Runs) -> Finding:
-    value = measures.unrest(runs["c4-0.0"])
+    value = measures.centre_fluctuation(runs["c4-0.0"])
     return _settle(_word([value], 100.0, "%"), [value.is_above(0.02)])
 
 
