@@ -40,3 +40,4 @@ def test_longest_step_and_dem_step_bound_the_coupling_step():
     assert coupling_step(soft) > 5e-5
     numbers = {number.name: number for number in estimate(soft)}
     assert numbers["DEM steps per fluid step"].verdict == "warn"
+    assert "the gas, solved every DEM step, is what costs" in numbers["DEM steps per fluid step"].meaning

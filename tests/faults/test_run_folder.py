@@ -277,7 +277,8 @@ def test_a_law_that_was_changed_between_stop_and_resume_is_refused(tmp_path, par
     (tmp_path / "case.toml").write_text(text)
     (tmp_path / "law.py").write_text(LAW)
     run = tmp_path / "run"
-    assert call("setup", tmp_path, "-o", run, "--trust", "--force").exit_code == 0
+    done = call("setup", tmp_path, "-o", run, "--trust", "--force")
+    assert done.exit_code == 0 and f"start it with `fbcouple run {run} --trust`" in done.stdout
     (run / "law.py").write_text(LAW.replace("1e-4", "5e-3"))
     refused = call("run", run)
     assert refused.exit_code == 1 and "--trust" in refused.stderr
