@@ -45,7 +45,7 @@ def hue_of(pixels):
 def test_still_pictures_show_slow_and_fast_particles_where_they_are_and_the_gas(run):
     figure = bed_views(open_results(run))
     titles = [axes.get_title() for axes in figure.axes if axes.images]
-    assert titles == ["particles, t = 0.100 s", "particles, t = 0.200 s", "gas, t = 0.200 s"]
+    assert titles == ["Particles, t = 0.100 s", "Particles, t = 0.200 s", "Gas, t = 0.200 s"]
     labels = [axes.get_ylabel() for axes in figure.axes]
     assert any("Particle speed" in label and "U_f" in label for label in labels)
     assert any("Voidage" in label for label in labels)
@@ -107,7 +107,7 @@ def test_particles_without_gas_have_no_picture_of_it(run, tmp_path):
     alone = write_whole(tmp_path / "run")
     write_frames(alone, SIZE, count=1, gas=False)
     figure = bed_views(open_results(alone))
-    assert [axes.get_title() for axes in figure.axes if axes.images] == ["particles, t = 0.000 s"]
+    assert [axes.get_title() for axes in figure.axes if axes.images] == ["Particles, t = 0.000 s"]
 
 
 def test_scales_are_common_to_all_frames(run):
