@@ -157,7 +157,7 @@ def test_a_run_that_stops_early_says_so_and_one_that_fails_raises(case_file, tmp
 def test_a_task_of_ones_own_looks_at_every_step_and_goes_on_after_a_restart(case_file, tmp_path):
     (case_file.parent / "probe.py").write_text(TASK)
     values = {"output.task_file": "probe.py", "end_time": 3e-3, "checkpoint.moment_steps": 5}
-    with pytest.raises(CaseError, match=r"output\.task_file: probe\.py is Python code.*--trust"):
+    with pytest.raises(CaseError, match=r"output\.task_file: probe\.py is Python code.*trust=True"):
         fbcouple.setup(case_file, tmp_path / "run", values)
     whole, parts = (fbcouple.setup(case_file, tmp_path / name, values, trust=True) for name in ("whole", "parts"))
     whole.start(trust=True, progress=False)
