@@ -47,7 +47,7 @@ def list_texts():
         docs |= {id(part) for node in joined for part in node.values}
         for node in [*joined, *(node for node in ast.walk(tree) if id(node) not in docs)]:
             text = join(node)
-            if " " in text.strip() and FLAG.search(text) and not text.startswith("# ") and "gmsh OLD" not in text:
+            if " " in text.strip() and FLAG.search(text) and "\n" not in text and "gmsh OLD" not in text:
                 found.add(text)
     return sorted(found)
 

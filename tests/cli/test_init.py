@@ -185,3 +185,10 @@ def test_bed_that_fills_its_box_is_refused(call, tmp_path):
     result = call("init", "mine", "--size", 0.05, 0.01, 0.1, "--bed-height", 0.09)
     assert result.exit_code == 1 and "at most 0.08 m is allowed in a box 0.1 m high" in result.stderr
     assert list_files(tmp_path) == []
+
+
+def test_bed_height_of_a_spout(call):
+    assert call("init", "mine", "--kind", "spout", "--bed-height", 0.05).exit_code == 0
+    case = load_case("mine")
+    (settled,) = (number.value for number in estimate(case) if number.name == "settled height")
+    assert settled == pytest.approx(0.05, rel=1e-3) and case.domain.size[2] == pytest.approx(0.25)
