@@ -11,6 +11,7 @@ from pydantic import ValidationError
 
 import fbcouple.case.checks.bed
 import fbcouple.case.checks.contact
+import fbcouple.case.checks.feeds
 import fbcouple.case.checks.inlets
 import fbcouple.case.checks.output
 import fbcouple.case.checks.positions

@@ -20,6 +20,7 @@ from fbcouple.case.bed.derived import (
     open_velocity,
 )
 from fbcouple.case.bed.drag_balance import EXPANDED, find_drag, minimum_fluidization, terminal_velocity
+from fbcouple.case.bed.feeds import count_fed
 from fbcouple.case.bed.number import Law, Number
 from fbcouple.case.bed.number import judge as _judge
 from fbcouple.case.bed.opening_numbers import describe_openings
@@ -126,6 +127,9 @@ def coupling_step(case: Case) -> float:
 def _size_up(case: Case, folder: Path) -> Iterator[Number]:
     if case.particles:
         yield Number("particles", particle_count(case.particles), "1", None, None, "Particles in the bed.")
+        if case.particles.feeds:
+            meaning = "Particles that the feeds bring up to the end, if none of them has to wait for a place."
+            yield Number("particles fed", round(count_fed(case)), "1", None, None, meaning)
     if case.gas:
         yield Number("cells", find_region(case, folder).cells, "1", None, None, "Cells of the gas mesh.")
     if case.domain.shape == "file":
@@ -291,6 +295,8 @@ def _spread_out(case: Case, velocity: float, region: Region) -> float:
     """Superficial velocity [m/s] in the mean cross-section of the settled bed of gas that comes in at `velocity`."""
     assert case.particles is not None
     solids = solids_volume(case.particles)
+    if not solids:
+        return velocity * region.inlet / region.section
     return velocity * region.inlet * region.find_level(solids / SETTLED) * SETTLED / solids
 
 
@@ -308,5 +314,9 @@ def _fluidize(case: Case, law: Law | None, region: Region) -> Iterator[Number]:
     meaning = "U_mf of the case's drag law at voidage 0.40; below it the bed stays packed."
     yield Number("minimum fluidization", onset, "m s-1", f"below U_f = {there:g}", _judge(onset < there), meaning)
     above = fastest * region.inlet / region.section
+    if any(outlet.face == "top" for outlet in case.particles.outlets):
+        meaning = "Fall speed of a lone particle; more gas carries it out by the top, which is open to particles."
+        yield Number("terminal velocity", terminal, "m s-1", None, None, meaning)
+        return
     meaning = "Fall speed of a lone particle; more gas carries it to the outlet, a wall for particles, where it stays."
     yield Number("terminal velocity", terminal, "m s-1", f"above U_f = {above:g}", _judge(terminal > above), meaning)

@@ -7,12 +7,17 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from fbcouple.case.bed import derived
 from fbcouple.case.bed.contact_coefficients import find_pair, find_wall
-from fbcouple.case.bed.particle_types import Kind, list_kinds
-from fbcouple.case.bed.region import Region, find_openings, find_region
+from fbcouple.case.bed.feeds import find_depth, find_opening
+from fbcouple.case.bed.particle_types import Kind, largest_diameter, list_kinds
+from fbcouple.case.bed.region import Region, find_openings, find_region, read_mesh
 from fbcouple.case.bed.streams import list_streams
+from fbcouple.case.schema.feeds import Outlet
 from fbcouple.case.schema.sections import Case, Contact, Gas, Particles
+from fbcouple.geometry.polymesh import PolyMesh
 from fbcouple.physics.contact import normal_damping
 
 # DIC-preconditioned CG is fastest below this many cells, multigrid above (measured on the three Patil meshes).
@@ -50,7 +55,36 @@ def build_context(case: Case, needs: dict[str, bool], folder: Path = Path()) -> 
     if case.particles and case.contact:
         context |= _grains_context(case.particles, case.contact)
         context["boundary"] = " ".join("p" if wrapped else "f" for wrapped in derived.wraps(case.domain))
+    if needs["empty_start"]:
+        mesh = None if case.domain.shape == "box" else read_mesh(case, folder)
+        context["box"] = find_box(case, mesh).T.ravel().tolist()
+    if opening := find_opening(case):
+        context["floor_triangles"] = _cut_floor(case, opening)
     return context
+
+
+def find_box(case: Case, mesh: PolyMesh | None) -> np.ndarray:
+    """The box of the particles [m], (2, 3): the region's own, with the space below an open floor, or one that holds all
+    of the surface of `mesh`."""
+    if mesh is None or case.domain.shape == "box":
+        opening = find_opening(case)
+        bottom = -find_depth(case, opening) if opening else 0.0
+        return np.array([[0.0, 0.0, bottom], case.domain.size])
+    margin = largest_diameter(case.particles) if case.particles else 0.0
+    return np.array([mesh.low - margin, mesh.high + margin])
+
+
+def _cut_floor(case: Case, opening: Outlet) -> list[tuple[tuple[float, float], ...]]:
+    """Corners x, y [m] of the triangles of the floor around its opening: up to four strips."""
+    assert opening.low is not None and opening.high is not None
+    (width, depth, _), (x0, y0, _), (x1, y1, _) = case.domain.size, opening.low, opening.high
+    strips = [(0.0, 0.0, x0, depth), (x1, 0.0, width, depth), (x0, 0.0, x1, y0), (x0, y1, x1, depth)]
+    triangles: list[tuple[tuple[float, float], ...]] = []
+    for left, front, right, back in strips:
+        if right > left and back > front:
+            corners = (left, front), (right, front), (right, back), (left, back)
+            triangles += [corners[:3], (corners[0], *corners[2:])]
+    return triangles
 
 
 def _gas_context(case: Case, gas: Gas, region: Region, needs: dict[str, bool]) -> dict[str, Any]:
@@ -122,6 +156,7 @@ def _grains_context(particles: Particles, contact: Contact) -> dict[str, Any]:
         "bin_size": max(kind.diameter for kind in kinds) + skin,
         "sort_every": _SORT_EVERY,
         "types": len(kinds) + 1,
+        "kinds": [(kind.diameter, kind.density) for kind in kinds],
         "rolling_frictions": [contact.rolling_friction] * (len(kinds) + 1) ** 2,
         "restitutions": _tabulate(
             kinds, lambda a, b: find_pair(contact, a, b).restitution, lambda a: find_wall(contact, a).restitution

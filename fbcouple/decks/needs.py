@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from fbcouple.case.bed.acceleration import choose_acceleration
 from fbcouple.case.bed.contact_coefficients import list_coefficients
 from fbcouple.case.bed.derived import has_ramp, tangential_law
+from fbcouple.case.bed.feeds import find_opening, has_traffic
 from fbcouple.case.bed.particle_types import count_kinds, list_kinds
 from fbcouple.case.bed.region import has_own_mesh
 from fbcouple.case.bed.streams import has_openings
@@ -188,6 +189,26 @@ def _mixture(case: Case) -> tuple[bool, str]:
     assert case.particles is not None
     counted = zip(count_kinds(case.particles), kinds, strict=True)
     return True, "; ".join(f"{count} of {kind.diameter:.4g} m, {kind.density:g} kg m-3" for count, kind in counted)
+
+
+@_part
+def _feeds_and_outlets(case: Case) -> tuple[bool, str]:
+    if not has_traffic(case):
+        return False, "no particles come or go"
+    assert case.particles is not None
+    return True, f"{len(case.particles.feeds)} feeds, {len(case.particles.outlets)} outlets of particles"
+
+
+@_part
+def _empty_start(case: Case) -> tuple[bool, str]:
+    empty = case.particles is not None and case.particles.count == 0
+    return empty, "particles.count = 0" if empty else "particles at the start, or none at all"
+
+
+@_part
+def _floor_opening(case: Case) -> tuple[bool, str]:
+    there = find_opening(case) is not None
+    return there, "an outlet has face = floor" if there else "the floor is closed to particles"
 
 
 @_part

@@ -13,18 +13,17 @@ from jinja2 import FileSystemLoader, StrictUndefined
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 
 from fbcouple.case.bed.lattice import lattice_kinds, lattice_positions
-from fbcouple.case.bed.particle_types import largest_diameter, list_kinds, particle_count
+from fbcouple.case.bed.particle_types import list_kinds, particle_count
 from fbcouple.case.bed.region import has_own_mesh, read_mesh
 from fbcouple.case.changes import list_values
 from fbcouple.case.companions import copy_companions
 from fbcouple.case.load import write_case
 from fbcouple.case.schema.sections import Case
-from fbcouple.decks.context import build_context
+from fbcouple.decks.context import build_context, find_box
 from fbcouple.decks.needs import explain, find_needs
 from fbcouple.decks.replace import put_in_place, refuse_foreign
-from fbcouple.geometry.polymesh import PolyMesh
 from fbcouple.geometry.stl import write_surface
-from fbcouple.paths import START, TEMPLATES, WALLS
+from fbcouple.paths import OPEN_FLOOR, START, TEMPLATES, WALLS
 from fbcouple.run_folder.manifest import hash_file, write_manifest
 from fbcouple.solvers.versions import list_own_versions
 from fbcouple.version import __version__
@@ -48,6 +47,8 @@ DECKS: dict[str, tuple[str, str]] = {
     "CFD/0/flm": ("openfoam/0/flm", "lagrangian_averages"),
     "CFD/0/fmm": ("openfoam/0/fmm", "lagrangian_averages"),
     "DEM/in.liggghts": ("liggghts/in.liggghts", "particles"),
+    OPEN_FLOOR: ("liggghts/open_floor.liggghts", "floor_opening"),
+    "DEM/floor.stl": ("liggghts/floor.stl", "floor_opening"),
 }
 
 
@@ -147,14 +148,6 @@ def set_up(
         put_in_place(fresh, run, manifest, folder)
     finally:
         shutil.rmtree(fresh, ignore_errors=True)
-
-
-def find_box(case: Case, mesh: PolyMesh | None) -> np.ndarray:
-    """The box of the particles [m], (2, 3): the region's own, or one that holds all of the surface of `mesh`."""
-    if mesh is None or case.domain.shape == "box":
-        return np.array([[0.0, 0.0, 0.0], case.domain.size])
-    margin = largest_diameter(case.particles) if case.particles else 0.0
-    return np.array([mesh.low - margin, mesh.high + margin])
 
 
 def _write(place: Path, text: str) -> None:

@@ -19,7 +19,8 @@ from fbcouple.case.changes import FREE, FREE_SECTIONS, list_changes
 from fbcouple.case.companions import list_files
 from fbcouple.case.schema.sections import Case
 from fbcouple.case.user_code import list_code
-from fbcouple.decks.render import find_box, format_particles, render_decks
+from fbcouple.decks.context import find_box
+from fbcouple.decks.render import format_particles, render_decks
 from fbcouple.errors import CaseError
 from fbcouple.paths import START, WALLS
 from fbcouple.run_folder.manifest import hash_file, read_manifest

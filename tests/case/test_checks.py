@@ -71,8 +71,8 @@ def test_good_case_has_no_problems(good):
         ),
         ({"domain": {"periodic": ("x", "x")}}, 'domain.periodic: ["x", "x"] is given; name each axis once'),
         (
-            {"domain": {"periodic": ("x", "y")}, "particles": {"diameter": 6e-3}},
-            "domain.periodic: y is given, and the box is 0.015 m along it, at least 0.018 m is allowed (3 diameters)",
+            {"domain": {"periodic": ("x", "y")}, "particles": {"diameter": 6.4e-3}},
+            "domain.periodic: y is given, and the box is 0.015 m along it, at least 0.016 m is allowed (2.5 diameters)",
         ),
         ({"averages": {"start": 20.0}}, "averages.start: 20 s is given and the run ends at 20 s"),
         ({"averages": {"every": 2.0}}, "averages.every: 2 s is given, at most 1.9 s is allowed"),

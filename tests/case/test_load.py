@@ -134,6 +134,22 @@ def list_table_keys():
     return [key for key in list_options() for table in list_tables() if key.startswith(f"{table}.")]
 
 
+def test_tables_survive_writing_and_say_what_is_wrong_in_them(tmp_path):
+    box = "low=[0.0,0.0,0.2],high=[0.044,0.01,0.22]"
+    feeds = f"[{{{box},rate=5.0}},{{{box},mass_flow=1e-3,velocity=[0.0,0.0,-1.0]}}]"
+    case = load_case("patil/c2", [f"particles.feeds={feeds}"])
+    assert [feed.rate for feed in case.particles.feeds] == [5.0, None]
+    write_case(case, tmp_path / "case.toml")
+    assert load_case(str(tmp_path)) == case
+    problems = problems_of("patil/c2", f"particles.feeds=[{{{box},rat=5.0}}]", "gas.viscosity=-1")
+    assert any("particles.feeds.rat: [[particles.feeds]] has no such key" in p and "`rate`" in p for p in problems)
+    assert any("gas.viscosity" in p for p in problems) and len(problems) == 2
+    (problem,) = problems_of("patil/c2", "particles.feeds=[{low=[0.0,0.0,0.2],rate=5.0}]")
+    assert "add `high = ...` under [[particles.feeds]]" in problem
+    (problem,) = problems_of("patil/c2", f"particles.feeds=[{{{box},rate=5.0,species='a'}}]")
+    assert 'particles.feeds.species: "a" is given, a whole number' in problem
+
+
 def test_written_case_says_every_default(tmp_path):
     write_case(load_case("patil/c1"), tmp_path / "case.toml")
     written = tomllib.loads((tmp_path / "case.toml").read_text())

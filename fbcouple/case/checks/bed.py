@@ -27,8 +27,9 @@ from fbcouple.errors import CaseError
 RANDOM_PACKING = 0.64
 """Solids fraction of a random close packing of equal spheres: no start can hold more."""
 _SLACK = 1e-9
-LEAST_PERIOD = 3
-"""Diameters along a periodic axis: neighbour lists reach 1.5, so that a neighbour and its image are not both in one."""
+LEAST_PERIOD = 2.5
+"""Diameters along a periodic axis: below 2 a particle could touch another one and its image at once, whose contacts
+would be one to LIGGGHTS, which knows them by the particles' numbers."""
 
 
 def try_region(case: Case, folder: Path) -> Region | None:
@@ -83,8 +84,11 @@ def check_packing(case: Case, folder: Path) -> Iterator[Problem]:
     key = "particles.mass" if case.particles.count is None else "particles.count"
     count = particle_count(case.particles)
     most = RANDOM_PACKING * _find_volume(case, folder) / mean_volume(case.particles)
-    if count < 1:
-        yield Problem(key, "the mass is less than that of half a particle; give the mass of the bed in kg.")
+    if count < 1 and not case.particles.feeds:
+        given = "the mass is less than that of half a particle; give the mass of the bed in kg"
+        if case.particles.count is not None:
+            given = "0 is given and no particles.feeds, by which some would come; give a number, or a feed"
+        yield Problem(key, f"{given}.")
     elif count > most:
         heaviest = most * mean_volume(case.particles) * mean_density(case.particles)
         text = f"{count:.6g} particles do not fit into the box: {RANDOM_PACKING} of its volume holds {most:.6g}"

@@ -60,7 +60,7 @@ def check_counts(case: Case) -> Iterator[Problem]:
     assert case.particles is not None
     kinds, counts = list_kinds(case.particles), count_kinds(case.particles)
     for kind, count in zip(kinds, counts, strict=True):
-        if count < 1 < len(kinds):
+        if count < 1 < len(kinds) and any(counts):
             text = f"the bed holds less than one particle of {kind.diameter:g} m and {kind.density:g} kg m-3"
             yield Problem(
                 "particles.mixture", f"{text}; give it a larger fraction, the bed more, or spread fewer classes."

@@ -85,7 +85,8 @@ def check_tracked(case: Case, folder: Path) -> Iterator[Problem]:
         yield Problem(key, f"{text}; output.particles_every keeps them all.")
     if len(set(numbers)) < len(numbers):
         yield Problem(key, f"{show(numbers)} is given; name each particle once.")
-    if has_bed(case) and max(numbers) > (count := particle_count(case.particles)):
+    fed = bool(case.particles.feeds)
+    if has_bed(case) and not fed and max(numbers) > (count := particle_count(case.particles)):
         yield Problem(key, f"particle {max(numbers)} is given and there are {count}; number them from 1.")
 
 

@@ -12,6 +12,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from fbcouple.case.bed.derived import dem_step, inlet_rows
+from fbcouple.case.bed.feeds import count_fed
 from fbcouple.case.bed.particle_types import largest_diameter, particle_count
 from fbcouple.case.bed.region import find_region
 from fbcouple.case.checks.mixture import find_unsound
@@ -77,9 +78,10 @@ def machine_memory() -> int:
 
 
 def needed_memory(case: Case, folder: Path = Path()) -> int:
-    """Estimate the memory [bytes] of a run: 1 kB a particle, 2 kB a cell; the case's own files lie in `folder`."""
-    particles = particle_count(case.particles) if case.particles else 0
-    return BYTES_PER_PARTICLE * particles + BYTES_PER_CELL * find_region(case, folder).cells
+    """Estimate the memory [bytes] of a run: 1 kB a particle, fed ones too, 2 kB a cell; the case's own files lie in
+    `folder`."""
+    particles = particle_count(case.particles) + count_fed(case) if case.particles else 0
+    return round(BYTES_PER_PARTICLE * particles + BYTES_PER_CELL * find_region(case, folder).cells)
 
 
 @check("title")

@@ -37,6 +37,8 @@ Pairs = Annotated[tuple[tuple[Species, Species, Restitution, Friction], ...], Be
 Walls = Annotated[tuple[tuple[Species, Restitution, Friction], ...], BeforeValidator(as_tuple)]
 Faces = Annotated[tuple[CellCount, CellCount], BeforeValidator(as_tuple)]
 Coordinate = Annotated[float, Field(ge=-1e4, le=1e4, allow_inf_nan=False)]
+Point = Annotated[tuple[Coordinate, Coordinate, Coordinate], BeforeValidator(as_tuple)]
+Vector = Annotated[tuple[Velocity, Velocity, Velocity], BeforeValidator(as_tuple)]
 Corner = Annotated[tuple[Coordinate, Coordinate], BeforeValidator(as_tuple)]
 Corners = Annotated[tuple[Corner, Corner], BeforeValidator(as_tuple)]
 Disc = Annotated[tuple[Coordinate, Coordinate, Length], BeforeValidator(as_tuple)]

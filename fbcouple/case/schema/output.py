@@ -63,6 +63,12 @@ class Monitors(Section):
 
     momentum: float = option("Imbalance of a step's momentum exchange over its impulse.", default=1e-9, **Positive)
     solids_volume: float = option("Relative error of the solids volume that the gas sees.", default=1e-9, **Positive)
+    ledger: float = option(
+        "Mass, or momentum, of particles that came and went against what there is, over all of it; their number has to "
+        "be exact.",
+        default=1e-9,
+        **Positive,
+    )
     gas_flux: float = option(
         "Error of the gas flux at a height against continuity, over the fastest inflow.", default=1e-2, **Positive
     )

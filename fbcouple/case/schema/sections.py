@@ -12,6 +12,7 @@ from typing import Literal
 
 from pydantic import Field, PrivateAttr
 
+from fbcouple.case.schema.feeds import Feeds, ParticleOutlets
 from fbcouple.case.schema.inlets import Inlets, Outlets
 from fbcouple.case.schema.option import (
     Cells,
@@ -131,7 +132,8 @@ class Gas(Section):
         None,
     )
     top: Literal["open", "closed"] = option(
-        "Top of the box: open to gas at pressure 0, or a lid, under which no gas may come in. Particles cannot leave.",
+        "Top of the box: open to gas at pressure 0, or a lid, under which no gas may come in. Particles leave by it "
+        "only where an outlet of particles has face = top.",
         default="open",
     )
     walls: Literal["no-slip", "slip"] = option("Gas at the side walls and the closed nozzle.", default="no-slip")
@@ -178,7 +180,9 @@ class Particles(Section):
         le=50,
     )
     mass: float | None = option("Mass of the bed; the count is rounded. Give this or `count`.", "kg", None, **Positive)
-    count: int | None = option("Number of particles. Give this or `mass`.", default=None, ge=1, le=10**15)
+    count: int | None = option(
+        "Number of particles; 0 where they come by `feeds` alone. Give this or `mass`.", default=None, ge=0, le=10**15
+    )
     positions: str | None = option(
         "File of start positions (CSV: x, y, z in m; where they start moving also vx, vy, vz in m/s; of each particle "
         "also radius or diameter in m, density in kg/m3, kind) beside the case; absent: the lattice of [start], at "
@@ -191,6 +195,12 @@ class Particles(Section):
         default=(),
     )
     rotation: bool = option("Integrate rotation (the paper does not).", default=False)
+    feeds: Feeds = option("Where particles come in while the run goes on: tables [[particles.feeds]].", default=())
+    outlets: ParticleOutlets = option(
+        "Where particles are taken out while the run goes on: tables [[particles.outlets]]; absent: all walls, and the "
+        "top, are closed to them.",
+        default=(),
+    )
 
 
 class Contact(Section):

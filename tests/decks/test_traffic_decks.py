@@ -1,0 +1,78 @@
+"""Feeds and outlets of particles in the decks, and no trace of them where there are none."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+from test_render import build, join
+
+from fbcouple.decks.needs import find_needs
+from fbcouple.decks.render import find_box, render_decks
+
+FEED = {"low": [0.0, 0.0, 0.1], "high": [0.04, 0.01, 0.12], "rate": 100.0}
+OPENING = {"face": "floor", "low": [0.002, 0.001, 0.0], "high": [0.004, 0.004, 0.0], "depth": 0.012}
+DRY = {"gas": None, "exchange": None}
+TRACES = r"identity|leaving|particletemplate|particledistribution|create_box|floor"
+
+
+def corners(text):
+    rows = re.findall(r"vertex (\S+) (\S+) (\S+)", text)
+    return np.array(rows, dtype=float).reshape(-1, 3, 3)
+
+
+def area(triangles):
+    return (
+        np.linalg.norm(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1).sum() / 2
+    )
+
+
+def test_no_trace_of_what_is_not_asked_for():
+    assert not re.search(TRACES, join(render_decks(build())))
+    needs = find_needs(build())
+    assert not any(needs[part] for part in ("feeds_and_outlets", "floor_opening", "empty_start"))
+
+
+@pytest.mark.parametrize("what", [{"particles__feeds": [FEED]}, {"particles__outlets": [{"face": "top"}]}])
+def test_particles_that_come_or_go_are_known(what):
+    case = build(**what)
+    deck = render_decks(case)["DEM/in.liggghts"]
+    assert find_needs(case)["feeds_and_outlets"] and not find_needs(case)["empty_start"]
+    assert "property/atom identity vector yes no no" in deck and "group           leaving id 0\n" in deck
+    assert "read_data       DEM/particles.data\n" in deck and "create_box" not in deck
+
+
+def test_liggghts_knows_the_kinds_that_are_to_come():
+    case = build(particles__feeds=[FEED | {"species": 2}], particles__mixture=[[0.8e-3, 1500.0, 0.3]])
+    deck = render_decks(case)["DEM/in.liggghts"]
+    radii = re.findall(r"particletemplate/sphere \d+ atom_type (\d) density constant (\S+) radius constant (\S+)", deck)
+    diameter = case.particles.diameter
+    assert [(int(t), float(d), float(r)) for t, d, r in radii] == [(1, 2500.0, diameter / 2), (2, 1500.0, 0.4e-3)]
+    assert "particledistribution/discrete 32452843 2 kind1 0.5 kind2 0.5\n" in deck
+
+
+def test_empty_start_has_a_box_and_no_particles():
+    case = build(particles__count=0, particles__mass=None, particles__feeds=[FEED])
+    deck = render_decks(case)["DEM/in.liggghts"]
+    edges = re.search(r"region +box block (.*) units box\ncreate_box +2 box\n", deck)
+    box = np.array(edges[1].split(), dtype=float).reshape(3, 2).T
+    assert np.array_equal(box, find_box(case, None)) and "read_data" not in deck
+    assert find_needs(case)["empty_start"]
+
+
+@pytest.mark.parametrize("periodic", [[], ["y"]])
+def test_floor_around_an_opening(periodic):
+    case = build(**DRY, particles__outlets=[OPENING], domain__periodic=periodic)
+    decks, (width, depth, _) = render_decks(case), case.domain.size
+    triangles = corners(decks["DEM/floor.stl"])
+    assert area(triangles) == pytest.approx(width * depth - 0.002 * 0.003, rel=1e-12)
+    assert (triangles[..., 2] == 0.0).all() and triangles.min() == 0.0
+    middle = triangles.mean(axis=1)
+    inside = ((middle[:, :2] > [0.002, 0.001]) & (middle[:, :2] < [0.004, 0.004])).all(axis=1)
+    assert not inside.any(), "no triangle lies in the opening"
+    assert find_box(case, None)[0, 2] == -0.012 and "zplane 0.0\n" in decks["DEM/in.liggghts"]
+    opened = decks["DEM/open_floor.liggghts"]
+    assert "unfix           zlo\n" in opened and "mesh n_meshes 1 meshes floor\n" in opened
+    wall = re.search(r"fix +xlo all (wall/gran .*) primitive", decks["DEM/in.liggghts"])
+    assert f"{wall[1]} mesh" in opened, "the same contact as of the other walls"
