@@ -27,7 +27,7 @@ class RunProgress:
         self._said = time.monotonic()
         self._first: tuple[float, float] | None = None
         self._walls: dict[str, float] = {}
-        self._at_outlet = 0
+        self._at_outlet = self._owed = 0
         self._bar = Progress(
             TextColumn("{task.fields[reached]}", table_column=Column(no_wrap=True)),
             BarColumn(None, table_column=Column(ratio=1, min_width=_BAR)),
@@ -61,6 +61,7 @@ class RunProgress:
             self._first = row["time"], now
             self._bar.reset(self._task, completed=row["time"])
         self._at_outlet = max(self._at_outlet, row.get("particles_at_outlet", 0))
+        self._owed = row.get("particles_owed", 0)
         start, began = self._first
         pace = (now - began) / (row["time"] - start) if row["time"] > start else math.nan
         left = "" if math.isnan(pace) else f"left {format_clock(pace * (self._end - row['time']))}"
@@ -80,10 +81,16 @@ class RunProgress:
 
     def list_warnings(self) -> list[str]:
         """What the rows shown tell that the run goes on with and a person has to know."""
-        if not self._at_outlet:
-            return []
-        text = "reached the outlet, which lets gas through and is a wall for particles: they gather below it"
-        return [f"up to {self._at_outlet} particles {text}; use a higher region or less gas"]
+        warnings = []
+        if self._at_outlet:
+            text = "reached the outlet, which lets gas through and is a wall for particles: they gather below it"
+            warnings.append(f"up to {self._at_outlet} particles {text}; use a higher region or less gas")
+        if self._owed:
+            text = "particles wait to be fed and find no free place"
+            warnings.append(
+                f"{self._owed} {text}; enlarge the box of the feed, have them leave it faster, or feed less"
+            )
+        return warnings
 
     def tabulate(self) -> Table:
         """Wall seconds of the slowest rank by stage, and their shares."""
@@ -110,6 +117,7 @@ def format_clock(seconds: float) -> str:
 def _describe(row: dict[str, Any], pace: float) -> list[str]:
     """What is told of a row beside its time, the most important first; `pace`: wall time over simulated time."""
     parts = [f"{row['particles_at_outlet']} at the outlet"] if row.get("particles_at_outlet") else []
+    parts += [f"{row['particles_owed']} wait to be fed"] if row.get("particles_owed") else []
     if math.isfinite(pace):
         parts.append(f"{pace:.0f} s wall per s")
     if math.isfinite(row.get("pressure_drop", math.nan)):

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from fbcouple.results.writer import HISTORIES, MEANS
+from fbcouple.results.writer import EXITS, HISTORIES, HISTORY_VECTORS, MEANS
 
 SECTIONS = ("domain", "gas", "particles", "contact", "exchange", "averages", "output", "start")
 Is = Callable[[Any], bool]
@@ -208,7 +208,8 @@ def _list_shapes(data: xr.Dataset) -> dict[str, tuple[str, ...]]:
         "tracked_velocity": ("time", "tracked", "component"),
         "sampled_cell": ("z", "y", "x"),
     }
-    known |= dict.fromkeys(HISTORIES, ("time",))
+    known |= dict.fromkeys(HISTORIES, ("time",)) | dict.fromkeys(HISTORY_VECTORS, ("time", "component"))
+    known |= {f"exit_{name}": ("exit",) for name in EXITS}
     for name in MEANS:
         dims = ("component", *places) if name in VECTORS else places
         known |= {name: dims, f"{name}_stderr": dims}

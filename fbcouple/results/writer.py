@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import zlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -44,6 +44,15 @@ HISTORIES: dict[str, tuple[str, str]] = {
     "solids_volume": ("m3", "solids volume that the gas sees"),
     "solids_centre_z": ("m", "height of the particles' centre of mass above the floor"),
     "particles": ("1", "number of particles"),
+    "particles_fed": ("1", "particles that came in by feeds up to now"),
+    "particles_removed": ("1", "particles that left by outlets up to now"),
+    "particles_owed": ("1", "particles that are due and wait for a free place in their feed"),
+    "mass_fed": ("kg", "mass that came in by feeds up to now"),
+    "mass_removed": ("kg", "mass that left by outlets up to now"),
+    "ledger_error": (
+        "1",
+        "particles that came and went against those that there are: missing ones, and the part of mass or momentum",
+    ),
     "momentum_error": ("1", "largest imbalance of a step over its impulse since the last row"),
     "kinetic_energy": ("J", "kinetic energy of the particles' translation"),
     "gas_mass_error": (
@@ -74,6 +83,21 @@ HISTORIES: dict[str, tuple[str, str]] = {
 }
 
 
+HISTORY_VECTORS: dict[str, tuple[str, str]] = {
+    "momentum_fed": ("kg m s-1", "momentum that particles had as they came in, up to now"),
+    "momentum_removed": ("kg m s-1", "momentum that particles had as they left, up to now"),
+}
+EXITS: dict[str, tuple[str, str]] = {
+    "number": ("1", "number of a particle that left"),
+    "entry_time": ("s", "time at which a particle that left had come in; 0 of those of the start"),
+    "feed": ("1", "feed by which a particle that left had come in, counted from 1; 0: it was there at the start"),
+    "time": ("s", "time at which a particle left"),
+    "outlet": ("1", "outlet by which a particle left, counted from 1"),
+    "mass": ("kg", "mass of a particle that left"),
+}
+"""Of each particle that left, in the order of leaving: variables `exit_...` over the dimension `exit`."""
+
+
 def write_results(
     path: Path,
     grid: Grid,
@@ -81,6 +105,7 @@ def write_results(
     history: list[dict[str, Any]],
     attributes: dict[str, Any],
     snapshots: Sequence[tuple[float, np.ndarray]] = (),
+    exits: Mapping[str, np.ndarray] | None = None,
     centres: np.ndarray | None = None,
     volumes: np.ndarray | None = None,
     samples: np.ndarray | None = None,
@@ -91,7 +116,7 @@ def write_results(
 
     `means`: name -> (z, y, x) or (component, z, y, x), `..._stderr` beside it; `history`: a row a record, `wall`
     in it the seconds of each stage since the row before, `tracked` particles by number; `snapshots`:
-    time [s] and depth-mean voidage (z, x).
+    time [s] and depth-mean voidage (z, x); `exits`: name of EXITS -> values of the particles that left.
 
     Of a mesh of polyhedra the means are (cell,) or (component, cell), with the cells' `centres` (cell, 3) [m] and
     `volumes` (cell,) [m3], the mesh's `points` (node, 3) [m] and `faces`, a row a cell: how many it has, and of each
@@ -107,6 +132,13 @@ def write_results(
     for name, (unit, text) in HISTORIES.items():
         if history and name in history[0]:
             data[name] = ("time", np.array([row[name] for row in history]), {"units": unit, "long_name": text})
+    for name, (unit, text) in HISTORY_VECTORS.items():
+        if history and name in history[0]:
+            values = np.array([row[name] for row in history])
+            data[name] = (("time", "component"), values, {"units": unit, "long_name": text})
+    for name, values in (exits or {}).items():
+        unit, text = EXITS[name]
+        data[f"exit_{name}"] = ("exit", values, {"units": unit, "long_name": text})
     if history and "tracked" in history[0]:
         data |= _lay_out_tracks(history)
     walls = np.array([[row["wall"][stage] for stage in STAGES] for row in history]).reshape(-1, len(STAGES))

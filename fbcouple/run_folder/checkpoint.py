@@ -1,7 +1,7 @@
 """A checkpoint on disk: a folder that is whole or not there, with a checksum of everything in it.
 
 checkpoints/step-000001200/   index.json       step, time, ranks, case, inputs, versions, size and SHA-256 of every file
-                              state.json       clock, and numbers of the tasks; history.jsonl, snapshots.npz
+                              state.json       clock, and numbers of the tasks; history.jsonl, snapshots.npz, exits.npz
                               cells-0000.npz   rows of rank 0's cells, one file a rank
                               liggghts.restart   LIGGGHTS' own
                               CFD/           OpenFOAM's own time directories

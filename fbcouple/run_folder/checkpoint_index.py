@@ -25,7 +25,7 @@ NAME = "index.json"
 LARGEST = 200_000_000
 """Bytes that an index may have."""
 _FOLDER = re.compile(r"step-(\d{12})")
-_OWN_FILES = re.compile(r"state\.json|history\.jsonl|snapshots\.npz|liggghts\.restart")
+_OWN_FILES = re.compile(r"state\.json|history\.jsonl|snapshots\.npz|exits\.npz|liggghts\.restart")
 _CELLS = re.compile(r"cells-(\d{4,6})\.npz")
 _TIME = r"\d+(?:\.\d+)?(?:e[+-]?\d+)?"
 _FIELD = re.compile(

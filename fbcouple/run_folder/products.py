@@ -25,6 +25,7 @@ PICTURES = (
     "flux_profile",
     "voidage_snapshots",
     "spectrum",
+    "throughput",
     "bed_views",
     "measured_lines",
 )

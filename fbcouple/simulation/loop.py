@@ -28,6 +28,7 @@ def step(sim: Simulation, tasks: Sequence[Task] = ()) -> None:
     sim.apply_gas_force()  # what the gas lost is the particles' impulse
     sim.move_particles()  # the DEM steps of this step
     sim.choose_step()  # how long the next one is
+    sim.exchange_particles()  # who leaves and who comes in, where the case has feeds or outlets of particles
     sim.map_solids()  # its voidage
     sim.deposit_drag()  # its drag
     for task in tasks:

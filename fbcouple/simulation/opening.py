@@ -11,6 +11,7 @@ from mpi4py import MPI
 
 from fbcouple.case.bed import derived
 from fbcouple.case.bed.acceleration import choose_acceleration
+from fbcouple.case.bed.feeds import find_longest_step, has_traffic
 from fbcouple.case.bed.particle_types import largest_diameter
 from fbcouple.case.schema.sections import Case
 from fbcouple.coupling.coupling import Coupling
@@ -52,7 +53,9 @@ def start_solvers(case: Case, run: Path, comm: MPI.Comm, end: float, restart: Pa
         gas = Gas(run / "CFD", log, case.gas.density, case.gas.correctors, comm.rank if comm.size > 1 else None)
     if case.particles:
         virtual_mass = case.exchange is not None and case.exchange.virtual_mass
-        liggghts = Liggghts(Path("DEM/in.liggghts"), logs / "liggghts.log", comm, restart, remembers=virtual_mass)
+        log = logs / "liggghts.log"
+        traffic = has_traffic(case)
+        liggghts = Liggghts(Path("DEM/in.liggghts"), log, comm, restart, remembers=virtual_mass, identifies=traffic)
         if virtual_mass and case.gas:
             liggghts.add_inertia(ADDED_MASS * case.gas.density)
     polyhedra = gas.read_polyhedra() if gas and not case.domain.is_plain_box else None
@@ -92,17 +95,19 @@ def _open_cells(
 
 
 def _start_clock(case: Case, end: float, edge: float) -> Clock:
-    """With both phases the first step is one DEM step, and the Courant number takes over from there.
+    """With both phases the first step is one DEM step, and the Courant number takes over from there. No particle
+    crosses an outlet of particles in a step.
 
     It knows nothing of a ramp's gas to come: steps are then never longer than the ramp's fastest gas allows.
     """
     dem_step = derived.dem_step(case.contact, case.particles) if case.contact and case.particles else None
     first = min(case.output.record_every, case.averages.every if case.averages else math.inf)
-    longest = math.inf
+    longest = find_longest_step(case)
+    first = min(first, longest)
     if case.gas:
         speed = max(derived.open_velocity(case), _SLOWEST)
         room = case.gas.max_courant * edge / speed
-        longest = min(room if derived.has_ramp(case.gas) else math.inf, case.gas.max_step or math.inf)
+        longest = min(longest, room if derived.has_ramp(case.gas) else math.inf, case.gas.max_step or math.inf)
         first = dem_step or min(room, longest)
     return Clock(end, dem_step, first, longest)
 

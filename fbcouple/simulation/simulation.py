@@ -11,6 +11,7 @@ from typing import TypeVar
 import numpy as np
 from mpi4py import MPI
 
+from fbcouple.case.bed.feeds import has_traffic
 from fbcouple.case.schema.sections import Case
 from fbcouple.coupling.coupling import Coupling
 from fbcouple.coupling.particles import NOBODY, Particles
@@ -19,8 +20,9 @@ from fbcouple.geometry.grid import Grid
 from fbcouple.results.writer import STAGES
 from fbcouple.simulation.conservation import Conservation
 from fbcouple.simulation.opening import start_solvers
-from fbcouple.simulation.soundness import require_finite_gas, require_sound_exchange
+from fbcouple.simulation.soundness import require_closed_ledger, require_finite_gas, require_sound_exchange
 from fbcouple.simulation.timers import Timers
+from fbcouple.simulation.traffic import Traffic
 from fbcouple.solvers.liggghts import Liggghts
 from fbcouple.solvers.openfoam.gas import Gas, GasReport
 
@@ -40,6 +42,10 @@ class Simulation:
         self._gas, self._liggghts, self._coupling = parts.gas, parts.liggghts, parts.coupling
         self._accelerated = parts.accelerated
         self.conservation, self.timers = Conservation(comm), Timers(STAGES)
+        self.traffic: Traffic | None = None
+        """Particles that come and go; None where the case has neither feeds nor outlets of particles."""
+        if has_traffic(case):
+            self.traffic = Traffic(case, run, comm, self.grid, self.liggghts, self._accelerated)
         self.particles: Particles = NOBODY
         """This rank's particles as they are now; valid until the next move."""
         self.gas_report: GasReport | None = None
@@ -58,7 +64,11 @@ class Simulation:
         checkpoint may be written, because a run that goes on from one starts by this."""
         if self.has_particles:
             with self.timers("dem"):
+                if self.traffic:
+                    self.traffic.prepare(self.clock)
                 self.liggghts.advance(0, first=True)
+                if self.traffic and self.clock.steps == 0:
+                    self.traffic.number_start()
             self.look_at_particles()
             self.conservation.count(self.liggghts.count)
         self.map_solids()
@@ -120,6 +130,17 @@ class Simulation:
         if self.gas_report and self.case.gas:
             limits = self.case.gas.max_courant, self.case.gas.max_fourier
             self.clock.choose(self.gas_report.courant, self.gas_report.fourier, *limits)
+
+    def exchange_particles(self) -> None:
+        """Particles that are in an outlet leave, and those that are due come in."""
+        if not self.traffic:
+            return
+        with self.timers("dem"):
+            changed = self.traffic.exchange(self.clock)
+        if changed:
+            self.look_at_particles()
+            self.conservation.count(self.liggghts.count)
+        require_closed_ledger(self.time, self.case.monitors, self.traffic.ledger)
 
     def map_solids(self) -> None:
         """Solids to the cells: the voidage of the next gas step."""
@@ -206,6 +227,13 @@ class Simulation:
             last = own.last_velocities if own.remembers else None
             driven = own.drag_only_velocities if self._accelerated else None
             self.particles = Particles(own.positions, own.velocities, own.radii, own.masses, last, driven)
+
+    @property
+    def rows_inside(self) -> np.ndarray | slice:
+        """Rows of this rank's particles that are in the region, not below an open floor on their way out."""
+        if not (self.traffic and self.traffic.is_floor_open):
+            return slice(None)
+        return np.flatnonzero(self.liggghts.positions[:, 2] >= self.grid.origin[2])
 
     def _remember_velocities(self) -> None:
         """At the start of a run the step before it is one without a force, for whoever asks for velocities of then."""

@@ -15,6 +15,7 @@ from fbcouple.case.schema.output import Monitors
 from fbcouple.coupling.coupling import Coupling
 from fbcouple.coupling.kernels import scan_min_max
 from fbcouple.errors import DivergedError
+from fbcouple.simulation.ledger import Ledger
 from fbcouple.solvers.liggghts import Liggghts
 from fbcouple.solvers.openfoam.gas import Gas
 
@@ -22,6 +23,10 @@ VOIDAGE = (
     "the voidage is {min_voidage:.4g} in {place}, above {limit:g} is allowed; more exchange.filter_passes (in a box of "
     "hexahedra also exchange.diffusion_width or a gaussian kernel) spread particles over more cells, and so do larger "
     "cells"
+)
+LEDGER = (
+    "particles that came and went do not add up to those that there are: off by {ledger_error:.3g}, allowed {limit:g}: "
+    "whole numbers are particles, the rest is the part of their mass or momentum"
 )
 VOIDAGE_EXCESS = "the voidage is 1 + {voidage_excess:.3g} in {place}, 1 + {limit:g} is allowed"
 
@@ -53,6 +58,13 @@ def require_sound_exchange(time: float, limits: Monitors, owned: np.ndarray, gas
         words = f"the drag is not finite: first of {len(bad)} cells of a rank is {name_cell(owned, gas, int(bad[0]))}"
     if words:
         raise DivergedError(f"in the step from t = {time:.6g} s {words}")
+
+
+def require_closed_ledger(time: float, limits: Monitors, ledger: Ledger) -> None:
+    """Raise DivergedError if particles, mass or momentum were lost as particles came and went in the step."""
+    if not ledger.error <= limits.ledger:
+        message = LEDGER.format(ledger_error=ledger.error, limit=limits.ledger)
+        raise DivergedError(f"at t = {time:.6g} s {message} (monitors.ledger)")
 
 
 def find_thinnest(voidage: np.ndarray) -> int:

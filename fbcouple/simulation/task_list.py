@@ -13,6 +13,7 @@ from fbcouple.simulation.tasks.averages import Averages
 from fbcouple.simulation.tasks.checkpoints import Checkpoints, Limits, StopSignal
 from fbcouple.simulation.tasks.frames import Frames
 from fbcouple.simulation.tasks.history import History
+from fbcouple.simulation.tasks.ledger import LedgerKeeper
 from fbcouple.simulation.tasks.monitors import Monitors
 from fbcouple.simulation.tasks.restart import read_checkpoint
 from fbcouple.simulation.tasks.results_file import ResultsFile
@@ -53,8 +54,9 @@ def list_tasks(
     snapshots = Snapshots(comm, cells, output.snapshots_every) if output.snapshots_every and sim.is_coupled else None
     frames = Frames(comm, cells, run / FRAMES, output.particles_every) if output.particles_every else None
     history = History(sim, run, monitors)
-    results = ResultsFile(run, case_text, history, averages, snapshots, made_with or {})
-    own: tuple[Task | None, ...] = averages, monitors, snapshots, frames, history, results
+    ledger = LedgerKeeper(sim.traffic) if sim.traffic else None
+    results = ResultsFile(run, case_text, history, averages, snapshots, made_with or {}, ledger)
+    own: tuple[Task | None, ...] = averages, monitors, snapshots, frames, history, ledger, results
     tasks = [task for task in own if task]
     if output.task_file:
         tasks += load_tasks(run / output.task_file)

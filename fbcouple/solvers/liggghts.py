@@ -36,6 +36,10 @@ _WRITABLE = 0x200
 _VIEWS = 64
 """Views kept from step to step: LIGGGHTS moves its arrays seldom."""
 
+IDENTITY = ("number", "entry_time", "feed")
+"""What a particle is known by where particles come and go: a number that no other one ever has, when it came in [s],
+and by which feed, counted from 1; 0 and 0 for those of the start."""
+
 _LOOK_EVERY = 1000
 """Calls of `advance` between two looks at the length of the log; a call adds a kilobyte at most."""
 
@@ -48,11 +52,18 @@ class Liggghts:
     """
 
     def __init__(
-        self, deck: Path, log: Path, comm: MPI.Comm, restart: Path | None = None, remembers: bool = False
+        self,
+        deck: Path,
+        log: Path,
+        comm: MPI.Comm,
+        restart: Path | None = None,
+        remembers: bool = False,
+        identifies: bool = False,
     ) -> None:
         """Read the deck `deck`, with the particles of the file `restart` in place of its own where one is given. If it
-        `remembers`, every `advance` first keeps the velocities; the deck has a place for them."""
-        self.remembers = remembers
+        `remembers`, every `advance` first keeps the velocities; if it `identifies`, particles have an `identity`; the
+        deck has a place for them."""
+        self.remembers, self.identifies, self._carried = remembers, identifies, 0.0
         self._library = load_library(LIGGGHTS, _FUNCTIONS, "sudo apt-get install liggghts")
         self._log, self._runs = log if comm.rank == 0 else None, 0
         words = [b"liggghts", b"-log", b"none"]
@@ -64,7 +75,7 @@ class Liggghts:
             self._library.lammps_open(len(words), arguments, handle, ctypes.byref(self._lammps))
         if restart:
             deck = _put_restart(deck, restart, log.with_name("in.resumed"), comm)
-        self._library.lammps_file(self._lammps, os.fsencode(deck))
+        self.read(deck)
         self._count = self._global("nlocal", ctypes.c_int)
         self._views: dict[tuple[int, int], np.ndarray] = {}
         self.bounds = self._read_bounds()
@@ -75,9 +86,15 @@ class Liggghts:
         return self._count.value
 
     @property
-    def numbers(self) -> np.ndarray:
-        """Numbers of the particles, from 1 in the order of the data file, shape (count,); rows may change places."""
+    def tags(self) -> np.ndarray:
+        """LIGGGHTS' own numbers of the particles, shape (count,); where particles come and go one may be used again."""
         return self._atoms("id", ctypes.c_int)
+
+    @property
+    def numbers(self) -> np.ndarray:
+        """Numbers of the particles, from 1 in the order of the data file and then in that of coming in, shape (count,);
+        rows may change places."""
+        return self.identity[:, 0].astype(np.int64) if self.identifies else self.tags
 
     @property
     def positions(self) -> np.ndarray:
@@ -128,10 +145,51 @@ class Liggghts:
         pointer = self._library.lammps_extract_fix(self._lammps, b"drivenVelocity", 1, 2, 0, 0)
         return self._view(pointer, ctypes.c_double, self.count, 3)
 
+    @property
+    def identity(self) -> np.ndarray:
+        """Columns IDENTITY of each particle, shape (count, 3), writable, which travel with it and into checkpoints;
+        only if the deck has a place for them."""
+        pointer = self._library.lammps_extract_fix(self._lammps, b"identity", 1, 2, 0, 0)
+        return self._view(pointer, ctypes.c_double, self.count, len(IDENTITY))
+
+    @property
+    def own_masses(self) -> np.ndarray:
+        """Masses [kg], shape (count,), without gas that they carry along."""
+        return 4.0 / 3.0 * np.pi * self.radii**3 * self._atoms("density", ctypes.c_double)
+
     def add_inertia(self, density: float) -> None:
         """Let each particle have the mass of its own density and of `density` [kg m-3] more; once or again."""
+        self._carried = density
         own = self._atoms("density", ctypes.c_double)
         self.masses[:] = 4.0 / 3.0 * np.pi * self.radii**3 * (own + density)
+
+    def remove(self, rows: np.ndarray) -> None:
+        """Delete this rank's particles of `rows` (n,), where it has some to delete (collective).
+
+        The deck has the group, empty, whose particles are deleted. What contacts remember is stored with the particles
+        first, so that rows may change; `advance` with `first` has to follow before anything moves.
+        """
+        self.command(f"group leaving id {' '.join(map(str, self.tags[rows])) or 0}")
+        self.command("delete_atoms group leaving compress no")
+
+    def create(
+        self, types: np.ndarray, positions: np.ndarray, diameters: np.ndarray, densities: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Make particles at rest of LIGGGHTS `types` (n,) at `positions` (n, 3) [m], given to all ranks (collective).
+
+        `remove`, of none if need be, has to come before it, and `advance` with `first` after it.
+        Returns: which of them are this rank's, and their rows.
+        """
+        before = self.count
+        for kind, (x, y, z) in zip(types.tolist(), positions.tolist(), strict=True):
+            self.command(f"create_atoms {kind} single {x!r} {y!r} {z!r} units box")
+        rows = np.arange(before, self.count)
+        places = {tuple(place): number for number, place in enumerate(positions.tolist())}
+        mine = np.array([places[tuple(place)] for place in self.positions[rows].tolist()], dtype=int)
+        self.radii[rows] = 0.5 * diameters[mine]
+        self._atoms("density", ctypes.c_double)[rows] = densities[mine]
+        self.masses[rows] = np.pi / 6.0 * diameters[mine] ** 3 * (densities[mine] + self._carried)
+        return mine, rows
 
     def ghost_positions(self) -> np.ndarray:
         """Centres [m] of this rank's particles and of its neighbours' near its border, shape (>= count, 3)."""
@@ -155,6 +213,10 @@ class Liggghts:
     def command(self, line: str) -> None:
         """Give one LIGGGHTS command; an error in it ends the process, the words are in its log."""
         self._library.lammps_command(self._lammps, line.encode())
+
+    def read(self, deck: Path) -> None:
+        """Give the commands of a further `deck` (collective)."""
+        self._library.lammps_file(self._lammps, os.fsencode(deck))
 
     def close(self) -> None:
         """End LIGGGHTS (collective)."""
@@ -192,13 +254,14 @@ class Liggghts:
 
 
 def _put_restart(deck: Path, restart: Path, place: Path, comm: MPI.Comm) -> Path:
-    """Write `deck` to `place` with `restart` read in place of its data file (collective)."""
+    """Write `deck` to `place` with `restart` read in place of its data file, or of its empty box (collective)."""
     if not re.fullmatch(r"[\w./-]+", str(restart)):
         raise SolverError(f"{str(restart)!r} is no path that a LIGGGHTS deck can name")
     if comm.rank == 0:
-        text, found = re.subn(r"(?m)^read_data\b.*$", f"read_restart    {restart}", deck.read_text(encoding="utf-8"))
+        pattern = r"(?m)^(read_data|create_box)\b.*$"
+        text, found = re.subn(pattern, f"read_restart    {restart}", deck.read_text(encoding="utf-8"))
         if found != 1:
-            raise SolverError(f"{deck} has {found} read_data lines, 1 is wanted to resume")
+            raise SolverError(f"{deck} has {found} lines that read or make a box, 1 is wanted to resume")
         place.write_text(text, encoding="utf-8")
     comm.Barrier()
     return place

@@ -18,6 +18,11 @@ HERTZ = [
 MIXTURE = ["particles.mixture=[[0.7e-3, 4000.0, 0.3]]", "contact.pairs=[[1, 2, 0.9, 0.3]]"]
 SPREAD = ["particles.spread=normal", "particles.deviation=1e-4", "particles.smallest=8e-4", "particles.largest=1.2e-3"]
 KERNEL = ["exchange.voidage=gaussian", "exchange.kernel_width=2.0"]
+TRAFFIC = [
+    "particles.feeds=[{low=[0.0,0.0,0.012],high=[0.01,0.006,0.016],rate=2e4,velocity=[0.0,0.0,-0.5]},"
+    "{low=[0.0,0.0,0.012],high=[0.003,0.003,0.015],mass_flow=0.1,species=2,start=1e-3}]",
+    "particles.outlets=[{low=[0.0,0.0,0.0],high=[0.003,0.006,0.001]},{face='top'}]",
+]
 RAMP = ["gas.inlet_ramp=[[0.0, 0.0], [1e-3, 1.2], [2e-3, 1.2], [2e-3, -0.3]]"]
 INLETS = [
     "gas.inlets=[{rectangle=[[0.0, 0.0], [0.01, 0.006]], velocity=0.6}, {circle=[0.0047, 0.0032, 0.0037], "
@@ -30,6 +35,8 @@ SHORT_FORM = "inlet_velocity = 1.2\n"
 SCENES: dict[str, tuple[list[str], int]] = {
     "together": ([*HERTZ, *MIXTURE, *KERNEL, *RAMP, "domain.periodic=['x']", "gas.turbulence=keqn"], 3),
     "hertz": (HERTZ, 1),
+    "traffic": ([*TRAFFIC, *MIXTURE, "contact.tangential=history", "output.tracked=[7, 251]"], 2),
+    "traffic from nothing": ([TRAFFIC[0], *MIXTURE, "particles.count=0", "output.tracked=[]"], 1),
     "mixture": (MIXTURE, 1),
     "spread": (SPREAD, 1),
     "periodic": (["domain.periodic=['x', 'y']"], 1),
@@ -49,7 +56,8 @@ SCENES: dict[str, tuple[list[str], int]] = {
 
 
 @pytest.mark.parametrize(
-    "scene", [name if name == "together" else pytest.param(name, marks=pytest.mark.slow) for name in SCENES]
+    "scene",
+    [name if name in ("together", "traffic") else pytest.param(name, marks=pytest.mark.slow) for name in SCENES],
 )
 def test_resumed_run_is_the_uninterrupted_one(tmp_path, scene):
     sets, ranks = SCENES[scene]
@@ -63,3 +71,5 @@ def test_resumed_run_is_the_uninterrupted_one(tmp_path, scene):
     assert find_differences(one, other) == []
     assert [{**row, "wall": 0} for row in rows] == [{**row, "wall": 0} for row in resumed]
     assert len(list((other / "checkpoints").iterdir())) == 2, "where it stopped and where it ended"
+    if TRAFFIC[0] in sets:
+        assert rows[-1]["particles_fed"] > 50 and rows[-1]["particles_owed"] > 0

@@ -52,6 +52,14 @@ def test_particles_are_in_the_order_of_their_numbers_and_cells_in_their_places(f
             assert frame[name].attrs["units"] and frame[name].attrs["long_name"] and frame[name].dtype == np.float32
 
 
+def test_particles_that_come_and_go_have_their_numbers(frames, tmp_path):
+    columns = {"entry_time": np.array([0.5, 0.0]), "feed": np.array([2.0, 0.0])}
+    frames.write(1.0, np.array([2**40 + 1, 7]), columns | {"diameter": np.full(2, 1e-3)}, {})
+    with xr.open_dataset(tmp_path / "frames/frame-000000.nc") as frame:
+        assert frame["number"].values.tolist() == [7, 2**40 + 1]
+        assert frame["entry_time"].values.tolist() == [0.0, 0.5] and frame["feed"].values.tolist() == [0.0, 2.0]
+
+
 def test_a_run_that_goes_on_has_the_frames_up_to_its_checkpoint(frames, tmp_path):
     for time in (0.0, 0.1, 0.2):
         write(frames, time)

@@ -38,8 +38,9 @@ class Averages(Task):
             return
         with sim.timers("average"):
             if self._sampler:
-                p = sim.particles
-                rows = self._sampler.sample(p.positions, p.velocities, p.radii, p.masses)
+                p, inside = sim.particles, sim.rows_inside
+                columns = p.positions, p.velocities, p.radii, p.masses
+                rows = self._sampler.sample(*(column[inside] for column in columns))
                 self._phases["solids"].add(rows, time)
             if sim.has_gas:
                 self._phases["gas"].add(sample_gas(sim.gas.voidage, sim.gas.velocity, sim.gas.pressure), time)

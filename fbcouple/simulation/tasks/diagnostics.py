@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -26,7 +27,7 @@ def measure_particles(sim: Simulation) -> dict[str, Any]:
     overlap = find_max_overlap(liggghts.ghost_positions(), liggghts.ghost_radii(), liggghts.count)
     return {
         "particles": sim.conservation.particles,
-        "solids_centre_z": float(sums[1] / sums[0]) - sim.grid.origin[2],
+        "solids_centre_z": float(sums[1] / sums[0]) - sim.grid.origin[2] if sums[0] else math.nan,
         "kinetic_energy": float(sums[2]),
         "max_overlap": comm.allreduce(overlap, max),
     } | tracked
@@ -35,7 +36,8 @@ def measure_particles(sim: Simulation) -> dict[str, Any]:
 def measure_height(sim: Simulation) -> dict[str, Any]:
     """Bed height [m] above the floor, of a mesh its lowest point (collective)."""
     voidage = sim.coupling.voidage if sim.is_coupled else None
-    profile, heights = sim.cells.find_profile(sim.comm, sim.liggghts.positions, sim.liggghts.radii, voidage)
+    rows, own = sim.rows_inside, sim.liggghts
+    profile, heights = sim.cells.find_profile(sim.comm, own.positions[rows], own.radii[rows], voidage)
     return {"bed_height": find_bed_height(profile, heights)}
 
 
@@ -46,7 +48,7 @@ def measure_voidage(sim: Simulation) -> dict[str, Any]:
     volume = comm.allreduce(float((4.0 / 3.0 * np.pi * sim.liggghts.radii**3).sum()))
     return {
         "solids_volume": solids,
-        "solids_error": abs(solids / volume - 1.0),
+        "solids_error": abs(solids / volume - 1.0) if volume else abs(solids),
         "voidage_excess": comm.allreduce(float(voidage.max(initial=0.0)), max) - 1.0,
         "min_voidage": comm.allreduce(float(voidage.min(initial=1.0)), min),
         "cells_over_packed": comm.allreduce(int((voidage < 1.0 - _CLOSEST_PACKING).sum())),

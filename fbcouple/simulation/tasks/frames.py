@@ -21,6 +21,7 @@ from fbcouple.simulation.clock import Cadence
 from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.tasks.task import Saved, Task
 from fbcouple.simulation.tasks.writing import writing
+from fbcouple.solvers.liggghts import IDENTITY
 
 Values = dict[str, np.ndarray]
 
@@ -30,6 +31,12 @@ PARTICLES: dict[str, tuple[str, str]] = {
     "velocity": ("m s-1", "velocity of the particle"),
     "diameter": ("m", "diameter of the particle"),
 }
+IDENTITIES: dict[str, tuple[str, str]] = {
+    "entry_time": ("s", "time at which the particle came in; 0 of those of the start"),
+    "feed": ("1", "feed by which the particle came in, counted from 1; 0: it was there at the start"),
+}
+"""Of particles that come and go, beside their numbers."""
+_NUMBER = {"long_name": "number of the particle; no other one has it, in this frame or another"}
 FIELDS: dict[str, tuple[str, str]] = {
     "voidage": ("1", "voidage that the gas has"),
     "gas_velocity": ("m s-1", "interstitial gas velocity"),
@@ -50,9 +57,9 @@ class Frames(Task):
     def write(self, time: float, numbers: np.ndarray, particles: Values, fields: Values) -> None:
         """Write the frame of `time` [s] (collective).
 
-        numbers: (n,) of this rank's particles; particles: name of `PARTICLES` -> (n,) or (n, 3); fields: name of
-        `FIELDS` -> (cells, components) of this rank's cells; of a mesh of polyhedra the file has the cells at the
-        places of the regular grid.
+        numbers: (n,) of this rank's particles; particles: name of `PARTICLES`, `IDENTITIES` -> (n,) or (n, 3); fields:
+        name of `FIELDS` -> (cells, components) of this rank's cells; of a mesh of polyhedra the file has the cells at
+        the places of the regular grid.
         """
         lean = [{name: values.astype(np.float32) for name, values in part.items()} for part in (particles, fields)]
         gathered = self._comm.gather((np.array(numbers, dtype=np.int64), self._cells.owned, *lean))
@@ -62,7 +69,10 @@ class Frames(Task):
             data: dict[str, Any] = {}
             for name in particles:
                 column = np.concatenate([part[name] for part in rows])[order]
-                data[name] = (("particle", "component")[: column.ndim], column, _describe(PARTICLES[name]))
+                about = _describe((PARTICLES | IDENTITIES)[name])
+                data[name] = (("particle", "component")[: column.ndim], column, about)
+            if IDENTITIES.keys() <= particles.keys():
+                data["number"] = ("particle", np.concatenate(all_numbers)[order], _NUMBER)
             for name in fields:
                 field = self._cells.sample([(owned, part[name]) for owned, part in zip(cells, values, strict=True)])
                 data[name] = (("component", "z", "y", "x")[-field.ndim :], field, _describe(FIELDS[name]))
@@ -124,13 +134,19 @@ def look_at(sim: Simulation) -> tuple[np.ndarray, Values, Values]:
     fields = {}
     if sim.is_coupled:
         fields = {"voidage": sim.coupling.voidage[:, None], "gas_velocity": sim.gas.velocity}
+    if liggghts.identifies:
+        particles |= {name: liggghts.identity[:, IDENTITY.index(name)] for name in IDENTITIES}
     return liggghts.numbers, particles, fields
 
 
 def track(sim: Simulation) -> dict[str, list[float]]:
-    """Position [m] and velocity [m/s] of each tracked particle, by number: x, y, z, v_x, v_y, v_z (collective)."""
+    """Position [m] and velocity [m/s] of each tracked particle, by number: x, y, z, v_x, v_y, v_z, nan while it is not
+    there (collective)."""
     liggghts, wanted = sim.liggghts, np.array(sim.case.output.tracked)
     place, row = np.nonzero(wanted[:, None] == liggghts.numbers)
-    motion = np.zeros((len(wanted), 6))
-    motion[place] = np.hstack([liggghts.positions[row], liggghts.velocities[row]])
-    return {str(number): values for number, values in zip(wanted, sim.comm.allreduce(motion).tolist(), strict=True)}
+    motion = np.zeros((len(wanted), 7))
+    motion[place, :6] = np.hstack([liggghts.positions[row], liggghts.velocities[row]])
+    motion[place, 6] = 1.0
+    motion = sim.comm.allreduce(motion)
+    motion[motion[:, 6] == 0.0] = np.nan  # not in yet, or gone
+    return {str(number): values for number, values in zip(wanted, motion[:, :6].tolist(), strict=True)}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -88,7 +89,7 @@ class History(Task):
             row["gas_inflow_error"] = since["inflow_error"]
         if sim.is_coupled:
             row["momentum_error"] = since["momentum_error"]
-            row["displaced_gas_error"] = since["displaced_wrongly"] / row["solids_volume"]
+            row["displaced_gas_error"] = since["displaced_wrongly"] / (row["solids_volume"] or math.inf)
             row["gas_support"] = since["support_time"] / elapsed / find_weight(sim) if elapsed else 0.0
         self._since = dict.fromkeys(_SINCE, 0.0)
         return row

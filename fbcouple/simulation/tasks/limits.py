@@ -17,6 +17,7 @@ from fbcouple.errors import DivergedError
 from fbcouple.geometry.overlap import find_worst_overlap
 from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.soundness import (
+    LEDGER,
     VOIDAGE,
     VOIDAGE_EXCESS,
     find_not_finite,
@@ -78,9 +79,10 @@ def require_finite(sim: Simulation) -> None:
 
 def require_inside(sim: Simulation) -> None:
     """Raise DivergedError if a particle of this rank has its centre behind a wall of the box."""
-    row = sim.cells.find_outside(sim.liggghts.positions)
+    rows = np.arange(sim.liggghts.count)[sim.rows_inside]
+    row = sim.cells.find_outside(sim.liggghts.positions[rows])
     if row is not None:
-        name = name_particle(sim.liggghts, row)
+        name = name_particle(sim.liggghts, int(rows[row]))
         raise DivergedError(f"at t = {sim.time:.6g} s {name} is outside the box, behind a wall")
 
 
@@ -142,6 +144,7 @@ MONITORS: dict[str, Monitor] = {
     "solids_volume": Monitor(
         "solids_error", "the solids that the gas sees are {solids_error:.3g} of their volume off, allowed {limit:g}"
     ),
+    "ledger": Monitor("ledger_error", LEDGER),
     "gas_flux": Monitor(
         "gas_flux_error",
         "the gas flux at z = {gas_flux_height:.4g} m is {gas_flux_error:.3g} of the inflow off, allowed {limit:g}",

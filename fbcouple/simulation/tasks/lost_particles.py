@@ -31,7 +31,8 @@ class LostParticles:
 
     def require_all(self, sim: Simulation) -> None:
         """Raise DivergedError if some are lost, with the first of them and where they were (collective)."""
-        if not sim.has_particles or sim.conservation.particles == self._particles:
+        expected = sim.traffic.ledger.count if sim.traffic else self._particles
+        if not sim.has_particles or sim.conservation.particles == expected:
             return
         require_finite(sim)
         there = np.concatenate(sim.comm.allgather(sim.liggghts.numbers.copy()))
@@ -39,13 +40,20 @@ class LostParticles:
         everybody: dict[int, list[float]] = {}
         for part in sim.comm.allgather(seen):
             everybody |= part
-        missing = np.setdiff1d(np.arange(1, self._particles + 1), there).tolist()
+        missing = np.setdiff1d(self._list_expected(sim), there).tolist()
         named = [
             f"{n}, last seen at {format_point(everybody[n])} at t = {self._time:.6g} s" if n in everybody else str(n)
             for n in missing[:_MOST_NAMED]
         ]
-        lost = self._particles - sim.conservation.particles
+        lost = expected - sim.conservation.particles
         raise DivergedError(
-            f"at t = {sim.time:.6g} s {lost} of {self._particles} particles are lost, they left the box: "
+            f"at t = {sim.time:.6g} s {lost} of {expected} particles are lost, they left the box: "
             f"particle {'; particle '.join(named)}; use more DEM steps per contact or a stiffer contact"
         )
+
+    def _list_expected(self, sim: Simulation) -> np.ndarray:
+        """Numbers of the particles that there have to be."""
+        if not sim.traffic:
+            return np.arange(1, self._particles + 1)
+        ledger = sim.traffic.ledger
+        return np.setdiff1d(np.arange(1, ledger.start.count + ledger.fed.count + 1), sim.traffic.exits[:, 0])

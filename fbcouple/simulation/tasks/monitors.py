@@ -9,6 +9,7 @@ from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.tasks.diagnostics import measure_height, measure_particles, measure_voidage
 from fbcouple.simulation.tasks.gas_continuity import HeightFlux
 from fbcouple.simulation.tasks.inlet_flow import InletFlow
+from fbcouple.simulation.tasks.ledger import measure_traffic
 from fbcouple.simulation.tasks.limits import Numbers, find_breaches, judge, require_finite, require_inside
 from fbcouple.simulation.tasks.lost_particles import LostParticles
 from fbcouple.simulation.tasks.outlet import Outlet
@@ -55,7 +56,7 @@ class Monitors(Task):
         require_finite(sim)
         if sim.has_particles:
             require_inside(sim)
-            numbers |= measure_particles(sim) | measure_height(sim) | self._outlet.measure(sim)
+            numbers |= measure_particles(sim) | measure_height(sim) | self._outlet.measure(sim) | measure_traffic(sim)
         if sim.is_coupled:
             numbers |= measure_voidage(sim)
         if sim.has_gas:

@@ -6,15 +6,17 @@ import time
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from fbcouple.case.bed.particle_types import mean_density, solids_volume
 from fbcouple.case.bed.region import find_region
 from fbcouple.case.bed.speeds import SETTLED
-from fbcouple.case.schema.sections import Case
 from fbcouple.results.writer import write_results
 from fbcouple.simulation.clock import ALMOST
 from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.tasks.averages import Averages
 from fbcouple.simulation.tasks.history import History
+from fbcouple.simulation.tasks.ledger import LedgerKeeper
 from fbcouple.simulation.tasks.snapshots import Snapshots
 from fbcouple.simulation.tasks.task import Saved, Task
 from fbcouple.simulation.tasks.writing import writing
@@ -33,10 +35,11 @@ class ResultsFile(Task):
         averages: Averages | None,
         snapshots: Snapshots | None,
         made_with: dict[str, str],
+        ledger: LedgerKeeper | None = None,
     ) -> None:
         """`made_with`: what the file says of the programs that the run is made with."""
         self._run, self._case_text, self._made_with = run, case_text, made_with
-        self._history, self._averages, self._snapshots = history, averages, snapshots
+        self._history, self._averages, self._snapshots, self._ledger = history, averages, snapshots, ledger
         self._begin = self._saved = time.monotonic()
         self._busy_begin = time.process_time()
         self._earlier = {"core_seconds": 0.0, "cpu_seconds": 0.0}
@@ -67,12 +70,15 @@ class ResultsFile(Task):
 
     def _write(self, sim: Simulation) -> None:
         means = self._averages.collect(sim) if self._averages else {}
-        about = sim.cells.describe(sim.comm)
+        about, bed = sim.cells.describe(sim.comm), _describe_bed(sim, self._run)
         if sim.comm.rank == 0:
             taken = self._snapshots.taken if self._snapshots else ()
             with writing(self._run, _NAME):
                 path = self._run / _NAME
-                write_results(path, sim.grid, means, self._history.rows, self._describe(sim), taken, **about)
+                exits = self._ledger.exits if self._ledger else {}
+                write_results(
+                    path, sim.grid, means, self._history.rows, self._describe(sim) | bed, taken, exits, **about
+                )
         self._saved = time.monotonic()
 
     def _count_costs(self, sim: Simulation) -> dict[str, float]:
@@ -85,7 +91,7 @@ class ResultsFile(Task):
         return {name: self._earlier[name] + seconds * sim.comm.size for name, seconds in spent.items()}
 
     def _describe(self, sim: Simulation) -> dict[str, Any]:
-        options, bed = sim.case.averages, sim.case.particles
+        options = sim.case.averages
         return {
             **self._made_with,
             "title": sim.case.title,
@@ -94,14 +100,21 @@ class ResultsFile(Task):
             "averaging_end": sim.time,
             **self._count_costs(sim),
             "ranks": sim.comm.size,
-            **(_describe_bed(sim.case, self._run) if bed else {}),
             "complete": int(sim.time >= sim.case.end_time * ALMOST),
         }
 
 
-def _describe_bed(case: Case, run: Path) -> dict[str, float]:
-    """Mass [kg], volume [m3] and, at rest, mean horizontal cross-section [m2] of the bed."""
-    assert case.particles is not None
-    solids = solids_volume(case.particles)
-    section = solids / SETTLED / find_region(case, run).find_level(solids / SETTLED)
-    return {"solids_mass": mean_density(case.particles) * solids, "solids_volume": solids, "bed_section": section}
+def _describe_bed(sim: Simulation, run: Path) -> dict[str, float]:
+    """Mass [kg], volume [m3] and, at rest, mean horizontal cross-section [m2] of the bed, as it is now where particles
+    come and go (collective)."""
+    case = sim.case
+    if case.particles is None:
+        return {}
+    solids, region = solids_volume(case.particles), find_region(case, run)
+    mass = mean_density(case.particles) * solids
+    if sim.traffic:
+        own = sim.liggghts
+        held = np.array([own.own_masses.sum(), (4.0 / 3.0 * np.pi * own.radii**3).sum()])
+        mass, solids = (float(total) for total in sim.comm.allreduce(held))
+    section = solids / SETTLED / region.find_level(solids / SETTLED) if solids else region.section
+    return {"solids_mass": mass, "solids_volume": solids, "bed_section": section}
