@@ -45,6 +45,19 @@ def open_bench(
     edits: deck file -> change of its text, for checks that need what no case asks for (a moving lid).
     """
     case = adopt_inlets(_make_case(sections, positions), folder)
+    return open_case(place, comm, case, positions, edits, kinds, folder)
+
+
+def open_case(
+    place: Path,
+    comm: MPI.Comm,
+    case: Case,
+    positions: np.ndarray | None = None,
+    edits: dict[str, Edit] | None = None,
+    kinds: np.ndarray | None = None,
+    folder: Path = Path(),
+) -> Simulation:
+    """The same of a `case` that there is."""
     run = place / "run"
     if comm.rank == 0:
         set_up(

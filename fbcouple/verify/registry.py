@@ -37,6 +37,7 @@ MODULES = (
     "vessel",
     "unequal_steps",
     "mesh_file",
+    "traffic",
 )
 
 
