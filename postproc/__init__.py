@@ -21,6 +21,7 @@ from fbcouple.postproc.figures import (
     profiles,
     snapshots,
     spectrum,
+    throughput,
 )
 from fbcouple.postproc.figures.registry import COMPARISONS, FIGURES
 from fbcouple.postproc.files import remove
@@ -50,6 +51,7 @@ __all__ = [
     "profiles",
     "snapshots",
     "spectrum",
+    "throughput",
     "views",
 ]
 

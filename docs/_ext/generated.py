@@ -26,7 +26,7 @@ from fbcouple.coupling.forces import FORCES
 from fbcouple.coupling.kernels import DRAG_SCHEMES
 from fbcouple.physics.drag.laws import DRAG_LAWS
 from fbcouple.postproc import COMPARISONS, FIGURES
-from fbcouple.results.writer import HISTORIES, MEANS, STAGES
+from fbcouple.results.writer import EXITS, HISTORIES, HISTORY_VECTORS, MEANS, STAGES
 from fbcouple.verify.registry import load_checks
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -138,7 +138,9 @@ def voidage_methods() -> str:
 def variables() -> str:
     """Means and histories of results.nc."""
     blocks = []
-    for title, entries in (("Time means", MEANS), ("Histories", HISTORIES)):
+    exits = {f"exit_{name}": about for name, about in EXITS.items()}
+    titled = ("Time means", MEANS), ("Histories", HISTORIES | HISTORY_VECTORS), ("Particles that left", exits)
+    for title, entries in titled:
         rows = [(f"`{name}`", escape(unit), escape(text)) for name, (unit, text) in entries.items()]
         blocks.append(f"### {title}\n\n{table(('variable', 'unit', 'what it is'), rows)}")
     return "\n".join(blocks)

@@ -60,12 +60,29 @@ def monitor(name: str) -> Callable[[Monitor], Monitor]:
 @monitor("particles")
 def _lost(results: Results) -> Watched:
     count = results.history("particles").values
-    lost = float(count[0] - count[-1])
+    came = left = 0.0
+    if "particles_fed" in results.data:
+        came, left = (results.history(f"particles_{way}").values[-1] for way in ("fed", "removed"))
+    lost = float(count[0] + came - left - count[-1])
     return judge("particles lost", lost, "0", lost == 0.0)
+
+
+@monitor("ledger_error")
+def _ledger(results: Results) -> Watched:
+    error = _largest(results, "ledger_error")
+    return hold_below("mass or momentum lost as particles came and went, part of all, largest", error, 1e-9)
+
+
+@monitor("particles_owed")
+def _owed(results: Results) -> Watched:
+    owed = float(results.history("particles_owed").values[-1])
+    return Watched("particles that wait to be fed for lack of a free place, at the end", owed, "")
 
 
 @monitor("solids_volume")
 def _volume(results: Results) -> Watched:
+    if "particles_fed" in results.data:
+        raise NotDrawableError(["particles come and go: their ledger is watched."])
     volume = results.history("solids_volume").values
     change = float(np.max(np.abs(volume / volume[0] - 1)))
     return hold_below("largest relative change of the solids volume", change, 1e-12)
