@@ -83,12 +83,12 @@ def render_decks(case: Case, folder: Path = Path()) -> dict[str, str]:
 
 
 def format_particles(
-    case: Case, positions: np.ndarray, kinds: np.ndarray, box: np.ndarray, velocities: np.ndarray | None = None
+    case: Case, positions: np.ndarray, kinds: np.ndarray, box: np.ndarray, motion: np.ndarray | None = None
 ) -> Iterator[str]:
     """Lines of a LIGGGHTS data file: `box` (2, 3) [m], counts, and a particle a line; types are kinds, and one more
     the walls.
 
-    velocities: (particles, 3) [m/s]; None where all start at rest. None starts spinning.
+    motion: velocities [m/s] and angular velocities [rad/s], (particles, 6); None where all start at rest.
     """
     assert case.particles is not None
     known = list_kinds(case.particles)
@@ -99,10 +99,10 @@ def format_particles(
     sizes = [f"{n} {format_number(k.diameter)} {format_number(k.density)}" for n, k in enumerate(known, start=1)]
     for number, ((x, y, z), kind) in enumerate(zip(positions.tolist(), kinds.tolist(), strict=True), start=1):
         yield f"{number} {sizes[kind]} {x!r} {y!r} {z!r}\n"
-    if velocities is not None:
+    if motion is not None:
         yield "\nVelocities\n\n"
-        for number, (x, y, z) in enumerate(velocities.tolist(), start=1):
-            yield f"{number} {x!r} {y!r} {z!r} 0.0 0.0 0.0\n"
+        for number, row in enumerate(motion.tolist(), start=1):
+            yield f"{number} {' '.join(map(repr, row))}\n"
 
 
 Read = Callable[[Case], np.ndarray]
@@ -113,7 +113,7 @@ def set_up(
     run: Path,
     read_positions: Read = lattice_positions,
     read_kinds: Read = lattice_kinds,
-    read_velocities: Callable[[Case], np.ndarray | None] = lambda case: None,
+    read_motion: Callable[[Case], np.ndarray | None] = lambda case: None,
     folder: Path | None = None,
 ) -> None:
     """Write the run folder `run` of `case`, whose own files lie in `folder` and are copied: effective case, manifest,
@@ -129,7 +129,7 @@ def set_up(
     mesh = read_mesh(case, place) if has_own_mesh(case) else None
     lines: list[str] = []
     if case.particles:
-        start = read_positions(case), read_kinds(case), find_box(case, mesh), read_velocities(case)
+        start = read_positions(case), read_kinds(case), find_box(case, mesh), read_motion(case)
         lines = list(format_particles(case, *start))
     fresh = run.with_name(f".{run.name}.setting-up-{os.getpid()}")
     try:

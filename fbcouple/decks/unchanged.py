@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from fbcouple.case.bed.particle_types import particle_count
-from fbcouple.case.bed.positions import start_kinds, start_positions, start_velocities
+from fbcouple.case.bed.positions import start_kinds, start_motion, start_positions
 from fbcouple.case.changes import FREE, FREE_SECTIONS, list_changes
 from fbcouple.case.companions import list_files
 from fbcouple.case.schema.sections import Case
@@ -100,7 +100,7 @@ def _follows_from_case(case: Case, run: Path) -> bool:
     assert case.particles is not None
     if not case.domain.is_plain_box or particle_count(case.particles) > _MOST_COMPARED:
         return True
-    start = (start_positions(case, run), start_kinds(case, run), find_box(case, None), start_velocities(case, run))
+    start = (start_positions(case, run), start_kinds(case, run), find_box(case, None), start_motion(case, run))
     wanted, given = "".join(format_particles(case, *start)), (run / START).read_text(encoding="utf-8", errors="replace")
     return given == wanted or _is_close(given.split(), wanted.split())
 

@@ -146,7 +146,7 @@ def test_positions_file_that_is_wrong(good, tmp_path, rows, header, words):
 )
 def test_positions_file_must_lie_beside_the_case(good, tmp_path, name):
     (problem,) = find_problems(seeded(good, name=name), tmp_path)
-    assert "the bare name of a .csv file is allowed" in problem
+    assert "the bare name of a .csv, .dump, .liggghts, .lammpstrj, .data or .restart file is allowed" in problem
 
 
 def test_positions_file_must_exist(good, tmp_path):

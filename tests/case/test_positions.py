@@ -9,7 +9,7 @@ import pytest
 
 from fbcouple.case.bed.derived import dem_step
 from fbcouple.case.bed.particle_types import list_kinds, particle_count, solids_volume
-from fbcouple.case.bed.positions import start_kinds, start_positions, start_velocities
+from fbcouple.case.bed.positions import start_kinds, start_motion, start_positions
 from fbcouple.case.load import load_case, write_case
 from fbcouple.case.preflight import estimate
 from fbcouple.decks.set_up import lay_out
@@ -160,8 +160,8 @@ def test_units_and_velocities_of_the_head_count(bed, tmp_path):
     lines = ["x [mm];y [mm];z [cm];diameter [um];v:0;v:1;v:2;note", "5,5;6;1;1000;0,5;0;-1;a"]
     case = bed(lines, "particles.count=1")
     assert start_positions(case, tmp_path).tolist() == [[0.0055, 0.006, 0.01]] and not case.particles.sizes
-    velocities = start_velocities(case, tmp_path)
-    assert velocities is not None and velocities.tolist() == [[0.5, 0.0, -1.0]]
+    velocities = start_motion(case, tmp_path)
+    assert velocities is not None and velocities.tolist() == [[0.5, 0.0, -1.0, 0.0, 0.0, 0.0]]
     numbers = {number.name: number for number in estimate(case, folder=tmp_path)}
     assert numbers["unread columns"].verdict == "warn" and "note" in numbers["unread columns"].meaning
 
@@ -220,3 +220,77 @@ def test_a_small_particle_may_lie_nearer_to_a_wall_than_a_large_one(bed):
     assert bed(lines).particles.sizes == ((4e-4, 1000.0, 1), (4e-3, 1000.0, 2))
     with pytest.raises(CaseError, match=r"1 particles are not inside the cylinder, first is particle 2"):
         bed([lines[0], "0.0005,0.01,0.02,4e-4", "0.0015,0.01,0.02,4e-3", lines[3]], text=CYLINDER)
+
+
+def dump(*rows, columns="id type x y z"):
+    box = "ITEM: BOX BOUNDS ff ff ff\n0 0.02\n0 0.02\n0 0.06"
+    return [f"ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n{len(rows)}\n{box}\nITEM: ATOMS {columns}", *rows]
+
+
+DUMPED = CASE.replace("start.csv", "start.dump")
+PLACES = [row.replace(",", " ") for row in ROWS]
+
+
+@pytest.fixture
+def dumped(tmp_path):
+    """The same with a dump."""
+
+    def load(lines, *sets):
+        (tmp_path / "case.toml").write_text(DUMPED)
+        (tmp_path / "start.dump").write_text("\n".join(lines) + "\n")
+        return load_case(str(tmp_path), sets)
+
+    return load
+
+
+SPECIES = ("particles.mixture=[[1e-3, 500.0, 0.34]]", 'particles.fractions="number"')
+
+
+def test_types_of_a_dump_are_the_species(dumped, tmp_path):
+    """By themselves, and where several kinds are of the size that the dump gives."""
+    case = dumped(dump(f"3 1 {PLACES[2]}", f"1 1 {PLACES[0]}", f"2 2 {PLACES[1]}"), *SPECIES)
+    assert start_kinds(case, tmp_path).tolist() == [0, 1, 0]
+    rows = [f"{n} {kind} {place} 5e-4" for n, kind, place in zip((1, 2, 3), (2, 1, 1), PLACES, strict=True)]
+    case = dumped(dump(*rows, columns="id type x y z radius"), *SPECIES)
+    assert start_kinds(case, tmp_path).tolist() == [1, 0, 0]
+
+
+def test_types_that_the_case_has_not_are_told(dumped):
+    rows = [f"{n} {kind} {place}" for n, kind, place in zip((1, 2, 3), (2, 3, 1), PLACES, strict=True)]
+    with pytest.raises(CaseError, match=r"holds \[1, 1, 1\] particles of each kind and the case \[2, 1\]"):
+        dumped(dump(*rows), *SPECIES)
+    with pytest.raises(CaseError, match=r"particle 1 has 0.001 m, which several kinds of the case have"):
+        dumped(dump(*(f"{row} 5e-4" for row in rows), columns="id type x y z radius"), *SPECIES)
+
+
+def test_one_kind_may_have_any_type(dumped, tmp_path):
+    rows = [f"{n} 2 {place}" for n, place in zip((1, 2, 3), PLACES, strict=True)]
+    assert start_kinds(dumped(dump(*rows)), tmp_path).tolist() == [0, 0, 0]
+
+
+def test_a_dump_in_other_units_is_noticed(dumped):
+    rows = [f"{n} 1 0.5 0.{n} 1.1" for n in (2, 4, 6)]
+    with pytest.raises(CaseError, match=r"coordinates are in m .they look like cm"):
+        dumped(dump(*rows))
+
+
+@pytest.mark.parametrize("rotation", [True, False])
+def test_spin_of_a_dump_counts_where_the_case_has_rotation(dumped, tmp_path, rotation):
+    rows = [f"{n} {place} 1 0 0 0 0 {n}" for n, place in zip((1, 2, 3), PLACES, strict=True)]
+    case = dumped(
+        dump(*rows, columns="id x y z vx vy vz omegax omegay omegaz"), f"particles.rotation={str(rotation).lower()}"
+    )
+    lay_out(str(tmp_path), tmp_path / "run", (), False, forced=True)
+    motion = start_motion(case, tmp_path)
+    assert motion[:, 0].tolist() == [1, 1, 1] and motion[:, 5].tolist() == ([1, 2, 3] if rotation else [0, 0, 0])
+    assert (tmp_path / "run/start.dump").read_bytes() == (tmp_path / "start.dump").read_bytes()
+
+
+def test_time_step_of_a_dump_is_an_option(dumped, tmp_path):
+    one, other = dump("1 1 0.01 0.01 0.01"), dump("1 1 0.01 0.01 0.02")
+    text = [line.replace("TIMESTEP\n0", "TIMESTEP\n7") for line in one] + other
+    case = dumped(text, "particles.count=1", "particles.positions_step=7")
+    assert start_positions(case, tmp_path)[0, 2] == 0.01
+    assert start_positions(dumped(text, "particles.count=1"), tmp_path)[0, 2] == 0.02
+    with pytest.raises(CaseError, match=r"particles.positions: start.dump has no time step 8; steps in it: 7, 0"):
+        dumped(text, "particles.count=1", "particles.positions_step=8")

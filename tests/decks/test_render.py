@@ -357,11 +357,11 @@ def test_particles_are_written_to_the_last_bit(tmp_path):
 
 
 def test_start_velocities_are_written_beside_the_positions_and_only_where_there_are_some(tmp_path):
-    velocities = np.random.default_rng(2).standard_normal((20, 3))
-    set_up(build(), tmp_path / "run", read_velocities=lambda case: velocities)
+    motion = np.random.default_rng(2).standard_normal((20, 6))
+    set_up(build(), tmp_path / "run", read_motion=lambda case: motion)
     atoms, _, rows = (tmp_path / "run/DEM/particles.data").read_text().partition("\nVelocities\n\n")
     table = np.array([[float(word) for word in line.split()] for line in rows.splitlines()])
-    assert (table[:, 1:4] == velocities).all() and not table[:, 4:].any() and table[:, 0].tolist() == list(range(1, 21))
+    assert (table[:, 1:] == motion).all() and table[:, 0].tolist() == list(range(1, 21))
     set_up(build(), tmp_path / "still")
     assert (tmp_path / "still/DEM/particles.data").read_text() == atoms
 

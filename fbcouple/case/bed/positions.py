@@ -1,4 +1,4 @@
-"""Where the particles start: by a CSV file beside the case, or on the lattice of [start]."""
+"""Where the particles start: by a file beside the case, or on the lattice of [start]."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def find_start_file(case: Case, folder: Path) -> StartFile | None:
     """The start file of a case whose own files lie in `folder`; None if it starts on a lattice."""
     assert case.particles is not None
     name = case.particles.positions
-    return None if name is None else read_start(case.find_folder(folder, name) / name)
+    return None if name is None else read_start(case.find_folder(folder, name) / name, case.particles.positions_step)
 
 
 def start_positions(case: Case, folder: Path) -> np.ndarray:
@@ -28,8 +28,8 @@ def start_positions(case: Case, folder: Path) -> np.ndarray:
 def start_kinds(case: Case, folder: Path) -> np.ndarray:
     """Return the kind of each particle of a case, int (particles,), counted from 0.
 
-    A positions file may say it by a column `kind`, counted from 1, or by sizes and densities; otherwise the kinds are
-    mixed at random.
+    A positions file may say it by a column `kind`, counted from 1, by sizes and densities, or by LIGGGHTS' types;
+    otherwise the kinds are mixed at random.
     """
     start = find_start_file(case, folder)
     assert case.particles is not None
@@ -37,7 +37,13 @@ def start_kinds(case: Case, folder: Path) -> np.ndarray:
     return lattice_kinds(case, folder) if kinds is None else kinds
 
 
-def start_velocities(case: Case, folder: Path) -> np.ndarray | None:
-    """Return the start velocities [m/s] of a case, shape (particles, 3); None if all particles start at rest."""
+def start_motion(case: Case, folder: Path) -> np.ndarray | None:
+    """Return velocities [m/s] and angular velocities [rad/s] at the start, shape (particles, 6); None if all are at
+    rest. Where the case has no rotation nothing spins."""
     start = find_start_file(case, folder)
-    return None if start is None else start.velocities
+    assert case.particles is not None
+    spins = start.spins if start is not None and case.particles.rotation else None
+    if start is None or (start.velocities is None and spins is None):
+        return None
+    still = np.zeros_like(start.positions)
+    return np.hstack([still if start.velocities is None else start.velocities, still if spins is None else spins])

@@ -13,7 +13,7 @@ from fbcouple.case.bed.derived import hertz_modulus, hertz_overlap, inlet_ramp, 
 from fbcouple.case.bed.drag_balance import EXPANDED, find_balance, find_drag
 from fbcouple.case.bed.number import Law, Number, judge
 from fbcouple.case.bed.particle_types import Kind, list_kinds, particle_count, solids_volume
-from fbcouple.case.bed.positions import start_positions, start_velocities
+from fbcouple.case.bed.positions import find_start_file, start_positions
 from fbcouple.case.bed.region import Region
 from fbcouple.case.schema.sections import Case, Contact
 from fbcouple.case.user_code import OWN
@@ -62,11 +62,13 @@ def _find_overlap(contact: Contact, kind: Kind, speed: float, alone: bool) -> fl
 def find_start(case: Case, folder: Path) -> Start:
     """How high and how fast the particles of a case, whose own files lie in `folder`, start."""
     assert case.particles is not None
-    if case.particles.positions is None and (case.start is None or case.start.region is None):
+    start = find_start_file(case, folder)
+    if start is None and case.start is not None and case.start.region is not None:
+        return float(start_positions(case, folder)[:, 2].max()), 0.0
+    if start is None:
         return -math.inf, 0.0
-    velocities = start_velocities(case, folder)
-    fastest = 0.0 if velocities is None else float(np.linalg.norm(velocities, axis=1).max())
-    return float(start_positions(case, folder)[:, 2].max()), fastest
+    fastest = 0.0 if start.velocities is None else float(np.linalg.norm(start.velocities, axis=1).max())
+    return float(start.positions[:, 2].max()), fastest
 
 
 def find_speed(case: Case, kind: Kind, region: Region, law: Law | None, start: Start) -> Speed:

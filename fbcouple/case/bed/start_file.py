@@ -1,4 +1,7 @@
-"""What a file of start positions holds: centres, and what else it says of the particles."""
+"""What a file of start positions holds: centres, and what else it says of the particles.
+
+It is a table (CSV), a text dump or a data file of LIGGGHTS or LAMMPS, told apart by what stands in it.
+"""
 
 from __future__ import annotations
 
@@ -9,10 +12,14 @@ from pathlib import Path
 import numpy as np
 
 from fbcouple.errors import CaseError
-from fbcouple.input_files.number_table import DENSITIES, LENGTHS, SPEEDS, Form, read_table
+from fbcouple.input_files.data_file import read_data
+from fbcouple.input_files.dump_file import read_dump
+from fbcouple.input_files.liggghts_files import POSITIONS, SPINS, SUFFIXES, VELOCITIES, find_format
+from fbcouple.input_files.number_table import DENSITIES, LENGTHS, SPEEDS, Form, Table, read_table
 
-AXES = ("x", "y", "z")
-VELOCITIES = ("vx", "vy", "vz")
+ENDINGS = (".csv", *SUFFIXES)
+"""What a file of start positions is called."""
+RATES = {"rad/s": 1.0, "1/s": 1.0, "rad s-1": 1.0, "s-1": 1.0}
 LARGEST = 2_000_000_000
 """Bytes that a file of start positions may have."""
 SAME_SIZE = 1e-5
@@ -40,17 +47,18 @@ _UNCLEAR = {
 }
 FORM = Form(
     columns={
-        **dict.fromkeys(AXES, LENGTHS),
+        **dict.fromkeys(POSITIONS, LENGTHS),
         **dict.fromkeys(VELOCITIES, SPEEDS),
+        **dict.fromkeys(SPINS, RATES),
         "radius": LENGTHS,
         "diameter": LENGTHS,
         "density": DENSITIES,
         "kind": {},
     },
-    needed=AXES,
+    needed=POSITIONS,
     rows="particles",
     largest=LARGEST,
-    aliases=_name_parts(AXES, "points", "coords", "position")
+    aliases=_name_parts(POSITIONS, "points", "coords", "position")
     | _name_parts(VELOCITIES, "v", "velocity")
     | {"radii": "radius", "diameters": "diameter"},
     unclear=_UNCLEAR,
@@ -59,54 +67,82 @@ FORM = Form(
 
 @dataclass(frozen=True)
 class StartFile:
-    """Of each particle: centre [m] and velocity [m/s] (n, 3), kind from 1, diameter [m], density [kg m-3] (n,).
+    """Of each particle: centre [m], velocity [m/s] and angular velocity [rad/s] (n, 3), kind from 1, LIGGGHTS' type,
+    diameter [m], density [kg m-3] (n,).
 
     None where the file does not say it; `unread`: heads of columns that are not looked at.
     """
 
     positions: np.ndarray
-    velocities: np.ndarray | None
-    kinds: np.ndarray | None
-    diameters: np.ndarray | None
-    densities: np.ndarray | None
-    unread: tuple[str, ...]
+    velocities: np.ndarray | None = None
+    spins: np.ndarray | None = None
+    kinds: np.ndarray | None = None
+    types: np.ndarray | None = None
+    diameters: np.ndarray | None = None
+    densities: np.ndarray | None = None
+    unread: tuple[str, ...] = ()
 
 
-def read_start(path: Path) -> StartFile:
-    """Read a file of start positions: x, y, z, and what else it says of the particles.
+def read_start(path: Path, step: int | None = None) -> StartFile:
+    """Read a file of start positions: x, y, z, and what else it says of the particles; of a dump the time `step`.
 
     Raises: CaseError (one text, without the key) with what was found in the file that cannot serve.
     """
     try:
         stat = path.stat()
     except OSError:
-        return _read(path)  # says why
-    return _read_once(path.absolute(), stat.st_mtime_ns, stat.st_size, stat.st_ino)
+        return _read(path, step)  # says why
+    return _read_once(path.absolute(), step, stat.st_mtime_ns, stat.st_size, stat.st_ino)
 
 
 @lru_cache(maxsize=1)
-def _read_once(path: Path, *version: int) -> StartFile:
-    return _read(path)
+def _read_once(path: Path, step: int | None, *version: int) -> StartFile:
+    return _read(path, step)
 
 
-def _read(path: Path) -> StartFile:
-    table = read_table(path, FORM)
-    columns, name = table.columns, path.name
-    moving = [axis for axis in VELOCITIES if axis in columns]
-    if moving and len(moving) < len(VELOCITIES):
-        raise CaseError([f"{name} has not all of the columns vx, vy and vz; give all three or none."])
-    kinds = columns.get("kind")
-    if kinds is not None and (broken := np.flatnonzero((kinds < 1) | (kinds != np.floor(kinds)) | (kinds > 1e6))).size:
-        text = f"{name}: the kind of particle {broken[0] + 1} is no whole number from 1 ({kinds[broken[0]]:g})"
-        raise CaseError([f"{text}; fix it."])
+def _read(path: Path, step: int | None) -> StartFile:
+    table, name = _read_columns(path, step), path.name
+    columns = table.columns
     return StartFile(
-        np.stack([columns[axis] for axis in AXES], axis=1),
-        np.stack([columns[axis] for axis in VELOCITIES], axis=1) if moving else None,
-        None if kinds is None else kinds.astype(int),
+        np.stack([columns[axis] for axis in POSITIONS], axis=1),
+        _join_vector(name, columns, VELOCITIES),
+        _join_vector(name, columns, SPINS),
+        _require_whole(name, "kind", columns.get("kind")),
+        _require_whole(name, "type", columns.get("type")),
         _find_diameters(name, columns),
         _require_positive(name, "density", columns.get("density")),
         table.unread,
     )
+
+
+def _read_columns(path: Path, step: int | None) -> Table:
+    try:
+        written = find_format(path) if path.is_file() and path.stat().st_size <= LARGEST else None
+    except OSError:
+        written = None  # the table's reader says why
+    if step is not None and written != "dump":
+        raise CaseError([f"{path.name} is no dump and has no time steps; remove particles.positions_step."])
+    if written is None:
+        return read_table(path, FORM)
+    return read_dump(path, step) if written == "dump" else read_data(path)
+
+
+def _join_vector(name: str, columns: dict[str, np.ndarray], parts: tuple[str, ...]) -> np.ndarray | None:
+    found = [part for part in parts if part in columns]
+    if found and len(found) < len(parts):
+        raise CaseError(
+            [f"{name} has not all of the columns {', '.join(parts[:-1])} and {parts[-1]}; give all three or none."]
+        )
+    return np.stack([columns[part] for part in parts], axis=1) if found else None
+
+
+def _require_whole(name: str, column: str, values: np.ndarray | None) -> np.ndarray | None:
+    if values is None:
+        return None
+    if (broken := np.flatnonzero((values < 1) | (values != np.floor(values)) | (values > 1e6))).size:
+        text = f"{name}: the {column} of particle {broken[0] + 1} is no whole number from 1 ({values[broken[0]]:g})"
+        raise CaseError([f"{text}; fix it."])
+    return values.astype(int)
 
 
 def _find_diameters(name: str, columns: dict[str, np.ndarray]) -> np.ndarray | None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from fbcouple.case.bed.particle_types import list_kinds
-from fbcouple.case.bed.start_file import SAME_SIZE, StartFile, read_start
+from fbcouple.case.bed.start_file import ENDINGS, SAME_SIZE, StartFile, read_start
 from fbcouple.case.companions import find_companion
 from fbcouple.case.schema.sections import Case, Particles
 from fbcouple.errors import CaseError
@@ -28,7 +28,8 @@ def adopt_sizes(case: Case, folder: Path) -> Case:
         return case
     try:
         place = case.find_folder(folder, particles.positions)
-        sizes = find_sizes(particles, read_start(find_companion(place, particles.positions, ".csv")))
+        start = read_start(find_companion(place, particles.positions, ENDINGS), particles.positions_step)
+        sizes = find_sizes(particles, start)
     except CaseError:
         return case  # told by check_positions
     return case.model_copy(update={"particles": particles.model_copy(update={"sizes": sizes})}) if sizes else case
@@ -55,12 +56,12 @@ def find_sizes(particles: Particles, start: StartFile) -> Sizes:
 def match_kinds(particles: Particles, start: StartFile) -> np.ndarray | None:
     """The kind of each particle of a positions file, int (n,) from 0; None if the file says nothing of it.
 
-    Raises: CaseError (one text, without the key) if a particle is none of the case's kinds, could be several, or is
-    not what the column `kind` says.
+    LIGGGHTS' type says it where sizes and densities leave it open. Raises: CaseError (one text, without the key) if a
+    particle is none of the case's kinds, could be several, or is not what the column `kind` says.
     """
     said = None if start.kinds is None else start.kinds - 1
     if start.diameters is None and start.densities is None:
-        return said
+        return _number_types(particles, start) if said is None else said
     rows, which, _ = _group(particles, start)
     known = np.array([(kind.diameter, kind.density) for kind in list_kinds(particles)])
     columns = [start.diameters is not None, start.densities is not None]
@@ -73,15 +74,33 @@ def match_kinds(particles: Particles, start: StartFile) -> np.ndarray | None:
             text = f"{_word(start, int(wrong[0]))}, which kind {said[wrong[0]] + 1} of the case is not"
             raise CaseError([f"{text} ({_list_known(known)}); fix the column `kind`, or the size."])
         return said
+    found = best[which]
     for row in range(len(rows)):
         first = int(np.argmax(which == row))
         if apart[row, best[row]] > SAME_SIZE:
             text = f"{_word(start, first)}, which no kind of the case has"
             raise CaseError([f"{text} ({_list_known(known)}); fix the file, or diameter, mixture and spread."])
-        if np.count_nonzero(apart[row] == apart[row, best[row]]) > 1:
+        if np.count_nonzero(alike := apart[row] <= apart[row, best[row]]) > 1:
+            types = _number_types(particles, start)
+            rows_of = np.flatnonzero(which == row)
+            if (
+                types is not None
+                and alike[np.minimum(types[rows_of], len(known) - 1)].all()
+                and types.max() < len(known)
+            ):
+                found[rows_of] = types[rows_of]
+                continue
             text = f"{_word(start, first)}, which several kinds of the case have"
             raise CaseError([f"{text} ({_list_known(known)}); add a column `kind`, numbered from 1 in this order."])
-    return best[which]
+    return found
+
+
+def _number_types(particles: Particles, start: StartFile) -> np.ndarray | None:
+    """LIGGGHTS' types as kinds from 0: type 1 is the first kind; of one kind alone they may be called anything."""
+    if start.types is None:
+        return None
+    alone = len(list_kinds(particles)) == 1 and (start.types == start.types[0]).all()
+    return np.zeros(len(start.types), int) if alone else start.types - 1
 
 
 def _group(particles: Particles, start: StartFile) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

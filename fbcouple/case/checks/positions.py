@@ -11,7 +11,7 @@ from fbcouple.case.bed.derived import wraps
 from fbcouple.case.bed.particle_types import count_kinds, list_kinds, particle_count
 from fbcouple.case.bed.positions import start_kinds
 from fbcouple.case.bed.region import read_mesh
-from fbcouple.case.bed.start_file import StartFile, read_start
+from fbcouple.case.bed.start_file import ENDINGS, StartFile, read_start
 from fbcouple.case.bed.start_sizes import find_sizes, match_kinds
 from fbcouple.case.checks.bed import try_region
 from fbcouple.case.checks.mixture import KEYS
@@ -30,11 +30,16 @@ _KEY = "particles.positions"
 @check(_KEY, "domain.periodic", "domain.shape", *BED, *KEYS)
 def check_positions(case: Case, folder: Path) -> Iterator[Problem]:
     """The positions file lies beside the case and holds every particle, inside the region and clear of the others."""
-    if case.particles is None or case.particles.positions is None:
+    if case.particles is None:
+        return
+    if case.particles.positions is None:
+        if case.particles.positions_step is not None:
+            yield Problem(f"{_KEY}_step", "a time step is given and no positions; remove it, or name the dump.")
         return
     try:
         name = case.particles.positions
-        start = read_start(find_companion(case.find_folder(folder, name), name, ".csv"))
+        path = find_companion(case.find_folder(folder, name), name, ENDINGS)
+        start = read_start(path, case.particles.positions_step)
         sizes = find_sizes(case.particles, start)
     except CaseError as error:
         yield from (Problem(_KEY, problem) for problem in error.problems)
@@ -89,7 +94,7 @@ def _check_kinds(case: Case, start: StartFile) -> Iterator[Problem]:
     held = np.bincount(found, minlength=len(counts)).tolist()
     if len(found) == sum(counts) and held != counts:
         text = f"{particles.positions} holds {show(held)} particles of each kind and the case {show(counts)}"
-        yield Problem(_KEY, f"{text}; fix the column `kind` (or the sizes), or the fractions of the mixture.")
+        yield Problem(_KEY, f"{text}; fix the column `kind` (or sizes or types), or the fractions of the mixture.")
 
 
 def _find_outside(case: Case, folder: Path, positions: np.ndarray, diameters: np.ndarray) -> Iterator[Problem]:

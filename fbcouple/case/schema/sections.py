@@ -184,10 +184,13 @@ class Particles(Section):
         "Number of particles; 0 where they come by `feeds` alone. Give this or `mass`.", default=None, ge=0, le=10**15
     )
     positions: str | None = option(
-        "File of start positions (CSV: x, y, z in m; where they start moving also vx, vy, vz in m/s; of each particle "
-        "also radius or diameter in m, density in kg/m3, kind) beside the case; absent: the lattice of [start], at "
-        "rest.",
+        "File of start positions beside the case: a table (CSV: x, y, z in m; where they start moving also vx, vy, vz "
+        "in m/s and omegax, omegay, omegaz in rad/s; of each particle also radius or diameter in m, density in kg/m3, "
+        "kind), a text dump or a data file of LIGGGHTS or LAMMPS in SI units; absent: as [start] says.",
         default=None,
+    )
+    positions_step: int | None = option(
+        "Time step that is taken of a dump with several; absent: the last one.", default=None, ge=0, le=2**63 - 1
     )
     sizes: SizesOfParticles = option(
         "Rows of diameter [m], density [kg m-3] and number of particles, in place of `diameter` and `density`, where "
