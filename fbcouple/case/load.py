@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ import fbcouple.case.checks.inlets
 import fbcouple.case.checks.output
 import fbcouple.case.checks.positions
 import fbcouple.case.checks.region
+import fbcouple.case.checks.start
 import fbcouple.case.checks.voidage  # noqa: F401  (each registers its checks)
 from fbcouple.case.base import read_case
 from fbcouple.case.bed.adopt_inlets import adopt_inlets
@@ -47,6 +49,8 @@ def load_case(name: str, sets: Sequence[str] = (), say: Callable[[str], None] | 
     place = _format_place(name, path)
     raw, bases = read_case(path, place)
     set_keys, problems = apply_settings(raw, sets)
+    if "start.run" in set_keys and isinstance(raw["start"]["run"], str):
+        raw["start"]["run"] = os.path.abspath(raw["start"]["run"])  # a path of the command line, not of the file
     if say and (fitted := fit_averages(raw, set_keys)):
         say(f"{place}: {fitted}")
     apply_preset(raw)

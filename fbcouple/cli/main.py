@@ -15,6 +15,7 @@ import re
 import sys
 from pathlib import Path
 from shlex import quote
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import click
@@ -119,11 +120,14 @@ def check(case: str, sets: tuple[str, ...], trusted: bool) -> None:
     from fbcouple.case.preflight import estimate
     from fbcouple.case.source import find_case
     from fbcouple.decks.set_up import read_own_law
+    from fbcouple.decks.starts import make_start
 
+    folder = find_case(case).parent
     loaded = load_case(case, sets, click.echo)
     brings_code = loaded.exchange is not None and loaded.exchange.drag_file is not None
-    law = read_own_law(loaded, find_case(case).parent) if brings_code and trusted else None
-    numbers = estimate(loaded, law, find_case(case).parent)
+    law = read_own_law(loaded, folder) if brings_code and trusted else None
+    with TemporaryDirectory(prefix="fbcouple-start-") as scratch:
+        numbers = estimate(make_start(loaded, folder, Path(scratch), click.echo, pours=False), law, folder)
     rows = [
         (
             number.name,

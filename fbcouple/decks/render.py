@@ -22,12 +22,14 @@ from fbcouple.case.schema.sections import Case
 from fbcouple.decks.context import build_context, find_box
 from fbcouple.decks.needs import explain, find_needs
 from fbcouple.decks.replace import put_in_place, refuse_foreign
+from fbcouple.errors import CaseError
 from fbcouple.geometry.stl import write_surface
 from fbcouple.paths import OPEN_FLOOR, START, TEMPLATES, WALLS
 from fbcouple.run_folder.manifest import hash_file, write_manifest
 from fbcouple.solvers.versions import list_own_versions
 from fbcouple.version import __version__
 
+_LONGEST_ORIGIN = 2000
 # deck file in the run folder -> (template, part of the case that needs it)
 DECKS: dict[str, tuple[str, str]] = {
     "CFD/system/controlDict": ("openfoam/system/controlDict", "gas"),
@@ -124,6 +126,8 @@ def set_up(
     """
     run = run.resolve()
     refuse_foreign(run)
+    if case.start and case.start.is_made:
+        raise CaseError(["start: the particles are poured or taken of a run, which `fbcouple setup` does first."])
     place = folder or Path()
     decks = render_decks(case, place)
     mesh = read_mesh(case, place) if has_own_mesh(case) else None
@@ -161,6 +165,7 @@ def _describe(case: Case, fresh: Path) -> dict[str, Any]:
     return {
         "fbcouple": __version__,
         "title": case.title,
+        "start": _find_origin(case, fresh),
         "particles": particle_count(case.particles) if case.particles else 0,
         "set_up_with": list_own_versions(),
         "in": {part.name: part.why for part in parts if part.is_in},
@@ -168,3 +173,15 @@ def _describe(case: Case, fresh: Path) -> dict[str, Any]:
         "case": list_values(case),
         "files": {path.relative_to(fresh).as_posix(): hash_file(path) for path in files},
     }
+
+
+def _find_origin(case: Case, fresh: Path) -> str:
+    """What the file of start positions says of itself in its first line, if the case has one."""
+    name = case.particles.positions if case.particles else None
+    if name is None:
+        return "[start]" if case.start else ""
+    if not (fresh / name).is_file():
+        return name
+    with (fresh / name).open(encoding="utf-8", errors="replace") as file:
+        line = file.readline(_LONGEST_ORIGIN).strip()
+    return f"{name}: {line.lstrip('# ')}" if line.startswith("#") else name

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -15,6 +16,7 @@ from fbcouple.case.source import FILE_NAME, find_case, list_sets, list_shipped
 from fbcouple.case.user_code import require_trust
 from fbcouple.decks.render import set_up
 from fbcouple.decks.replace import refuse_foreign
+from fbcouple.decks.starts import make_start
 from fbcouple.errors import CaseError
 from fbcouple.paths import require_usable
 from fbcouple.run_folder.lock import hold
@@ -34,8 +36,8 @@ def lay_out(
     """Write the run folder of the case `name`, or of each member of the set `name` in one folder.
 
     output: the folder; None: runs/<name>; forced: also what the pre-flight numbers call unfit; say: takes what
-    is fitted to `sets` (see `load_case`); overwrite: what a run left there is removed, once every case is known to be
-    right.
+    is fitted to `sets` (see `load_case`), and what start is made; overwrite: what a run left there is removed, once
+    every case is known to be right.
 
     Returns: run folder -> its case.
     Raises: CaseError, before anything is written, if a case is wrong, unfit, or brings code that is not `trusted`.
@@ -43,14 +45,22 @@ def lay_out(
     members = list_sets().get(name)
     place = output or Path("runs") / name_run(name, None if members else find_case(name))
     require_usable(place)
-    runs: dict[Path, tuple[Case, Path]] = {}
-    for member in members or [name]:
-        case, source = load_case(member, sets, say), find_case(member)
-        require_trust(case, trusted)
-        law = read_own_law(case, source.parent)
-        if not forced:
-            require_fit(case, law, source.parent)
-        runs[place / name_run(member, source) if members else place] = case, source.parent
+    with tempfile.TemporaryDirectory(prefix="fbcouple-start-") as scratch:
+        runs: dict[Path, tuple[Case, Path]] = {}
+        for member in members or [name]:
+            case, source = load_case(member, sets, say), find_case(member)
+            require_trust(case, trusted)
+            law = read_own_law(case, source.parent)
+            if not forced:
+                require_fit(case, law, source.parent)
+            run = place / name_run(member, source) if members else place
+            runs[run] = make_start(case, source.parent, Path(scratch), say), source.parent
+        _write_runs(runs, overwrite)
+    return {run: case for run, (case, _) in runs.items()}
+
+
+def _write_runs(runs: dict[Path, tuple[Case, Path]], overwrite: bool) -> None:
+    """Write each run folder of `runs`: its case, and where the case's own files lie."""
     for run in runs:
         if overwrite and run.is_dir():
             require_plain(run)
@@ -59,7 +69,6 @@ def lay_out(
         refuse_foreign(run)
     for run, (case, folder) in runs.items():
         _lay_out_run(case, folder, run)
-    return {run: case for run, (case, _) in runs.items()}
 
 
 def read_own_law(case: Case, folder: Path) -> Any:

@@ -97,6 +97,11 @@ class Liggghts:
         return self.identity[:, 0].astype(np.int64) if self.identifies else self.tags
 
     @property
+    def types(self) -> np.ndarray:
+        """LIGGGHTS' types of the particles, from 1: the kinds of the case, in its order; shape (count,)."""
+        return self._atoms("type", ctypes.c_int)
+
+    @property
     def positions(self) -> np.ndarray:
         """Centres [m], shape (count, 3)."""
         return self._atoms("x", ctypes.c_double, 3)

@@ -19,7 +19,9 @@ from typing import Any, Literal, TypeVar
 from fbcouple.api import Run
 from fbcouple.case.load import load_case, write_case
 from fbcouple.case.schema.sections import Case
+from fbcouple.case.source import find_case
 from fbcouple.decks.set_up import lay_out
+from fbcouple.decks.starts import expect_start
 from fbcouple.errors import DivergedError, SolverError
 from fbcouple.launcher.launch import is_complete
 from fbcouple.machine.environment import child_environment, hand_down
@@ -83,7 +85,7 @@ def run_case(base: str, settings: Settings, run: Path, ranks: int, wall_limit: f
     Raises: CaseError if the case is wrong or the folder cannot be written.
     """
     require_plain(run)
-    case = load_case(base, format_settings(settings))
+    case = _expect(base, settings)
     known = _find_ending(run, case, ranks)
     if known and known.is_final and (known.how == "diverged" or is_complete(run, case)):
         return known
@@ -132,8 +134,13 @@ def look_up_case(base: str, settings: Settings, run: Path, ranks: int) -> Ending
 
     Raises: CaseError if the case is wrong.
     """
-    known = _find_ending(run, load_case(base, format_settings(settings)), ranks)
+    known = _find_ending(run, _expect(base, settings), ranks)
     return known or Ending("not run", "has not been run to an end", 0.0, ranks)
+
+
+def _expect(base: str, settings: Settings) -> Case:
+    """The case as its run folder has it."""
+    return expect_start(load_case(base, format_settings(settings)), find_case(base).parent)
 
 
 def _find_ending(run: Path, case: Case, ranks: int) -> Ending | None:

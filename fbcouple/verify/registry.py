@@ -17,6 +17,7 @@ MODULES = (
     "friction",
     "rest",
     "packed",
+    "poured",
     "oblique",
     "hertz",
     "gas",

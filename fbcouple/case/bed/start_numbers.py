@@ -18,7 +18,8 @@ def describe_start(case: Case, folder: Path) -> Iterator[Told]:
     """Numbers of the start of a case whose own files lie in `folder`; none of a usual one."""
     particles = case.particles
     assert particles is not None
-    if case.start is not None and case.domain.shape == "box" and is_layered(case):
+    on_lattice = case.start is not None and not case.start.is_made
+    if on_lattice and case.domain.shape == "box" and is_layered(case):
         meaning = f"Each layer holds one kind; a lattice that mixes them would be {mixed_height(case):.4g} m high."
         yield "start height", lattice_height(case), "m", f"below {find_start_box(case)[1][2]:g}", True, meaning
     if particles.sizes:

@@ -80,18 +80,13 @@ def match_kinds(particles: Particles, start: StartFile) -> np.ndarray | None:
         if apart[row, best[row]] > SAME_SIZE:
             text = f"{_word(start, first)}, which no kind of the case has"
             raise CaseError([f"{text} ({_list_known(known)}); fix the file, or diameter, mixture and spread."])
-        if np.count_nonzero(alike := apart[row] <= apart[row, best[row]]) > 1:
+        alike = np.flatnonzero(apart[row] == apart[row, best[row]])
+        if len(alike) > 1:
             types = _number_types(particles, start)
-            rows_of = np.flatnonzero(which == row)
-            if (
-                types is not None
-                and alike[np.minimum(types[rows_of], len(known) - 1)].all()
-                and types.max() < len(known)
-            ):
-                found[rows_of] = types[rows_of]
-                continue
-            text = f"{_word(start, first)}, which several kinds of the case have"
-            raise CaseError([f"{text} ({_list_known(known)}); add a column `kind`, numbered from 1 in this order."])
+            if types is None or not np.isin(types[which == row], alike).all():
+                text = f"{_word(start, first)}, which several kinds of the case have"
+                raise CaseError([f"{text} ({_list_known(known)}); add a column `kind`, numbered from 1 in this order."])
+            found[which == row] = types[which == row]
     return found
 
 

@@ -132,7 +132,9 @@ def check_start_region(case: Case, folder: Path) -> Iterator[Problem]:
 @check(*BED, "start.spacing", "start.region", "particles.positions")
 def check_lattice(case: Case, folder: Path) -> Iterator[Problem]:
     """The start lattice is not higher than the box; in another region `setup` looks for its sites."""
-    if case.domain.shape != "box" or not has_bed(case) or case.start is None or next(check_packing(case, folder), None):
+    if case.domain.shape != "box" or not has_bed(case) or case.start is None or case.start.is_made:
+        return
+    if next(check_packing(case, folder), None):
         return
     height, top = lattice_height(case), float(find_start_box(case)[1][2])
     layout = lay_out(case)

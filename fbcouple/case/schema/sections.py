@@ -278,17 +278,53 @@ class Contact(Section):
 
 
 class Start(Section):
+    method: Literal["lattice", "pour"] = option(
+        "Particles start on a lattice, or poured: they rain in at random places and settle under gravity, without gas "
+        "and by the contacts of the case, until they are at rest.",
+        default="lattice",
+    )
     spacing: float = option("Distance of the simple cubic start lattice in diameters.", default=1.03, gt=1.0, le=10.0)
     jitter: float = option(
         "Random shift of each particle, as a part of the free gap of the lattice.", default=0.5, ge=0.0, lt=1.0
     )
-    seed: int = option("Seed of the random shift.", default=1, ge=0, le=2**63 - 1)
+    seed: int = option("Seed of the random shift, and of what is poured.", default=1, ge=0, le=2**63 - 1)
     region: Region | None = option(
         "Part of the bed that the lattice fills from below: rows of lowest and highest x, y and z, as the mesh has "
         "them; absent: all of it.",
         "m",
         None,
     )
+    rest_speed: float | None = option(
+        "Speed that all particles of a poured bed must be below to be at rest; absent: 1 % of sqrt(g d) of the "
+        "smallest.",
+        "m s-1",
+        None,
+        **Positive,
+    )
+    settle_limit: float = option(
+        "Simulated time that a poured bed, or each part of it that is poured at once, has to come to rest.",
+        "s",
+        5.0,
+        le=1e4,
+        **Positive,
+    )
+    run: str | None = option(
+        "Run folder of another case whose particles this one starts with: those of its newest checkpoint, or last "
+        "frame, or of `time`. From the folder of the case file; with --set from the current one.",
+        default=None,
+    )
+    time: float | None = option(
+        "Time in that run that the particles are taken of: the nearest checkpoint or frame, at most an interval of "
+        "frames away.",
+        "s",
+        None,
+        **NonNegative,
+    )
+
+    @property
+    def is_made(self) -> bool:
+        """Have positions to be made first, by another run or by pouring?"""
+        return self.run is not None or self.method == "pour"
 
 
 class Exchange(Section):
@@ -389,6 +425,11 @@ class Case(Section):
         return isinstance(other, Case) and self.__dict__ == other.__dict__
 
     __hash__ = Section.__hash__
+
+    @property
+    def base_folders(self) -> tuple[Path, ...]:
+        """Folders beside its own that files of the case may lie in, the nearest first."""
+        return self._base_folders
 
     @property
     def origin(self) -> tuple[str, tuple[str, ...]]:

@@ -1,0 +1,117 @@
+"""LIGGGHTS alone, on one rank and in a process of its own, on the deck of a case without its gas.
+
+One rank, so that what comes out is the same whoever asks for it.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fbcouple.case.bed.region import read_mesh
+from fbcouple.case.schema.sections import Case
+from fbcouple.decks.needs import find_needs
+from fbcouple.decks.render import find_box, format_particles, render_decks
+from fbcouple.errors import SolverError
+from fbcouple.geometry.stl import write_surface
+from fbcouple.machine.environment import mpi_environment
+from fbcouple.machine.programs import run_program
+from fbcouple.paths import START, WALLS
+
+_MODULE = "fbcouple.simulation.liggghts_alone"
+_DECK, _TASK, _PARTICLES, _RESTART = "DEM/in.liggghts", "task.json", "particles.npz", "particles.restart"
+_SHOWN = 5
+"""Last lines of a process that failed."""
+
+
+@dataclass(frozen=True)
+class Particles:
+    """Of each particle: centre [m] (n, 3), velocities [m/s] and angular velocities [rad/s] (n, 6), kind from 0 (n,)."""
+
+    positions: np.ndarray
+    motion: np.ndarray
+    kinds: np.ndarray
+
+
+@dataclass(frozen=True)
+class Rest:
+    """Until when particles settle: all slower than `speed` [m/s], within `most` DEM steps; looked at after `every`."""
+
+    speed: float
+    most: int
+    every: int
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Particles in the order of their numbers, DEM steps that were taken, speed [m/s] of the fastest."""
+
+    particles: Particles
+    steps: int
+    fastest: float
+
+
+def settle(case: Case, folder: Path, start: Particles, rest: Rest) -> Outcome:
+    """What becomes of the particles `start` in the region of `case`, whose own files lie in `folder`, without gas.
+
+    Raises: SolverError with the words of LIGGGHTS if it fails, or loses a particle.
+    """
+    with tempfile.TemporaryDirectory(prefix="fbcouple-settle-") as name:
+        place, dry = Path(name), remove_gas(case)
+        _lay_out(dry, folder, place, start)
+        task = {"restart": None, "rest": rest.speed, "most": rest.most, "every": rest.every}
+        outcome = _run(place, task)
+    if len(outcome.particles.positions) != len(start.positions):
+        lost = len(start.positions) - len(outcome.particles.positions)
+        raise SolverError(f"LIGGGHTS lost {lost} particles while they settled; give a stiffer contact or more steps")
+    return outcome
+
+
+def read_restart(case: Case, folder: Path, restart: Path) -> Particles:
+    """The particles in `restart`, which LIGGGHTS wrote in a run of `case` and only LIGGGHTS reads: it is not checked.
+
+    Raises: SolverError with the words of LIGGGHTS if it fails.
+    """
+    with tempfile.TemporaryDirectory(prefix="fbcouple-restart-") as name:
+        place = Path(name)
+        _lay_out(remove_gas(case), folder, place, None)
+        shutil.copyfile(restart, place / _RESTART)
+        return _run(place, {"restart": _RESTART, "rest": None}).particles
+
+
+def remove_gas(case: Case) -> Case:
+    """The case with its particles alone."""
+    return case.model_copy(update={"gas": None, "exchange": None, "averages": None})
+
+
+def _lay_out(dry: Case, folder: Path, place: Path, start: Particles | None) -> None:
+    (place / "DEM").mkdir()
+    (place / _DECK).write_text(render_decks(dry, folder)[_DECK], encoding="utf-8")
+    mesh = None if dry.domain.is_plain_box else read_mesh(dry, folder)
+    if mesh and find_needs(dry)["surface_walls"]:
+        (place / WALLS).write_text("".join(write_surface(mesh)), encoding="utf-8")
+    if start is not None:
+        lines = format_particles(dry, start.positions, start.kinds, find_box(dry, mesh), start.motion)
+        (place / START).write_text("".join(lines), encoding="utf-8")
+
+
+def _run(place: Path, task: dict[str, Any]) -> Outcome:
+    (place / _TASK).write_text(json.dumps(task), encoding="utf-8")
+    environment = mpi_environment() | {"PWD": str(place)}
+    ended = run_program([sys.executable, "-m", _MODULE, str(place)], environment, place)
+    if ended.returncode or not (place / _PARTICLES).is_file():
+        log = place / "liggghts.log"
+        words = log.read_text(encoding="utf-8", errors="replace").splitlines() if log.is_file() else []
+        told = [line for line in words if "ERROR" in line][-1:] or ended.stderr.strip().splitlines()[-_SHOWN:]
+        raise SolverError(f"LIGGGHTS alone ended with exit code {ended.returncode}: {' / '.join(told)[:500]}")
+    with np.load(place / _PARTICLES) as found:
+        motion = np.hstack([found["velocities"], found["spins"]])
+        particles = Particles(found["positions"], motion, found["types"].astype(int) - 1)
+        return Outcome(particles, int(found["steps"]), float(found["fastest"]))

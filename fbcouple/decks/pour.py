@@ -1,0 +1,143 @@
+"""Pour the particles of a case: they rain in at random places and settle by the contacts of the case.
+
+What does not find room at once is poured onto what has settled before. The places are random, of the start's seed; the
+settling is LIGGGHTS' own on one rank: the same case gives the same bed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from fbcouple.case.bed.derived import dem_step, wraps
+from fbcouple.case.bed.particle_types import draw_kinds, list_kinds
+from fbcouple.case.bed.region import Region, find_region, read_mesh
+from fbcouple.case.schema.sections import Case, Start
+from fbcouple.decks.alone import Particles, Rest, settle
+from fbcouple.errors import CaseError
+from fbcouple.geometry.insertion import Clear, insert
+
+VERSION = 1
+"""Of what is done here: a change of the bed that comes out is another one."""
+LOOSE = 0.2
+"""Solids fraction of the rain."""
+_REST = 0.01
+"""Speed of particles at rest over sqrt(g d)."""
+_LOOK = 0.5
+"""Time between two looks at the speeds over sqrt(d/g)."""
+
+
+@dataclass(frozen=True)
+class Poured:
+    """A bed at rest: particles, time [s] that it took to settle, speed [m/s] of the fastest, parts poured."""
+
+    particles: Particles
+    time: float
+    fastest: float
+    parts: int
+
+
+def find_rest_speed(case: Case, start: Start) -> float:
+    """Speed [m/s] below which all particles are at rest."""
+    assert case.particles is not None
+    smallest = min(kind.diameter for kind in list_kinds(case.particles))
+    return start.rest_speed or _REST * math.sqrt(case.gravity * smallest)
+
+
+def pour(case: Case, folder: Path) -> Poured:
+    """Pour the particles of a case whose own files lie in `folder`.
+
+    Raises: CaseError (one text) if there is no room for them, or they do not come to rest within `start.settle_limit`;
+    SolverError if LIGGGHTS fails.
+    """
+    particles, start, contact = case.particles, case.start, case.contact
+    assert particles is not None and start is not None and contact is not None
+    rain, step = _Rain(case, folder), dem_step(contact, particles)
+    smallest = min(kind.diameter for kind in list_kinds(particles))
+    every = max(1, math.ceil(_LOOK * math.sqrt(smallest / case.gravity) / step))
+    rest = Rest(find_rest_speed(case, start), math.ceil(start.settle_limit / step), every)
+    bed = Particles(np.empty((0, 3)), np.empty((0, 6)), np.empty(0, int))
+    waiting, time, fastest, parts = draw_kinds(particles, start.seed), 0.0, 0.0, 0
+    while len(waiting):
+        placed, waiting = rain.fall(bed, waiting)
+        outcome = settle(case, folder, _join(bed, placed), rest)
+        bed, parts = outcome.particles, parts + 1
+        time, fastest = time + outcome.steps * step, outcome.fastest
+        if fastest >= rest.speed:
+            text = f"the bed is not at rest after {start.settle_limit:g} s: its fastest particle has {fastest:.3g} m/s"
+            mend = "give it longer, or a higher start.rest_speed; without friction that remembers, a bed creeps"
+            raise CaseError([f"start.settle_limit: {text}, below {rest.speed:.3g} m/s is at rest; {mend}."])
+    still = Particles(bed.positions, np.zeros_like(bed.motion), bed.kinds)
+    return Poured(still, time, fastest, parts)
+
+
+def _join(bed: Particles, placed: Particles) -> Particles:
+    pairs = zip((bed.positions, bed.motion, bed.kinds), (placed.positions, placed.motion, placed.kinds), strict=True)
+    return Particles(*(np.concatenate(pair) for pair in pairs))
+
+
+class _Rain:
+    """Particles at random places above a bed, in the order in which they wait."""
+
+    def __init__(self, case: Case, folder: Path) -> None:
+        assert case.particles is not None and case.start is not None
+        self._region: Region = find_region(case, folder)
+        kinds = list_kinds(case.particles)
+        self._radii = np.array([kind.diameter / 2.0 for kind in kinds])
+        self._period = np.where(wraps(case.domain), case.domain.size, 0.0)
+        self._clear, self._bounds = _find_walls(case, folder)
+        self._generator = np.random.default_rng([case.start.seed, VERSION])
+
+    def fall(self, bed: Particles, waiting: np.ndarray) -> tuple[Particles, np.ndarray]:
+        """Those of the kinds `waiting` that find room above `bed`, and the kinds that go on waiting.
+
+        Raises: CaseError (one text) if none finds room.
+        """
+        low, high = self._bounds
+        radii = self._radii[waiting]
+        floor = float((bed.positions[:, 2] + self._radii[bed.kinds]).max(initial=low[2]))
+        volumes = np.cumsum(4.0 / 3.0 * math.pi * radii**3)
+        room = LOOSE * self._region.volume * max(0.0, 1.0 - (floor - low[2]) / (high[2] - low[2]))
+        count = max(1, int(np.searchsorted(volumes, room, "right")))
+        top = high[2]
+        if not len(bed.positions) and count >= len(waiting):  # no higher than the rain is loose
+            top = min(top, low[2] + self._region.find_level(volumes[-1] / LOOSE))
+        top = min(high[2], max(top, floor + 4.0 * self._radii.max()))
+        bounds = np.array([[low[0], low[1], floor], [high[0], high[1], top]])
+        places = insert(radii[:count], bounds, self._period, self._clear, self._generator)
+        found = ~np.isnan(places[:, 0])
+        if not found.any():
+            text = f"{len(waiting)} particles find no room above the {len(bed.positions)} that have settled"
+            raise CaseError([f"start.method: {text}; give fewer, or a higher box."])
+        motion = np.zeros((int(found.sum()), 6))
+        rest = np.concatenate([waiting[:count][~found], waiting[count:]])
+        return Particles(places[found], motion, waiting[:count][found]), rest
+
+
+def _find_walls(case: Case, folder: Path) -> tuple[Clear, np.ndarray]:
+    """What tells which spheres are clear of walls, and the box around the region [m], (2, 3)."""
+    if case.domain.shape == "box":
+        everywhere: Clear = lambda places, radii: np.ones(len(places), bool)  # noqa: E731  (the box itself is the wall)
+        return everywhere, np.array([[0.0, 0.0, 0.0], case.domain.size])
+    from fbcouple.case.bed.region_lattice import Inside  # noqa: PLC0415  (loads numba)
+
+    mesh = read_mesh(case, folder)
+    inside = Inside(mesh)
+    return _ask(inside.is_clear), np.array([mesh.low, mesh.high])
+
+
+def _ask(is_clear: Callable[[np.ndarray, float], np.ndarray]) -> Clear:
+    """Ask for the spheres of each radius at once."""
+
+    def clear(places: np.ndarray, radii: np.ndarray) -> np.ndarray:
+        found = np.zeros(len(places), bool)
+        for radius in np.unique(radii):
+            rows = np.flatnonzero(radii == radius)
+            found[rows] = is_clear(places[rows], float(radius))
+        return found
+
+    return clear

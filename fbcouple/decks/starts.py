@@ -1,0 +1,140 @@
+"""Starts that have to be made before a run folder can be written: another run's particles, a poured bed.
+
+What is made is a file of start positions, and the case is given it as `particles.positions` in place of [start]: a run
+folder holds all that it needs, and does not care how its start was made. The head of the file says that.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from fbcouple.case.bed.region import read_mesh
+from fbcouple.case.checks.registry import find_problems
+from fbcouple.case.schema.sections import Case
+from fbcouple.decks.alone import Particles, remove_gas
+from fbcouple.decks.other_run import Source, describe, find_source, read_particles
+from fbcouple.decks.pour import VERSION, find_rest_speed, pour
+from fbcouple.decks.render import render_decks
+from fbcouple.errors import CaseError
+from fbcouple.input_files.liggghts_files import POSITIONS, SPINS, VELOCITIES
+from fbcouple.machine.cache import make_folder
+from fbcouple.machine.whole_files import write_whole
+from fbcouple.paths import cache_folder
+from fbcouple.run_folder.manifest import hash_text
+
+CACHE = "starts"
+"""Folder of poured beds in the cache."""
+_NAMED = 12
+"""Letters of a checksum that a file is named by."""
+
+Say = Callable[[str], None]
+
+
+def make_start(case: Case, folder: Path, scratch: Path, say: Say | None = None, pours: bool = True) -> Case:
+    """The case with the file of its start, if that has to be made; other cases as they are.
+
+    folder: where the case's own files lie; scratch: an empty folder for a file that is not kept; say: is told what is
+    made, before and after; pours: also where that takes LIGGGHTS minutes. Poured beds are kept in the cache.
+
+    Raises: CaseError if the start cannot be made, or does not fit the case; SolverError if LIGGGHTS fails.
+    """
+    if case.start is None or not case.start.is_made:
+        return case
+    say = say or (lambda text: None)
+    if case.start.run is None and not pours and not (cache_folder() / CACHE / _name_poured(case, folder)).is_file():
+        say("start: the bed is poured by `setup`, which checks what comes out")
+        return case
+    name, place = (_take_over if case.start.run else _pour)(case, folder, scratch, say)
+    made = put_in(case, name, place)
+    if problems := find_problems(made, folder):
+        raise CaseError([f"start: {problem}" for problem in problems])
+    return made
+
+
+def put_in(case: Case, name: str, place: Path) -> Case:
+    """The case with the start positions `name`, which lie in `place`, in place of [start]."""
+    assert case.particles is not None
+    particles = case.particles.model_copy(update={"positions": name})
+    made = case.model_copy(update={"particles": particles, "start": None})
+    made.remember_bases((*case.base_folders, place))
+    made.remember_origin(*case.origin)
+    return made
+
+
+def expect_start(case: Case, folder: Path) -> Case:
+    """The case as `make_start` gives it, without the file. Raises: CaseError if the other run is not there."""
+    if case.start is None or not case.start.is_made:
+        return case
+    name = _name_taken(_find(case, folder)[3]) if case.start.run else _name_poured(case, folder)
+    return put_in(case, name, folder)
+
+
+def _name_poured(case: Case, folder: Path) -> str:
+    """The file of a poured bed, by all that it depends on: deck, region, particles, seed and limits."""
+    assert case.start is not None and case.particles is not None
+    mesh = None if case.domain.is_plain_box else read_mesh(case, folder)
+    told = {
+        "version": VERSION,
+        "deck": render_decks(remove_gas(case), folder)["DEM/in.liggghts"],
+        "size": case.domain.size,
+        "mesh": None if mesh is None else [hash_text(repr(part.tolist())) for part in (mesh.points, mesh.faces.values)],
+        "particles": case.particles.model_dump(),
+        "seed": case.start.seed,
+        "rest": find_rest_speed(case, case.start),
+    }
+    return f"poured-{hash_text(json.dumps(told))[:_NAMED]}.csv"
+
+
+def _pour(case: Case, folder: Path, scratch: Path, say: Say) -> tuple[str, Path]:
+    name, place = _name_poured(case, folder), cache_folder() / CACHE
+    if (place / name).is_file():
+        say(f"start: poured before, taken from {place / name}")
+        return name, place
+    say("start: the bed is poured and settles, once (one process; the result is kept)")
+    poured = pour(case, folder)
+    count, height = len(poured.particles.kinds), poured.particles.positions[:, 2].max()
+    about = f"poured bed of {count} particles at rest after {poured.time:.4g} s (fastest {poured.fastest:.2g} m/s, "
+    about += f"{poured.parts} part{'s' if poured.parts > 1 else ''}), highest centre at {height:.6g} m"
+    make_folder(place)
+    write_whole(place / name, "".join(_write_table(poured.particles, about)))
+    say(f"start: {about}; kept as {place / name}")
+    return name, place
+
+
+def _take_over(case: Case, folder: Path, scratch: Path, say: Say) -> tuple[str, Path]:
+    run, other, source, about = _find(case, folder)
+    try:
+        particles = read_particles(case, run, other, source)
+    except CaseError as error:
+        raise CaseError([f"start.run: {problem}" for problem in error.problems]) from None
+    name = _name_taken(about)
+    (scratch / name).write_text("".join(_write_table(particles, about)), encoding="utf-8")
+    say(f"start: {about}")
+    return name, scratch
+
+
+def _find(case: Case, folder: Path) -> tuple[Path, Case, Source, str]:
+    """The run that the particles are taken of, its case, where in it they are, and that in words."""
+    assert case.start is not None and case.start.run is not None
+    run = (case.find_folder(folder, case.start.run) / case.start.run).resolve()
+    try:
+        other, source = find_source(run, case.start.time)
+    except CaseError as error:
+        raise CaseError([f"start.run: {problem}" for problem in error.problems]) from None
+    return run, other, source, describe(run, other, source)
+
+
+def _name_taken(about: str) -> str:
+    return f"run-{hash_text(about)[:_NAMED]}.csv"
+
+
+def _write_table(particles: Particles, about: str) -> Iterator[str]:
+    """Lines of a file of start positions; every digit is kept, and what all are without is left out."""
+    yield f"# {about if about.isprintable() else ascii(about)}\n"
+    moving = particles.motion.any()
+    yield f"{','.join((*POSITIONS, *(VELOCITIES + SPINS if moving else ()), 'kind'))}\n"
+    rows = zip(particles.positions.tolist(), particles.motion.tolist(), particles.kinds.tolist(), strict=True)
+    for place, motion, kind in rows:
+        yield f"{','.join(map(repr, [*place, *(motion if moving else [])]))},{kind + 1}\n"

@@ -1,0 +1,62 @@
+"""Frames of a run: all particles, and the gas in every cell, at single moments."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from fbcouple.errors import CaseError
+from fbcouple.results.reader import NotDrawableError
+from fbcouple.results.stored import load
+
+_PARTICLES = ("position", "velocity", "diameter")
+_GAS = ("voidage", "gas_velocity")
+_SHAPES: dict[str, tuple[str, ...]] = {
+    "time": (),
+    "position": ("particle", "component"),
+    "velocity": ("particle", "component"),
+    "diameter": ("particle",),
+    "voidage": ("z", "y", "x"),
+    "gas_velocity": ("component", "z", "y", "x"),
+}
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One moment: `time` [s]; of particles positions [m] and velocities [m/s] (n, 3) and diameters [m] (n,); of the gas
+    `voidage` (z, y, x) and velocity (component, z, y, x) [m/s] in the cells, None in a case without gas."""
+
+    time: float
+    positions: np.ndarray
+    velocities: np.ndarray
+    diameters: np.ndarray
+    voidage: np.ndarray | None
+    gas_velocity: np.ndarray | None
+
+    @property
+    def speeds(self) -> np.ndarray:
+        """Speed of each particle [m/s], (n,)."""
+        return np.linalg.norm(self.velocities, axis=1)
+
+
+def read_frame(path: Path) -> Frame:
+    """Read one frame. Raises: NotDrawableError if the file is damaged, or is no frame."""
+    try:
+        data = load(path)
+    except CaseError as error:
+        text = "; ".join(error.problems)
+        raise NotDrawableError([f"a frame cannot be read: {text} Or remove it."]) from error
+    if odd := [name for name, dims in _SHAPES.items() if not _has(data, name, dims)]:
+        text = f"{path} has no {odd[0]} over ({', '.join(_SHAPES[odd[0]])}): it is no frame"
+        raise NotDrawableError([f"{text}; remove it, or run the case again."])
+    gas = [data[name].values if name in data else None for name in _GAS]
+    return Frame(float(data["time"]), *(data[name].values for name in _PARTICLES), *gas)
+
+
+def _has(data: xr.Dataset, name: str, dims: tuple[str, ...]) -> bool:
+    if name not in data:
+        return name in _GAS
+    return data[name].dims == dims and data[name].dtype.kind in "iuf" and data.sizes.get("component", 3) == 3
