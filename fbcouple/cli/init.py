@@ -28,12 +28,18 @@ class Metres(click.FloatRange):
 
 DIAMETER, LENGTH = Metres(1e-6, 0.05), Metres(1e-5, 30.0)
 DENSITY, VELOCITY = click.FloatRange(10.0, 1e5), click.FloatRange(1e-4, 1e3)
-KIND_NAMES = ("bubbling", "spout")
+KIND_NAMES = ("bubbling", "column", "spout")
 
 
 @click.command()
 @click.argument("folder", metavar="NAME", type=click.Path(path_type=Path))
-@click.option("--kind", type=click.Choice(KIND_NAMES), default="bubbling", show_default=True, help="Kind of the case.")
+@click.option(
+    "--kind",
+    type=click.Choice(KIND_NAMES),
+    default="bubbling",
+    show_default=True,
+    help="A bubbling bed in a box or a round column, or a spouted bed.",
+)
 @click.option(
     "--diameter",
     type=DIAMETER,
@@ -53,7 +59,8 @@ KIND_NAMES = ("bubbling", "spout")
     type=LENGTH,
     nargs=3,
     metavar="WIDTH DEPTH HEIGHT",
-    help="Inner size of the box [m]; by default 40, 8 and 100 diameters, of a spout 60, 8 and 200.",
+    help="Inner size of the box [m], of a column its diameter, twice, and height; by default 40, 8 and 100 particle "
+    "diameters, of a column 20, 20 and 100, of a spout 60, 8 and 200.",
 )
 @click.option(
     "--velocity",

@@ -11,6 +11,7 @@ from click.testing import CliRunner
 
 from fbcouple.case.bed.derived import cell_size, fastest_inlet
 from fbcouple.case.bed.drag_balance import minimum_fluidization
+from fbcouple.case.bed.region import find_region
 from fbcouple.case.kinds.registry import KINDS
 from fbcouple.case.load import load_case
 from fbcouple.case.preflight import estimate
@@ -29,15 +30,17 @@ def list_files(folder: Path) -> list[str]:
     return sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
 
 
+@pytest.mark.parametrize("kind", ["bubbling", "column"])
 @pytest.mark.parametrize("diameter", [0.2e-3, 0.5e-3, 1e-3, 3e-3, 10e-3])
-def test_new_case_is_fit(call, tmp_path, diameter):
-    result = call("init", "beds/mine", "--diameter", diameter)
+def test_new_case_is_fit(call, tmp_path, diameter, kind):
+    result = call("init", "beds/mine", "--diameter", diameter, "--kind", kind)
     assert result.exit_code == 0, result.stderr
     assert list_files(tmp_path) == ["beds/mine/case.toml"]
     case = load_case("beds/mine")
     assert [number for number in estimate(case) if number.verdict not in (None, "fit")] == []
     assert case.particles.diameter == diameter
-    assert 2.0 <= min(cell_size(case)) / diameter <= max(cell_size(case)) / diameter < 3.0
+    spacing = find_region(case).spacing / diameter
+    assert 1.95 <= min(spacing) <= max(spacing) < 3.0
     assert case.gas.inlet_velocity == pytest.approx(2.0 * minimum_fluidization(case), rel=0.05)
     (overlap,) = (number.value for number in estimate(case) if number.name == "overlap")
     assert overlap == pytest.approx(0.03, rel=0.03)
@@ -123,16 +126,19 @@ def test_command_line_offers_every_kind():
     assert tuple(KINDS) == KIND_NAMES
 
 
-def test_new_case_runs(call):
-    """A narrow slice of it, for some steps, through both solvers: a column of 573 particles."""
-    assert call("init", "mine", "--size", 0.01, 0.004, 0.05).exit_code == 0
+@pytest.mark.parametrize(
+    ("kind", "size", "count"), [("bubbling", (0.01, 0.004, 0.05), 573), ("column", (0.01, 0.01, 0.03), 675)]
+)
+def test_new_case_runs(call, kind, size, count):
+    """A small part of it, for some steps, through both solvers."""
+    assert call("init", "mine", "--kind", kind, "--size", *size).exit_code == 0
     result = call("setup", "mine", "--set", "end_time=0.01", "--set", "output.record_every=0.002")
     assert result.exit_code == 0 and "no averages are taken" in result.stdout
     result = call("run", "runs/mine")
     assert result.exit_code == 0, result.output
     data = open_results(Path("runs/mine")).data
     assert data.attrs["complete"] == 1 and data.time[-1] >= 0.01
-    assert float(data.pressure_drop[-1]) > 0.0 and set(data.particles.values) == {573}
+    assert float(data.pressure_drop[-1]) > 0.0 and set(data.particles.values) == {count}
 
 
 def test_new_spout_runs(call):

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+
 from fbcouple.case.bed.drag_balance import minimum_fluidization
 from fbcouple.case.bed.speeds import SETTLED
 from fbcouple.case.kinds.registry import Wanted, kind
@@ -29,21 +32,16 @@ OVERLAP = 0.03
 """Overlap of a contact, in diameters, that the spring is chosen for."""
 
 TEXT = """\
-# A bubbling bed, written by `fbcouple init`. All values are in SI units.
+# A {name}, written by `fbcouple init`. All values are in SI units.
 """
 TEXT += HEAD
 TEXT += """
-title = "Bubbling bed: {diameter_mm:.4g} mm, {density:.4g} kg/m3, gas at {velocity:.4g} m/s"
+title = "{title}: {diameter_mm:.4g} mm, {density:.4g} kg/m3, gas at {velocity:.4g} m/s"
 end_time = 2.0                  # s; try the case first with --set end_time=0.1
 accuracy = "standard"           # steps and tolerances: "draft" is faster, "reference" finer
 
 [domain]
-size = {size}     # m: width, depth and height; z is up
-# As many cells along each edge as are at least {cell:g} diameters ({cell:g} x {diameter:.4g} m) wide:
-# narrower ones hold too few particles for an average, wider ones do not resolve bubbles.
-cells = {cells}
-# periodic = ["y"]              # in place of the walls in front and behind
-
+{domain}
 [gas]                           # air at 20 degrees Celsius and 1 bar
 density = 1.2                   # kg m-3
 viscosity = 1.8e-5              # Pa s
@@ -77,40 +75,78 @@ start = 0.5                     # s: what happens before is the start-up
 
 [output]
 record_every = 0.01             # s, between rows of the history: bed height, pressure drop ...
+{output}"""
+
+
+DOMAIN = """\
+size = {size}     # m: width, depth and height; z is up
+# As many cells along each edge as are at least {cell:g} diameters ({cell:g} x {diameter:.4g} m) wide:
+# narrower ones hold too few particles for an average, wider ones do not resolve bubbles.
+cells = {cells}
+# periodic = ["y"]              # in place of the walls in front and behind
+"""
+
+OUTPUT = """\
 snapshots_every = 0.01          # s, of the voidage, for bubbles
 particles_every = 0.25          # s, of all particles, for pictures
 """
 
 
+@dataclass(frozen=True)
+class Shape:
+    """What a bubbling bed is in: its name, the size [diameters] where none is given, its floor over width times depth,
+    the width [diameters] of a cell, the section [domain], further lines of [output], and the cells of a size [m] for
+    cells of a width [m]."""
+
+    name: str
+    size: tuple[float, float, float]
+    floor: float
+    cell: float
+    domain: str
+    output: str
+    count_cells: Callable[[tuple[float, ...], float], list[int]]
+
+
 @kind("bubbling")
 def write_bubbling(wanted: Wanted) -> str:
+    """Return the text of a case file of a bubbling bed in a box."""
+    return write_bed(wanted, Shape("bubbling bed", SIZE, 1.0, CELL, DOMAIN, OUTPUT, choose_cells))
+
+
+def write_bed(wanted: Wanted, shape: Shape) -> str:
     """Return the text of a case file of a bubbling bed; U_mf and the overlap are those that `fbcouple check` gives."""
     trial = wanted.velocity or 1.0
-    case = read(_fill(wanted, trial, TRIAL_STIFFNESS, ""))
+    case = read(_fill(wanted, shape, trial, TRIAL_STIFFNESS, ""))
     onset = minimum_fluidization(case)
     velocity = wanted.velocity or round_to(EXCESS * onset)
     words = f"U_mf is {onset:.3g} m s-1"
     words = f"This is {velocity / onset:.3g} U_mf; {words}." if wanted.velocity is None else f"{words}."
-    stiffness = choose_stiffness(read(_fill(wanted, velocity, TRIAL_STIFFNESS, words)), OVERLAP)
-    return _fill(wanted, velocity, stiffness, words)
+    stiffness = choose_stiffness(read(_fill(wanted, shape, velocity, TRIAL_STIFFNESS, words)), OVERLAP)
+    return _fill(wanted, shape, velocity, stiffness, words)
 
 
-def _fill(wanted: Wanted, velocity: float, stiffness: float, words: str) -> str:
-    size = choose_size(wanted, SIZE, FILLED)
+def _fill(wanted: Wanted, shape: Shape, velocity: float, stiffness: float, words: str) -> str:
+    size = choose_size(wanted, shape.size, FILLED)
     bed = choose_bed(wanted, size, FILLED)
-    cells = choose_cells(size, CELL * wanted.diameter)
+    domain = shape.domain.format(
+        diameter=wanted.diameter,
+        size=f"[{', '.join(f'{edge:.6g}' for edge in size)}]",
+        cells=shape.count_cells(size, shape.cell * wanted.diameter),
+        cell=shape.cell,
+    )
     text = TEXT.format(
+        name=shape.name,
+        title=shape.name.capitalize(),
+        domain=domain,
+        output=shape.output,
         diameter=wanted.diameter,
         diameter_mm=1e3 * wanted.diameter,
         density=wanted.density,
-        size=f"[{', '.join(f'{edge:.6g}' for edge in size)}]",
-        cells=cells,
-        cell=CELL,
         velocity=velocity,
         velocity_words=words,
         bed=bed,
         settled=SETTLED,
-        mass=wanted.density * SETTLED * bed * size[0] * size[1],
+        mass=wanted.density * SETTLED * bed * shape.floor * size[0] * size[1],
         stiffness=stiffness,
         overlap=OVERLAP,
     )
