@@ -6,9 +6,12 @@ One rank, so that what comes out is the same whoever asks for it.
 from __future__ import annotations
 
 import json
+import re
 import shutil
+import subprocess
 import sys
 import tempfile
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,11 +25,11 @@ from fbcouple.decks.render import find_box, format_particles, render_decks
 from fbcouple.errors import SolverError
 from fbcouple.geometry.stl import write_surface
 from fbcouple.machine.environment import mpi_environment
-from fbcouple.machine.programs import run_program
 from fbcouple.paths import START, WALLS
 
 _MODULE = "fbcouple.simulation.liggghts_alone"
 _DECK, _TASK, _PARTICLES, _RESTART = "DEM/in.liggghts", "task.json", "particles.npz", "particles.restart"
+_LOOK = re.compile(r"(\d+) ([\d.e+-]+)")
 _SHOWN = 5
 """Last lines of a process that failed."""
 
@@ -42,7 +45,8 @@ class Particles:
 
 @dataclass(frozen=True)
 class Rest:
-    """Until when particles settle: all slower than `speed` [m/s], within `most` DEM steps; looked at after `every`."""
+    """Until when particles settle: root mean square of their speeds, and a tenth of the fastest, below `speed` [m/s],
+    within `most` DEM steps; looked at after `every`."""
 
     speed: float
     most: int
@@ -51,14 +55,18 @@ class Rest:
 
 @dataclass(frozen=True)
 class Outcome:
-    """Particles in the order of their numbers, DEM steps that were taken, speed [m/s] of the fastest."""
+    """Particles in the order of their numbers, DEM steps that were taken, speed [m/s] to be held against `Rest`."""
 
     particles: Particles
     steps: int
-    fastest: float
+    speed: float
 
 
-def settle(case: Case, folder: Path, start: Particles, rest: Rest) -> Outcome:
+Watch = Callable[[int, float], None]
+"""Is given the DEM steps taken so far, and the speed [m/s]."""
+
+
+def settle(case: Case, folder: Path, start: Particles, rest: Rest, watch: Watch = lambda steps, speed: None) -> Outcome:
     """What becomes of the particles `start` in the region of `case`, whose own files lie in `folder`, without gas.
 
     Raises: SolverError with the words of LIGGGHTS if it fails, or loses a particle.
@@ -67,7 +75,7 @@ def settle(case: Case, folder: Path, start: Particles, rest: Rest) -> Outcome:
         place, dry = Path(name), remove_gas(case)
         _lay_out(dry, folder, place, start)
         task = {"restart": None, "rest": rest.speed, "most": rest.most, "every": rest.every}
-        outcome = _run(place, task)
+        outcome = _run(place, task, watch)
     if len(outcome.particles.positions) != len(start.positions):
         lost = len(start.positions) - len(outcome.particles.positions)
         raise SolverError(f"LIGGGHTS lost {lost} particles while they settled; give a stiffer contact or more steps")
@@ -83,7 +91,7 @@ def read_restart(case: Case, folder: Path, restart: Path) -> Particles:
         place = Path(name)
         _lay_out(remove_gas(case), folder, place, None)
         shutil.copyfile(restart, place / _RESTART)
-        return _run(place, {"restart": _RESTART, "rest": None}).particles
+        return _run(place, {"restart": _RESTART, "rest": None}, lambda steps, speed: None).particles
 
 
 def remove_gas(case: Case) -> Case:
@@ -102,16 +110,29 @@ def _lay_out(dry: Case, folder: Path, place: Path, start: Particles | None) -> N
         (place / START).write_text("".join(lines), encoding="utf-8")
 
 
-def _run(place: Path, task: dict[str, Any]) -> Outcome:
+def _run(place: Path, task: dict[str, Any], watch: Watch) -> Outcome:
     (place / _TASK).write_text(json.dumps(task), encoding="utf-8")
     environment = mpi_environment() | {"PWD": str(place)}
-    ended = run_program([sys.executable, "-m", _MODULE, str(place)], environment, place)
-    if ended.returncode or not (place / _PARTICLES).is_file():
-        log = place / "liggghts.log"
-        words = log.read_text(encoding="utf-8", errors="replace").splitlines() if log.is_file() else []
-        told = [line for line in words if "ERROR" in line][-1:] or ended.stderr.strip().splitlines()[-_SHOWN:]
-        raise SolverError(f"LIGGGHTS alone ended with exit code {ended.returncode}: {' / '.join(told)[:500]}")
+    words = place / "words.log"
+    with words.open("w", encoding="utf-8") as errors:
+        command = [sys.executable, "-m", _MODULE, str(place)]
+        options: dict[str, Any] = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": errors}
+        with subprocess.Popen(
+            command, cwd=place, env=environment, encoding="utf-8", errors="replace", **options
+        ) as child:
+            assert child.stdout is not None
+            for line in child.stdout:
+                if told := _LOOK.fullmatch(line.strip()):
+                    watch(int(told[1]), float(told[2]))
+    if child.returncode or not (place / _PARTICLES).is_file():
+        lines = _read_lines(place / "liggghts.log")
+        last = [line for line in lines if "ERROR" in line][-1:] or _read_lines(words)[-_SHOWN:]
+        raise SolverError(f"LIGGGHTS alone ended with exit code {child.returncode}: {' / '.join(last)[:500]}")
     with np.load(place / _PARTICLES) as found:
         motion = np.hstack([found["velocities"], found["spins"]])
         particles = Particles(found["positions"], motion, found["types"].astype(int) - 1)
-        return Outcome(particles, int(found["steps"]), float(found["fastest"]))
+        return Outcome(particles, int(found["steps"]), float(found["speed"]))
+
+
+def _read_lines(path: Path) -> list[str]:
+    return path.read_text(encoding="utf-8", errors="replace").strip().splitlines() if path.is_file() else []

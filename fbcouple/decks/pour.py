@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from time import monotonic
 
 import numpy as np
 
@@ -27,29 +28,30 @@ LOOSE = 0.2
 """Solids fraction of the rain."""
 _REST = 0.01
 """Speed of particles at rest over sqrt(g d)."""
+_EVERY = 30.0
 _LOOK = 0.5
 """Time between two looks at the speeds over sqrt(d/g)."""
 
 
 @dataclass(frozen=True)
 class Poured:
-    """A bed at rest: particles, time [s] that it took to settle, speed [m/s] of the fastest, parts poured."""
+    """A bed at rest: particles, time [s] that it took to settle, speed [m/s] at its end, parts poured."""
 
     particles: Particles
     time: float
-    fastest: float
+    speed: float
     parts: int
 
 
 def find_rest_speed(case: Case, start: Start) -> float:
-    """Speed [m/s] below which all particles are at rest."""
+    """Speed [m/s], by the root mean square, below which the particles are at rest."""
     assert case.particles is not None
     smallest = min(kind.diameter for kind in list_kinds(case.particles))
     return start.rest_speed or _REST * math.sqrt(case.gravity * smallest)
 
 
-def pour(case: Case, folder: Path) -> Poured:
-    """Pour the particles of a case whose own files lie in `folder`.
+def pour(case: Case, folder: Path, say: Callable[[str], None] = lambda text: None) -> Poured:
+    """Pour the particles of a case whose own files lie in `folder`; `say` is told now and then how far they are.
 
     Raises: CaseError (one text) if there is no room for them, or they do not come to rest within `start.settle_limit`;
     SolverError if LIGGGHTS fails.
@@ -61,18 +63,31 @@ def pour(case: Case, folder: Path) -> Poured:
     every = max(1, math.ceil(_LOOK * math.sqrt(smallest / case.gravity) / step))
     rest = Rest(find_rest_speed(case, start), math.ceil(start.settle_limit / step), every)
     bed = Particles(np.empty((0, 3)), np.empty((0, 6)), np.empty(0, int))
-    waiting, time, fastest, parts = draw_kinds(particles, start.seed), 0.0, 0.0, 0
+    waiting, time, speed, parts = draw_kinds(particles, start.seed), 0.0, 0.0, 0
     while len(waiting):
         placed, waiting = rain.fall(bed, waiting)
-        outcome = settle(case, folder, _join(bed, placed), rest)
+        outcome = settle(case, folder, _join(bed, placed), rest, _Teller(say, len(waiting), step, rest.speed))
         bed, parts = outcome.particles, parts + 1
-        time, fastest = time + outcome.steps * step, outcome.fastest
-        if fastest >= rest.speed:
-            text = f"the bed is not at rest after {start.settle_limit:g} s: its fastest particle has {fastest:.3g} m/s"
+        time, speed = time + outcome.steps * step, outcome.speed
+        if speed >= rest.speed:
+            text = f"the bed is not at rest after {start.settle_limit:g} s: its particles have {speed:.3g} m/s"
             mend = "give it longer, or a higher start.rest_speed; without friction that remembers, a bed creeps"
             raise CaseError([f"start.settle_limit: {text}, below {rest.speed:.3g} m/s is at rest; {mend}."])
     still = Particles(bed.positions, np.zeros_like(bed.motion), bed.kinds)
-    return Poured(still, time, fastest, parts)
+    return Poured(still, time, speed, parts)
+
+
+class _Teller:
+    """Says every `_EVERY` seconds of wall time how far a bed has settled."""
+
+    def __init__(self, say: Callable[[str], None], waiting: int, step: float, wanted: float) -> None:
+        self._say, self._step, self._last = say, step, monotonic()
+        self._rest = f"below {wanted:.2g} m/s is at rest" + (f"; {waiting} particles to come" if waiting else "")
+
+    def __call__(self, steps: int, speed: float) -> None:
+        if monotonic() - self._last > _EVERY:
+            self._last = monotonic()
+            self._say(f"start: settled for {steps * self._step:.3g} s, speed {speed:.2g} m/s ({self._rest})")
 
 
 def _join(bed: Particles, placed: Particles) -> Particles:

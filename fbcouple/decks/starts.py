@@ -93,9 +93,9 @@ def _pour(case: Case, folder: Path, scratch: Path, say: Say) -> tuple[str, Path]
         say(f"start: poured before, taken from {place / name}")
         return name, place
     say("start: the bed is poured and settles, once (one process; the result is kept)")
-    poured = pour(case, folder)
+    poured = pour(case, folder, say)
     count, height = len(poured.particles.kinds), poured.particles.positions[:, 2].max()
-    about = f"poured bed of {count} particles at rest after {poured.time:.4g} s (fastest {poured.fastest:.2g} m/s, "
+    about = f"poured bed of {count} particles at rest after {poured.time:.4g} s (speed {poured.speed:.2g} m/s, "
     about += f"{poured.parts} part{'s' if poured.parts > 1 else ''}), highest centre at {height:.6g} m"
     make_folder(place)
     write_whole(place / name, "".join(_write_table(poured.particles, about)))

@@ -295,8 +295,8 @@ class Start(Section):
         None,
     )
     rest_speed: float | None = option(
-        "Speed that all particles of a poured bed must be below to be at rest; absent: 1 % of sqrt(g d) of the "
-        "smallest.",
+        "Root mean square of the speeds below which a poured bed is at rest, with the fastest particle below ten times "
+        "that; absent: 1 % of sqrt(g d) of the smallest.",
         "m s-1",
         None,
         **Positive,
