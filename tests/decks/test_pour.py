@@ -149,6 +149,10 @@ def test_check_does_not_pour(bed, tmp_path, monkeypatch):
     [
         (("gravity=0",), 'start.method: "pour" is given and gravity is 0'),
         (("start.run=elsewhere",), 'start.method: "pour" is given and start.run too'),
+        (
+            ("start.region=[[0, 0.006], [0, 0.006], [0, 0.01]]",),
+            r"start.region: is given, which the lattice alone fills",
+        ),
         (("start.time=1",), r"start.time: 1 s is given and no start.run"),
         (("start.settle_limit=0",), r"start.settle_limit: 0.* above 0"),
         (("start.method=rain",), r'start.method: "rain" is given'),

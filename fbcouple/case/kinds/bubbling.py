@@ -75,7 +75,9 @@ start = 0.5                     # s: what happens before is the start-up
 
 [output]
 record_every = 0.01             # s, between rows of the history: bed height, pressure drop ...
-{output}"""
+snapshots_every = 0.01          # s, of the voidage, for bubbles
+particles_every = 0.25          # s, of all particles, for pictures
+"""
 
 
 DOMAIN = """\
@@ -86,31 +88,24 @@ cells = {cells}
 # periodic = ["y"]              # in place of the walls in front and behind
 """
 
-OUTPUT = """\
-snapshots_every = 0.01          # s, of the voidage, for bubbles
-particles_every = 0.25          # s, of all particles, for pictures
-"""
-
 
 @dataclass(frozen=True)
 class Shape:
     """What a bubbling bed is in: its name, the size [diameters] where none is given, its floor over width times depth,
-    the width [diameters] of a cell, the section [domain], further lines of [output], and the cells of a size [m] for
-    cells of a width [m]."""
+    the width [diameters] of a cell, the section [domain], and the cells of a size [m] for cells of a width [m]."""
 
     name: str
     size: tuple[float, float, float]
     floor: float
     cell: float
     domain: str
-    output: str
     count_cells: Callable[[tuple[float, ...], float], list[int]]
 
 
 @kind("bubbling")
 def write_bubbling(wanted: Wanted) -> str:
     """Return the text of a case file of a bubbling bed in a box."""
-    return write_bed(wanted, Shape("bubbling bed", SIZE, 1.0, CELL, DOMAIN, OUTPUT, choose_cells))
+    return write_bed(wanted, Shape("bubbling bed", SIZE, 1.0, CELL, DOMAIN, choose_cells))
 
 
 def write_bed(wanted: Wanted, shape: Shape) -> str:
@@ -138,7 +133,6 @@ def _fill(wanted: Wanted, shape: Shape, velocity: float, stiffness: float, words
         name=shape.name,
         title=shape.name.capitalize(),
         domain=domain,
-        output=shape.output,
         diameter=wanted.diameter,
         diameter_mm=1e3 * wanted.diameter,
         density=wanted.density,

@@ -25,7 +25,7 @@ cells = {cells}
 @kind("column")
 def write_column(wanted: Wanted) -> str:
     """Return the text of a case file of a bubbling bed in a column."""
-    return write_bed(wanted, Shape("bubbling bed in a column", SIZE, math.pi / 4.0, CELL, DOMAIN, "", _count_cells))
+    return write_bed(wanted, Shape("bubbling bed in a column", SIZE, math.pi / 4.0, CELL, DOMAIN, _count_cells))
 
 
 def _count_cells(size: tuple[float, ...], width: float) -> list[int]:
