@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from fbcouple.case.bed.derived import dem_step
-from fbcouple.case.schema.sections import Case, Contact, Particles
+from fbcouple.case.schema.particles import Contact, Particles
+from fbcouple.case.schema.sections import Case
 from fbcouple.errors import CaseError
 from fbcouple.geometry.block import PER_SQUARE
 from fbcouple.geometry.extrusion import PER_PRISM

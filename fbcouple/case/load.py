@@ -27,9 +27,10 @@ from fbcouple.case.checks.registry import list_problems
 from fbcouple.case.fit_averages import fit_averages
 from fbcouple.case.presets import apply_preset
 from fbcouple.case.problems import Problem, format_errors, show
+from fbcouple.case.schema.gas import FROM_MESH
 from fbcouple.case.schema.option import as_tuple
 from fbcouple.case.schema.reference import list_sections, list_tables
-from fbcouple.case.schema.sections import FROM_MESH, Case
+from fbcouple.case.schema.sections import Case
 from fbcouple.case.source import FILE_NAME, apply_settings, find_case
 from fbcouple.errors import CaseError
 from fbcouple.machine.whole_files import write_whole

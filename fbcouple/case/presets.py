@@ -12,7 +12,8 @@ from pydantic import ValidationError
 
 from fbcouple.case.bed.derived import steps_per_contact
 from fbcouple.case.checks.contact import is_hertz
-from fbcouple.case.schema.sections import Case, Contact, Particles
+from fbcouple.case.schema.particles import Contact, Particles
+from fbcouple.case.schema.sections import Case
 
 KEY = "accuracy"
 NONE = "none"

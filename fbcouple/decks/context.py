@@ -16,7 +16,9 @@ from fbcouple.case.bed.particle_types import Kind, largest_diameter, list_kinds
 from fbcouple.case.bed.region import Region, find_openings, find_region, read_mesh
 from fbcouple.case.bed.streams import list_streams
 from fbcouple.case.schema.feeds import Outlet
-from fbcouple.case.schema.sections import Case, Contact, Gas, Particles
+from fbcouple.case.schema.gas import Gas
+from fbcouple.case.schema.particles import Contact, Particles
+from fbcouple.case.schema.sections import Case
 from fbcouple.geometry.polymesh import PolyMesh
 from fbcouple.physics.contact import normal_damping
 

@@ -17,7 +17,8 @@ import numpy as np
 from fbcouple.case.bed.derived import dem_step, wraps
 from fbcouple.case.bed.particle_types import draw_kinds, list_kinds
 from fbcouple.case.bed.region import Region, find_region, read_mesh
-from fbcouple.case.schema.sections import Case, Start
+from fbcouple.case.schema.particles import Start
+from fbcouple.case.schema.sections import Case
 from fbcouple.decks.alone import Particles, Rest, settle
 from fbcouple.errors import CaseError
 from fbcouple.geometry.insertion import Clear, insert

@@ -11,7 +11,7 @@ import numpy as np
 from mpi4py import MPI
 
 from fbcouple.case.bed import derived
-from fbcouple.case.schema.sections import Contact, Particles
+from fbcouple.case.schema.particles import Contact, Particles
 from fbcouple.solvers.liggghts import Liggghts
 from fbcouple.verify.harness import GLASS, open_bench
 

@@ -12,7 +12,7 @@ from mpi4py import MPI
 
 from fbcouple.case.bed.contact_coefficients import find_pair, find_wall
 from fbcouple.case.bed.particle_types import list_kinds
-from fbcouple.case.schema.sections import Contact, Particles
+from fbcouple.case.schema.particles import Contact, Particles
 from fbcouple.physics.drag.polydisperse import size_factor
 from fbcouple.physics.jit import compiled
 from fbcouple.verify.harness import FRICTIONLESS, GAS, GLASS, open_bench

@@ -13,7 +13,7 @@ from fbcouple.case.bed.derived import dem_step, least_steps, steps_per_contact
 from fbcouple.case.load import load_case
 from fbcouple.case.preflight import estimate, require_fit
 from fbcouple.case.presets import describe_preset
-from fbcouple.case.schema.sections import Contact, Particles
+from fbcouple.case.schema.particles import Contact, Particles
 from fbcouple.errors import CaseError
 
 HERTZ = {"model": "hertz", "youngs_modulus": 5e6, "poisson_ratio": 0.45, "impact_speed": 0.2}

@@ -14,7 +14,8 @@ from fbcouple.case.bed.particle_types import count_kinds, draw_kinds, list_kinds
 from fbcouple.case.bed.positions import start_kinds
 from fbcouple.case.checks.registry import find_problems
 from fbcouple.case.preflight import estimate
-from fbcouple.case.schema.sections import Case, Particles
+from fbcouple.case.schema.particles import Particles
+from fbcouple.case.schema.sections import Case
 from fbcouple.errors import CaseError
 from fbcouple.geometry.overlap import find_max_overlap
 

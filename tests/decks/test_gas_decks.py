@@ -7,7 +7,7 @@ from typing import get_args
 import pytest
 from test_render import GAS_OPTIONS, build, join, numbers_after
 
-from fbcouple.case.schema.sections import Gas
+from fbcouple.case.schema.gas import Gas
 from fbcouple.coupling.forces import FORCES
 from fbcouple.decks.needs import find_needs
 from fbcouple.decks.render import render_decks

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from fbcouple.case.bed.particle_types import Kind
-from fbcouple.case.schema.sections import Contact
+from fbcouple.case.schema.particles import Contact
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,10 @@ import numpy as np
 from fbcouple.case.bed.contact_coefficients import Coefficients, find_pair, find_wall, list_coefficients
 from fbcouple.case.bed.contact_steps import FREE, Contacts, Oscillator, count_steps
 from fbcouple.case.bed.particle_types import Kind, list_kinds
+from fbcouple.case.schema.gas import Domain, Gas
 from fbcouple.case.schema.inlets import Inlet
-from fbcouple.case.schema.sections import Case, Contact, Domain, Gas, Particles
+from fbcouple.case.schema.particles import Contact, Particles
+from fbcouple.case.schema.sections import Case
 from fbcouple.physics.contact import contact_time, normal_damping
 from fbcouple.results.inlet_speed import sum_rows
 

@@ -10,7 +10,8 @@ import numpy as np
 from fbcouple.case.bed.derived import wraps
 from fbcouple.case.bed.particle_types import Kind, largest_diameter, list_kinds
 from fbcouple.case.schema.feeds import Feed, Outlet
-from fbcouple.case.schema.sections import Case, Particles
+from fbcouple.case.schema.particles import Particles
+from fbcouple.case.schema.sections import Case
 
 TOP_DEPTH, FLOOR_DEPTH = 2.0, 8.0
 """How far an outlet by the top, or below the floor, reaches where the case does not say it, in largest diameters."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from fbcouple.case.bed.region import find_imported, find_spacing
 from fbcouple.case.problems import Problem
-from fbcouple.case.schema.sections import FROM_MESH, Domain
+from fbcouple.case.schema.gas import FROM_MESH, Domain
 from fbcouple.errors import CaseError
 from fbcouple.geometry.polymesh import PolyMesh
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fbcouple.case.schema.sections import Particles
+from fbcouple.case.schema.particles import Particles
 
 _POINTS = 20_001
 """Diameters on which a distribution is integrated: the total mass is then right to 1e-8."""

@@ -14,7 +14,8 @@ import numpy as np
 from fbcouple.case.bed.openings import Openings, open_mesh
 from fbcouple.case.bed.streams import Opening, Stream, has_openings, list_outlets, list_streams
 from fbcouple.case.companions import find_mesh
-from fbcouple.case.schema.sections import Case, Domain
+from fbcouple.case.schema.gas import Domain
+from fbcouple.case.schema.sections import Case
 from fbcouple.errors import CaseError
 from fbcouple.geometry.block import PER_SQUARE, make_block, make_hexahedra
 from fbcouple.geometry.cylinder import count_cells, find_section, make_cylinder

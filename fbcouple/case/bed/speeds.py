@@ -15,7 +15,8 @@ from fbcouple.case.bed.number import Law, Number, judge
 from fbcouple.case.bed.particle_types import Kind, list_kinds, particle_count, solids_volume
 from fbcouple.case.bed.positions import find_start_file, start_positions
 from fbcouple.case.bed.region import Region
-from fbcouple.case.schema.sections import Case, Contact
+from fbcouple.case.schema.particles import Contact
+from fbcouple.case.schema.sections import Case
 from fbcouple.case.user_code import OWN
 from fbcouple.physics.contact import normal_damping
 

@@ -9,7 +9,8 @@ import numpy as np
 from fbcouple.case.bed.particle_types import list_kinds
 from fbcouple.case.bed.start_file import ENDINGS, SAME_SIZE, StartFile, read_start
 from fbcouple.case.companions import find_companion
-from fbcouple.case.schema.sections import Case, Particles
+from fbcouple.case.schema.particles import Particles
+from fbcouple.case.schema.sections import Case
 from fbcouple.errors import CaseError
 
 MOST_SIZES = 50

@@ -8,8 +8,9 @@ from functools import lru_cache
 import numpy as np
 
 from fbcouple.case.bed.derived import inlet_ramp, inlet_rows
+from fbcouple.case.schema.gas import Domain
 from fbcouple.case.schema.inlets import Inlet, Outlet
-from fbcouple.case.schema.sections import Case, Domain
+from fbcouple.case.schema.sections import Case
 from fbcouple.geometry.cylinder import make_floor
 from fbcouple.geometry.plane_cover import Circle, Rectangle, Shape, measure_cover
 from fbcouple.geometry.sides import find_axes

@@ -11,7 +11,8 @@ from fbcouple.case.bed.derived import ROLLING_FACTOR, dem_step, tangential_dampi
 from fbcouple.case.bed.particle_types import list_kinds
 from fbcouple.case.checks.registry import COEFFICIENTS, check
 from fbcouple.case.problems import Problem
-from fbcouple.case.schema.sections import Case, Contact
+from fbcouple.case.schema.particles import Contact
+from fbcouple.case.schema.sections import Case
 from fbcouple.physics.contact import normal_damping
 
 HERTZ_KEYS = ("youngs_modulus", "poisson_ratio", "impact_speed")

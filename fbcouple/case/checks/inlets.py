@@ -14,8 +14,9 @@ from fbcouple.case.bed.region import find_openings
 from fbcouple.case.bed.streams import find_opening, find_outline, has_openings, list_above, list_streams
 from fbcouple.case.checks.registry import check
 from fbcouple.case.problems import Problem, show
+from fbcouple.case.schema.gas import Domain, Gas
 from fbcouple.case.schema.inlets import Inlet, Outlet
-from fbcouple.case.schema.sections import Case, Domain, Gas
+from fbcouple.case.schema.sections import Case
 from fbcouple.errors import CaseError
 from fbcouple.geometry.plane_cover import Circle, Shape, cross_each_other, measure_cover
 from fbcouple.geometry.sides import SIDES, find_axes

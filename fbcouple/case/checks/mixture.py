@@ -6,7 +6,8 @@ from collections.abc import Collection, Iterator
 
 from fbcouple.case.bed.particle_types import count_kinds, list_kinds
 from fbcouple.case.problems import Problem, show
-from fbcouple.case.schema.sections import Case, Particles
+from fbcouple.case.schema.particles import Particles
+from fbcouple.case.schema.sections import Case
 
 _SPREAD_KEYS = ("deviation", "smallest", "largest")
 _SIZE_KEYS = ("diameter", "density", "mixture", "fractions", "spread", "classes", "sizes", *_SPREAD_KEYS)

@@ -11,7 +11,8 @@ from fbcouple.case.bed.region import read_imported_mesh, read_mesh
 from fbcouple.case.bed.streams import has_openings
 from fbcouple.case.checks.registry import check
 from fbcouple.case.problems import Problem, show
-from fbcouple.case.schema.sections import Case, Domain
+from fbcouple.case.schema.gas import Domain
+from fbcouple.case.schema.sections import Case
 from fbcouple.errors import CaseError
 
 AGREES = 0.01

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from fbcouple.case.schema.gas import FROM_MESH
 from fbcouple.case.schema.reference import BASE, FILE_KEYS, UNSET, list_options, list_sections, list_tables
-from fbcouple.case.schema.sections import FROM_MESH, Case
+from fbcouple.case.schema.sections import Case
 
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
 Rules = dict[str, Any]

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from fbcouple.case.bed.particle_types import largest_diameter
-from fbcouple.case.schema.sections import Averages as Options
+from fbcouple.case.schema.output import Averages as Options
 from fbcouple.coupling.box.halo import Plan, find_patch
 from fbcouple.simulation.clock import ALMOST, Cadence
 from fbcouple.simulation.simulation import Simulation

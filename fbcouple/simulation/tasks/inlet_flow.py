@@ -12,7 +12,7 @@ from fbcouple.case.bed.derived import fastest_inlet, inlet_range
 from fbcouple.case.bed.particle_types import solids_volume
 from fbcouple.case.bed.region import find_region
 from fbcouple.case.bed.streams import has_side_openings
-from fbcouple.case.schema.sections import Gas
+from fbcouple.case.schema.gas import Gas
 from fbcouple.simulation.simulation import Simulation
 from fbcouple.solvers.openfoam.gas import GasReport
 
