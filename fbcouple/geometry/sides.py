@@ -33,6 +33,8 @@ def list_side(mesh: PolyMesh, side: str) -> np.ndarray:
 
 def list_polygons(mesh: PolyMesh, faces: np.ndarray, side: str) -> list[np.ndarray]:
     """Corners (n, 2) [m] of flat `faces` in the two coordinates of their side, anticlockwise."""
+    if not len(faces):
+        return []
     rows = mesh.faces.take(faces)
     places = mesh.points[rows.values][:, find_axes(side)]
     polygons = np.split(places, rows.starts[1:-1])
