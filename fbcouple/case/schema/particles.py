@@ -162,7 +162,7 @@ class Start(Section):
         None,
     )
     rest_speed: float | None = option(
-        "Root mean square of the speeds below which a poured bed is at rest, with the fastest particle below ten times "
+        "Root mean square of the speeds below which a poured bed is at rest, with the fastest below a hundred times "
         "that; absent: 1 % of sqrt(g d) of the smallest.",
         "m s-1",
         None,
