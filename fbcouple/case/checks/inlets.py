@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import combinations, pairwise
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ import numpy as np
 from fbcouple.case.bed.adopt_inlets import find_areas, find_inlet_section, read_ramp
 from fbcouple.case.bed.region import find_openings
 from fbcouple.case.bed.streams import find_opening, find_outline, has_openings, list_above, list_streams
-from fbcouple.case.checks.registry import check
+from fbcouple.case.checks.registry import check, examine_times
 from fbcouple.case.problems import Problem, show
 from fbcouple.case.schema.gas import Domain, Gas
 from fbcouple.case.schema.inlets import Inlet, Outlet
@@ -121,11 +121,9 @@ def _check_velocity(case: Case, inlet: Inlet, folder: Path) -> Iterator[str]:
         except CaseError as error:
             yield from error.problems
     times = [time for time, _ in inlet.ramp or ()]
-    for row, (before, after) in enumerate(pairwise(times), start=2):
-        if after < before or times.count(after) > 2:
-            text = f"row {row} of its ramp is at {after:g} s, {'before' if after < before else 'as are two more than'}"
-            yield f"{text} the last; order the rows by time, two at most at one time (a jump)."
-            return
+    if text := examine_times("row {} of its ramp", times):
+        yield text
+        return
     if times and times[0] < 0.0:
         yield f"its ramp starts at {times[0]:g} s; start at 0 s or later."
     if inlet.profile != "flat" and inlet.patches:

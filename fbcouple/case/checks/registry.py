@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Collection, Iterator
+from collections import Counter
+from collections.abc import Callable, Collection, Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
 
@@ -160,12 +161,19 @@ def check_inlet(case: Case, folder: Path) -> Iterator[Problem]:
             both = " and ".join(reversed(given))
             text = f'{both} are both given; remove one, that of a base by unset = ["gas.{given[0]}"]'
         yield Problem("gas.inlet_velocity", f"{text}.")
-    times = [time for time, _ in case.gas.inlet_ramp or ()]
-    for row, (before, after) in enumerate(pairwise(times), start=2):
-        if after < before or times.count(after) > 2:
-            text = f"row {row} is at {after:g} s, {'before' if after < before else 'as are two more than'} the last"
-            yield Problem("gas.inlet_ramp", f"{text}; order the rows by time, two at most at one time (a jump).")
-            return
+    if wrong := examine_times("row {}", [time for time, _ in case.gas.inlet_ramp or ()]):
+        yield Problem("gas.inlet_ramp", wrong)
+
+
+def examine_times(row: str, times: Sequence[float]) -> str | None:
+    """What is wrong with the times [s] of a ramp: they go up, and one may stand twice (a jump). row: what a row is
+    called, with a place for its number."""
+    counts = Counter(times)
+    for number, (before, after) in enumerate(pairwise(times), start=2):
+        if after < before or counts[after] > 2:
+            text = f"{row.format(number)} is at {after:g} s, {'before' if after < before else 'as are two more than'}"
+            return f"{text} the last; order the rows by time, two at most at one time (a jump)."
+    return None
 
 
 @check("gas.closed_nozzle", "domain.cells")
