@@ -6,9 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from fbcouple.case.bed.drag_balance import minimum_fluidization
-from fbcouple.case.bed.speeds import SETTLED
 from fbcouple.case.kinds.registry import Wanted, kind
 from fbcouple.case.kinds.writing import (
+    BED,
     HEAD,
     TRIAL_STIFFNESS,
     align,
@@ -16,6 +16,7 @@ from fbcouple.case.kinds.writing import (
     choose_cells,
     choose_size,
     choose_stiffness,
+    fill_bed,
     read,
     round_to,
 )
@@ -47,34 +48,9 @@ density = 1.2                   # kg m-3
 viscosity = 1.8e-5              # Pa s
 # Superficial velocity over the whole floor. {velocity_words}
 inlet_velocity = {velocity:.4g}       # m s-1
-
-[particles]
-diameter = {diameter:.6g}               # m
-density = {density:.6g}                  # kg m-3, of the material
-# Mass for a bed at rest that is {bed:.4g} m high, at a solids fraction of {settled:g}.
-mass = {mass:.4g}               # kg
-rotation = true
-
-[contact]
-# Normal spring: soft, for long steps, with an overlap of two particles of about {overlap:g} diameters at the
-# fastest speed that is expected (`fbcouple check` gives both).
-stiffness = {stiffness:g}                # N m-1
-restitution = 0.9
-wall_restitution = 0.9
-friction = 0.3
-wall_friction = 0.3
-
-[start]                         # a loose lattice, shifted at random; it settles in the first 0.2 s
-
-[exchange]
-drag = "huilin-gidaspow"
-filter_passes = 1               # smooths what particles give to cells that are less than 3 diameters wide
-
-[averages]
-start = 0.5                     # s: what happens before is the start-up
-
-[output]
-record_every = 0.01             # s, between rows of the history: bed height, pressure drop ...
+"""
+TEXT += BED
+TEXT += """\
 snapshots_every = 0.01          # s, of the voidage, for bubbles
 particles_every = 0.25          # s, of all particles, for pictures
 """
@@ -133,15 +109,9 @@ def _fill(wanted: Wanted, shape: Shape, velocity: float, stiffness: float, words
         name=shape.name,
         title=shape.name.capitalize(),
         domain=domain,
-        diameter=wanted.diameter,
         diameter_mm=1e3 * wanted.diameter,
-        density=wanted.density,
         velocity=velocity,
         velocity_words=words,
-        bed=bed,
-        settled=SETTLED,
-        mass=wanted.density * SETTLED * bed * shape.floor * size[0] * size[1],
-        stiffness=stiffness,
-        overlap=OVERLAP,
+        **fill_bed(wanted, bed, shape.floor * size[0] * size[1], stiffness, OVERLAP),
     )
     return align(text)

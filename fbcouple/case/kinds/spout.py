@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from fbcouple.case.bed.drag_balance import minimum_fluidization
-from fbcouple.case.bed.speeds import SETTLED
 from fbcouple.case.kinds.registry import Wanted, kind
 from fbcouple.case.kinds.writing import (
+    BED,
     HEAD,
     TRIAL_STIFFNESS,
     align,
@@ -13,6 +13,7 @@ from fbcouple.case.kinds.writing import (
     choose_cells,
     choose_size,
     choose_stiffness,
+    fill_bed,
     read,
     round_to,
 )
@@ -54,34 +55,9 @@ viscosity = 1.8e-5              # Pa s
 rectangle = [[{left:.6g}, 0.0], [{right:.6g}, {depth:.6g}]]     # m: x and y of two corners
 # Times and superficial velocities over the slot. {velocity_words}
 ramp = [[0.0, 0.0], [0.05, {velocity:.4g}]]     # s, m s-1
-
-[particles]
-diameter = {diameter:.6g}               # m
-density = {density:.6g}                  # kg m-3, of the material
-# Mass for a bed at rest that is {bed:.4g} m high, at a solids fraction of {settled:g}.
-mass = {mass:.4g}               # kg
-rotation = true
-
-[contact]
-# Normal spring: soft, for long steps, with an overlap of two particles of about {overlap:g} diameters at the
-# fastest speed that is expected (`fbcouple check` gives both).
-stiffness = {stiffness:g}                # N m-1
-restitution = 0.9
-wall_restitution = 0.9
-friction = 0.3
-wall_friction = 0.3
-
-[start]                         # a loose lattice, shifted at random; it settles in the first 0.2 s
-
-[exchange]
-drag = "huilin-gidaspow"
-filter_passes = 1               # smooths what particles give to cells that are less than 3 diameters wide
-
-[averages]
-start = 0.5                     # s: what happens before is the start-up
-
-[output]
-record_every = 0.01             # s, between rows of the history: bed height, pressure drop ...
+"""
+TEXT += BED
+TEXT += """\
 snapshots_every = 0.01          # s, of the voidage
 particles_every = 0.25          # s, of all particles, for pictures
 """
@@ -102,9 +78,7 @@ def _fill(wanted: Wanted, velocity: float, stiffness: float, words: str) -> str:
     bed = choose_bed(wanted, size, FILLED)
     width, depth, _ = size
     text = TEXT.format(
-        diameter=wanted.diameter,
         diameter_mm=1e3 * wanted.diameter,
-        density=wanted.density,
         size=f"[{', '.join(f'{edge:.6g}' for edge in size)}]",
         cells=choose_cells(size, CELL * wanted.diameter),
         cell=CELL,
@@ -113,10 +87,6 @@ def _fill(wanted: Wanted, velocity: float, stiffness: float, words: str) -> str:
         depth=depth,
         velocity=velocity,
         velocity_words=words,
-        bed=bed,
-        settled=SETTLED,
-        mass=wanted.density * SETTLED * bed * width * depth,
-        stiffness=stiffness,
-        overlap=OVERLAP,
+        **fill_bed(wanted, bed, width * depth, stiffness, OVERLAP),
     )
     return align(text)

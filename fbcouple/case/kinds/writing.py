@@ -9,7 +9,7 @@ from pathlib import Path
 
 from fbcouple.case.bed.adopt_inlets import adopt_inlets
 from fbcouple.case.bed.region import find_region
-from fbcouple.case.bed.speeds import estimate_overlap
+from fbcouple.case.bed.speeds import SETTLED, estimate_overlap
 from fbcouple.case.kinds.registry import Wanted
 from fbcouple.case.schema.sections import Case
 from fbcouple.errors import CaseError
@@ -19,6 +19,36 @@ HEAD = """\
 # For completion in an editor with Taplo, write the schema beside this file with
 # `fbcouple options --schema > fbcouple.schema.json` and make this the first line: #:schema ./fbcouple.schema.json
 """
+BED = """
+[particles]
+diameter = {diameter:.6g}               # m
+density = {density:.6g}                  # kg m-3, of the material
+# Mass for a bed at rest that is {bed:.4g} m high, at a solids fraction of {settled:g}.
+mass = {mass:.4g}               # kg
+rotation = true
+
+[contact]
+# Normal spring: soft, for long steps, with an overlap of two particles of about {overlap:g} diameters at the
+# fastest speed that is expected (`fbcouple check` gives both).
+stiffness = {stiffness:g}                # N m-1
+restitution = 0.9
+wall_restitution = 0.9
+friction = 0.3
+wall_friction = 0.3
+
+[start]                         # a loose lattice, shifted at random; it settles in the first 0.2 s
+
+[exchange]
+drag = "huilin-gidaspow"
+filter_passes = 1               # smooths what particles give to cells that are less than 3 diameters wide
+
+[averages]
+start = 0.5                     # s: what happens before is the start-up
+
+[output]
+record_every = 0.01             # s, between rows of the history: bed height, pressure drop ...
+"""
+"""From the particles to the output, the same for all kinds."""
 COLUMN = 32
 """Column of the comments behind values."""
 HIGHEST = 0.8
@@ -68,6 +98,19 @@ def choose_bed(wanted: Wanted, size: Sequence[float], filled: float) -> float:
         text = f"--bed-height: {bed:g} m is given, at most {highest:g} m is allowed in a box {size[2]:g} m high"
         raise CaseError([f"init: {text}; a bed needs room above it: give a lower bed or a higher box."])
     return bed
+
+
+def fill_bed(wanted: Wanted, bed: float, floor: float, stiffness: float, overlap: float) -> dict[str, float]:
+    """What `BED` asks for, of a bed of the height `bed` [m] at rest on a `floor` [m2]."""
+    return {
+        "diameter": wanted.diameter,
+        "density": wanted.density,
+        "bed": bed,
+        "settled": SETTLED,
+        "mass": wanted.density * SETTLED * bed * floor,
+        "stiffness": stiffness,
+        "overlap": overlap,
+    }
 
 
 def choose_cells(size: Sequence[float], least: float) -> list[int]:
