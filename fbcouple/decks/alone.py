@@ -45,8 +45,8 @@ class Particles:
 
 @dataclass(frozen=True)
 class Rest:
-    """Until when particles settle: root mean square of their speeds, and a tenth of the fastest, below `speed` [m/s],
-    within `most` DEM steps; looked at after `every`."""
+    """Until when particles settle: root mean square of their speeds, and a hundredth of the fastest, below `speed`
+    [m/s], within `most` DEM steps; looked at after `every`."""
 
     speed: float
     most: int

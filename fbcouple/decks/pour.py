@@ -23,7 +23,7 @@ from fbcouple.decks.alone import Particles, Rest, settle
 from fbcouple.errors import CaseError
 from fbcouple.geometry.insertion import Clear, insert
 
-VERSION = 1
+VERSION = 2
 """Of what is done here: a change of the bed that comes out is another one."""
 LOOSE = 0.2
 """Solids fraction of the rain."""
