@@ -75,9 +75,9 @@ class Simulation(RankSimulation):
             Simulation._is_used = True
             stack.enter_context(_inside(path))
             case, checkpoint = load_case("case.toml"), start.checkpoint
-            place = Path("checkpoints") / checkpoint.folder.name if checkpoint else None
-            sim = cls(case, Path(), comm, case.end_time, place / RESTART if place else None)
-            sim.tasks = open_tasks(sim, Limits(), StopSignal(), place, tasks)
+            folder = Path("checkpoints") / checkpoint.folder.name if checkpoint else None
+            sim = cls(case, Path(), comm, case.end_time, folder / RESTART if folder else None)
+            sim.tasks = open_tasks(sim, Limits(), StopSignal(), folder, tasks)
             sim.initialise()
             loop.start(sim, sim.tasks)
             sim._stack = stack.pop_all()

@@ -84,17 +84,17 @@ def agitation_peak(results: Results, height: float, allowed: float) -> tuple[flo
     within `allowed` of z/H = `height` is above the largest elsewhere."""
     weight, agitation = results.mean("solids_fraction").values, _agitation(results)
     error = np.nan_to_num(results.data["agitation_stderr"].values.astype(float))
-    places = results.share("z")
-    below = places < FREEBOARD
-    places, mass = places[below], weight[below].sum(axis=(1, 2))
+    heights = results.share("z")
+    below = heights < FREEBOARD
+    heights, mass = heights[below], weight[below].sum(axis=(1, 2))
     layers, errors = (
         np.divide((weight * field)[below].sum(axis=(1, 2)), mass, out=np.zeros_like(mass), where=mass > 0.0)
         for field in (agitation, error)
     )
-    near = np.abs(places - height) <= allowed
+    near = np.abs(heights - height) <= allowed
     inside, outside = (np.flatnonzero(part)[np.argmax(layers[part])] for part in (near, ~near))
     lead = Measured(layers[inside], errors[inside]) - Measured(layers[outside], errors[outside])
-    return float(places[np.argmax(layers)]), lead
+    return float(heights[np.argmax(layers)]), lead
 
 
 def bed_agitation(results: Results) -> Measured:

@@ -54,28 +54,28 @@ class Request:
     trusted: bool = False
 
 
-def find_runs(place: Path) -> list[Path]:
-    """The run folder `place`, or the run folders in it, by name.
+def find_runs(folder: Path) -> list[Path]:
+    """The run folder `folder`, or the run folders in it, by name.
 
     Raises: CaseError if it is none and holds none.
     """
-    if (place / FILE_NAME).is_file():
-        return [place.resolve()]
-    runs = sorted(path.parent.resolve() for path in place.glob(f"*/{FILE_NAME}")) if place.is_dir() else []
+    if (folder / FILE_NAME).is_file():
+        return [folder.resolve()]
+    runs = sorted(path.parent.resolve() for path in folder.glob(f"*/{FILE_NAME}")) if folder.is_dir() else []
     if not runs:
         text = "is neither a run folder nor a folder of runs"
-        raise CaseError([f"{place}: {text}; write one with `fbcouple setup CASE -o {shlex.quote(str(place))}`."])
+        raise CaseError([f"{folder}: {text}; write one with `fbcouple setup CASE -o {shlex.quote(str(folder))}`."])
     return runs
 
 
-def write_job(place: Path, scheduler: str, request: Request) -> tuple[Path, Path]:
+def write_job(target: Path, scheduler: str, request: Request) -> tuple[Path, Path]:
     """Write PLACE/batch/SCHEDULER.sh, the job script, and submit-SCHEDULER.sh, which hands it in.
 
     Raises: CaseError if `request` cannot be met or a name or path could be taken for something else than a name.
     """
-    runs, system = find_runs(place), SCHEDULERS[scheduler]
-    _require_sound(place.resolve(), runs, system, scheduler, request)
-    folder = place.resolve() / "batch"
+    runs, system = find_runs(target), SCHEDULERS[scheduler]
+    _require_sound(target.resolve(), runs, system, scheduler, request)
+    folder = target.resolve() / "batch"
     for read in (*runs, folder):
         require_plain(read)
     job, submit = folder / f"{scheduler}.sh", folder / f"submit-{scheduler}.sh"
@@ -87,7 +87,7 @@ def write_job(place: Path, scheduler: str, request: Request) -> tuple[Path, Path
     minutes = request.limit // 60
     first, then = system.submit(shlex.quote(str(job)))
     context = {
-        "name": re.sub(r"[^A-Za-z0-9._-]", "-", place.resolve().name)[:60],
+        "name": re.sub(r"[^A-Za-z0-9._-]", "-", target.resolve().name)[:60],
         "runs": [str(run) for run in runs],
         "folder": str(folder),
         "index": system.index,
@@ -125,10 +125,10 @@ def estimate_memory(cases: list[Case], ranks: int) -> int:
     return math.ceil(_RANK_MEMORY * ranks + _MARGIN * largest / 2**20)
 
 
-def list_warnings(place: Path, request: Request) -> list[str]:
-    """What of `request` is of little use for the runs in `place`: more ranks than there is work for."""
+def list_warnings(folder: Path, request: Request) -> list[str]:
+    """What of `request` is of little use for the runs in `folder`: more ranks than there is work for."""
     warnings = []
-    for run in find_runs(place) if request.ranks > 1 else []:
+    for run in find_runs(folder) if request.ranks > 1 else []:
         case = load_case(str(run))
         cells = find_region(case, run).cells if case.gas else 0
         particles = particle_count(case.particles) if case.particles else 0
@@ -140,13 +140,13 @@ def list_warnings(place: Path, request: Request) -> list[str]:
     return warnings
 
 
-def _require_sound(place: Path, runs: list[Path], system: Scheduler, scheduler: str, request: Request) -> None:
+def _require_sound(folder: Path, runs: list[Path], system: Scheduler, scheduler: str, request: Request) -> None:
     problems = []
     for option, given in _list_names(request):
         if not _NAME.fullmatch(given):
             allowed = "letters, digits and . _ / + : = @ - are allowed"
             problems.append(f"{option}: {show(given)} is given, {allowed}; give the bare name.")
-    for path in (place, *runs):
+    for path in (folder, *runs):
         if not _PATH.fullmatch(str(path)):
             text = "has characters in its path that a batch script takes for something else"
             problems.append(f"{show(str(path))}: {text}; move it to a path of letters, digits and . _ / + : = @ , -.")

@@ -49,9 +49,9 @@ def measure_scaling(cells: int, counts: Sequence[int], steps: int, repeats: int,
         first: Row | None = None
         for ranks in counts:
             case = make_box((cells * ranks if kind == "weak" else cells, cells, cells), tetrahedra)
-            with _place() as place:
-                set_up(case, place / "run")
-                row = {"scaling": kind} | _measure("steps", place / "run", case, ranks, steps, repeats)
+            with _place() as folder:
+                set_up(case, folder / "run")
+                row = {"scaling": kind} | _measure("steps", folder / "run", case, ranks, steps, repeats)
             first = first or row
             rows.append(row | compare(row, first))
     return rows
@@ -76,9 +76,9 @@ def measure_parts(case: str, sets: Sequence[str], warm: float, steps: int, repea
     turns: dict[str, list[Row]] = {name: [] for name in variants}
     for _ in range(repeats):
         for name, variant in variants.items():
-            with _place() as place:
-                set_up(variant, place / "run")
-                turns[name].append(_measure("variant", place / "run", variant, 1, warm, steps))
+            with _place() as folder:
+                set_up(variant, folder / "run")
+                turns[name].append(_measure("variant", folder / "run", variant, 1, warm, steps))
     best = {name: min(rows, key=lambda row: row["cpu_seconds_per_second"]) for name, rows in turns.items()}
     whole = best["nothing"]["cpu_seconds_per_second"]
     return [
@@ -111,8 +111,8 @@ def measure_peers(case: str, sets: Sequence[str], ranks: int, warm: float, steps
     """Wall seconds a simulated second of this program and of stock DPMFoam for the same bed, mesh, fluid step and
     ranks, one after the other, and their ratio ("peers"); of LIGGGHTS and of LAMMPS, where it takes part, for the
     particles alone ("particles"). Raises CaseError, SolverError."""
-    with _place() as place:
-        run = place / "run"
+    with _place() as folder:
+        run = folder / "run"
         lay_out(case, run, sets, trusted=False, forced=True)
         content = load_case(str(run))
         check_peer(content)
@@ -139,23 +139,23 @@ def count_traffic(cells: int, counts: Sequence[int]) -> list[Row]:
     for kind in ("strong", "weak"):
         for ranks in counts:
             case = make_box((cells * ranks if kind == "weak" else cells, cells, cells))
-            with _place() as place:
-                (place / "run").mkdir()
-                write_case(case, place / "run/case.toml")
-                rows.append({"scaling": kind} | _start("traffic", place / "run", 1, ranks))
+            with _place() as folder:
+                (folder / "run").mkdir()
+                write_case(case, folder / "run/case.toml")
+                rows.append({"scaling": kind} | _start("traffic", folder / "run", 1, ranks))
     return rows
 
 
 @contextmanager
 def _place() -> Iterator[Path]:
-    with tempfile.TemporaryDirectory(prefix="fbcouple-bench-") as place:
-        yield Path(place)
+    with tempfile.TemporaryDirectory(prefix="fbcouple-bench-") as folder:
+        yield Path(folder)
 
 
 def _measure_case(kind: str, case: str, sets: Sequence[str], ranks: int, *numbers: float) -> dict[str, Any]:
     """Lay a case out as a user's command would, and measure it."""
-    with _place() as place:
-        run = place / "run"
+    with _place() as folder:
+        run = folder / "run"
         lay_out(case, run, sets, trusted=False, forced=True)
         return _measure(kind, run, load_case(str(run)), ranks, *numbers)
 

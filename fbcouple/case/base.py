@@ -19,7 +19,7 @@ _ALLOWED = (
 )
 
 
-def read_case(path: Path, place: str) -> tuple[dict[str, Any], list[Path]]:
+def read_case(path: Path, label: str) -> tuple[dict[str, Any], list[Path]]:
     """Read a case file, and what it leaves out from the case that its `base` names, if it names one.
 
     Returns: the content, and the folders of the bases, the nearest first.
@@ -27,33 +27,33 @@ def read_case(path: Path, place: str) -> tuple[dict[str, Any], list[Path]]:
     A section of the file goes on top of the section of its base, key by key; anything else replaces what the base has.
     What `unset` lists is removed from the base first.
 
-    Raises: CaseError naming `place`.
+    Raises: CaseError naming `label`.
     """
-    return _read(path, place, [])
+    return _read(path, label, [])
 
 
-def _read(path: Path, place: str, above: list[tuple[Path, str]]) -> tuple[dict[str, Any], list[Path]]:
+def _read(path: Path, label: str, above: list[tuple[Path, str]]) -> tuple[dict[str, Any], list[Path]]:
     """Read the file `path` and its bases; `above` are the files, and their names, that lead here."""
-    raw = read_toml(path, place)
+    raw = read_toml(path, label)
     base, unset = raw.pop(BASE, None), raw.pop(UNSET, None)
     if base is None:
         if unset is not None:
-            raise CaseError([f"{place}: {UNSET}: is given without `{BASE}`; remove the keys themselves."])
+            raise CaseError([f"{label}: {UNSET}: is given without `{BASE}`; remove the keys themselves."])
         return raw, []
-    found, name = _find_base(base, path, place)
-    chain = [*above, (path.resolve(), place)]
+    found, name = _find_base(base, path, label)
+    chain = [*above, (path.resolve(), label)]
     if found.resolve() in [file for file, _ in chain]:
-        names = " -> ".join([*(label for _, label in chain), name])
-        raise CaseError([f"{place}: {BASE}: the cases stand on each other in a circle ({names}); remove one `{BASE}`."])
+        names = " -> ".join([*(above_it for _, above_it in chain), name])
+        raise CaseError([f"{label}: {BASE}: the cases stand on each other in a circle ({names}); remove one `{BASE}`."])
     if len(chain) > MOST_BASES:
-        raise CaseError([f"{place}: {BASE}: more than {MOST_BASES} cases stand on each other; name one lower down."])
+        raise CaseError([f"{label}: {BASE}: more than {MOST_BASES} cases stand on each other; name one lower down."])
     below, folders = _read(found, name, chain)
     if unset is not None:
-        _remove(below, unset, name, place)
+        _remove(below, unset, name, label)
     return _put_on_top(below, raw), [found.parent, *folders]
 
 
-def _find_base(base: Any, path: Path, place: str) -> tuple[Path, str]:
+def _find_base(base: Any, path: Path, label: str) -> tuple[Path, str]:
     """The case file that `base` of the file `path` means, and what messages call it."""
     shipped = list_shipped()
     if isinstance(base, str) and base in shipped:
@@ -61,8 +61,8 @@ def _find_base(base: Any, path: Path, place: str) -> tuple[Path, str]:
     if not isinstance(base, str) or not base.endswith(_SUFFIX):
         close = suggest(base, shipped) if isinstance(base, str) else None
         hint = f"did you mean `{close}`" if close else "`fbcouple cases` lists the shipped cases"
-        raise CaseError([f"{place}: {BASE}: {show(base)} is given, {_ALLOWED}; {hint}."])
-    given = f"{place}: {BASE}: {show(base)}"
+        raise CaseError([f"{label}: {BASE}: {show(base)} is given, {_ALLOWED}; {hint}."])
+    given = f"{label}: {BASE}: {show(base)}"
     folder = path.parent.resolve()
     wanted = Path(os.path.normpath(folder / base))
     if Path(base).is_absolute() or not base.isprintable() or not _is_near(wanted, folder):
@@ -76,7 +76,7 @@ def _find_base(base: Any, path: Path, place: str) -> tuple[Path, str]:
         raise CaseError([f"{given} is a link that leads out of its folder; put the file itself there."])
     if not found.is_file():
         raise CaseError([f"{given} is not a plain file; give the path of a .toml file."])
-    return found, os.path.normpath(os.path.join(os.path.dirname(place), base))
+    return found, os.path.normpath(os.path.join(os.path.dirname(label), base))
 
 
 def _is_near(wanted: Path, folder: Path) -> bool:
@@ -84,11 +84,11 @@ def _is_near(wanted: Path, folder: Path) -> bool:
     return wanted.parent in folder.parents or wanted.is_relative_to(folder.parent)
 
 
-def _remove(below: dict[str, Any], unset: Any, base: str, place: str) -> None:
+def _remove(below: dict[str, Any], unset: Any, base: str, label: str) -> None:
     """Remove what `unset` lists from the content `below` of the case `base`. Raises: CaseError with every mistake."""
     if not isinstance(unset, list) or not all(isinstance(name, str) for name in unset):
         text = f'{show(unset)} is given, a list of keys and sections in quotes is allowed, as ["gas.closed_nozzle"]'
-        raise CaseError([f"{place}: {UNSET}: {text}."])
+        raise CaseError([f"{label}: {UNSET}: {text}."])
     problems = []
     known = [*(name for name in list_sections() if name), *list_options()]
     for name in unset:
@@ -97,9 +97,9 @@ def _remove(below: dict[str, Any], unset: Any, base: str, place: str) -> None:
         if name not in known:
             close = suggest(name, known)
             hint = f"did you mean `{close}`" if close else "`fbcouple options` lists them"
-            problems.append(f"{place}: {UNSET}: {show(name)} is no key or section of a case file; {hint}.")
+            problems.append(f"{label}: {UNSET}: {show(name)} is no key or section of a case file; {hint}.")
         elif not isinstance(table, dict) or key not in table:
-            problems.append(f"{place}: {UNSET}: {show(name)} is not set by {base}; remove it from the list.")
+            problems.append(f"{label}: {UNSET}: {show(name)} is not set by {base}; remove it from the list.")
         else:
             del table[key]
     if problems:

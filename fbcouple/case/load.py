@@ -47,13 +47,13 @@ def load_case(name: str, sets: Sequence[str] = (), say: Callable[[str], None] | 
     Raises: CaseError with every mistake found, one text each: place, key, given, allowed, how to fix it.
     """
     path = find_case(name)
-    place = _format_place(name, path)
-    raw, bases = read_case(path, place)
+    label = _format_label(name, path)
+    raw, bases = read_case(path, label)
     set_keys, problems = apply_settings(raw, sets)
     if "start.run" in set_keys and isinstance(raw["start"]["run"], str):
         raw["start"]["run"] = os.path.abspath(raw["start"]["run"])  # a path of the command line, not of the file
     if say and (fitted := fit_averages(raw, set_keys)):
-        say(f"{place}: {fitted}")
+        say(f"{label}: {fitted}")
     apply_preset(raw)
     unread = len(problems)
     problems += (unreadable := adopt_box(raw, (path.parent, *bases)))
@@ -68,16 +68,16 @@ def load_case(name: str, sets: Sequence[str] = (), say: Callable[[str], None] | 
     problems += list_problems(case, path.parent, spoiled)
     if problems:
         is_set = [i < unread or _is_set(problem.key, set_keys) for i, problem in enumerate(problems)]
-        raise CaseError([f"{'--set' if s else place}: {problem}" for s, problem in zip(is_set, problems, strict=True)])
+        raise CaseError([f"{'--set' if s else label}: {problem}" for s, problem in zip(is_set, problems, strict=True)])
     return case
 
 
-def _format_place(name: str, path: Path) -> str:
+def _format_label(name: str, path: Path) -> str:
     if name.endswith(path.name):
-        place = name
+        label = name
     else:  # a folder, or a shipped name: patil/c2 is patil/c2/case.toml, patil/c6 is patil/c6.toml
-        place = f"{name.rstrip('/')}/{path.name}" if path.name == FILE_NAME else f"{name}.toml"
-    return place if place.isprintable() else show(place)
+        label = f"{name.rstrip('/')}/{path.name}" if path.name == FILE_NAME else f"{name}.toml"
+    return label if label.isprintable() else show(label)
 
 
 def _is_set(key: str, set_keys: set[str]) -> bool:

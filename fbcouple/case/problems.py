@@ -80,11 +80,11 @@ def format_errors(
     spoiled: set[str] = set()
     missing: dict[str, Problem] = {}
     for detail in error.errors(include_url=False, include_context=False, include_input=False):
-        place = _cut_entry(detail["loc"])
-        parts = [part for part in place if isinstance(part, str)]
+        location = _cut_entry(detail["loc"])
+        parts = [part for part in location if isinstance(part, str)]
         key = ".".join(parts)
-        is_entry = len(place) < len(detail["loc"])
-        spoiled.add(_name_list(place))
+        is_entry = len(location) < len(detail["loc"])
+        spoiled.add(_name_list(location))
         if detail["type"] == "extra_forbidden":
             wanted = _find_meant(parts, root) if len(found) < _MOST_MEANT else None
             meant.update([".".join([*parts[:-1], wanted])] if wanted else [])
@@ -92,26 +92,26 @@ def format_errors(
         elif detail["type"] == "missing" and not is_entry:
             missing[key] = _format_missing(key, root)
         else:
-            found[key] = _format_wrong(key, _look_up(raw, place), root)
+            found[key] = _format_wrong(key, _look_up(raw, location), root)
     told = {key: problem for key, problem in missing.items() if key not in meant}
     return [*found.values(), *told.values()], {*found, *missing, *meant, *spoiled}
 
 
-def _cut_entry(place: Sequence[str | int]) -> list[str | int]:
+def _cut_entry(location: Sequence[str | int]) -> list[str | int]:
     """A place in a file up to its last key: numbers behind it count entries of a value, those within it tables."""
-    last = max(n for n, part in enumerate(place) if isinstance(part, str))
-    return list(place[: last + 1])
+    last = max(n for n, part in enumerate(location) if isinstance(part, str))
+    return list(location[: last + 1])
 
 
-def _name_list(place: Sequence[str | int]) -> str:
-    """The key that `place` lies in: itself, or that of the list of tables around it."""
-    tables = next((n for n, part in enumerate(place) if isinstance(part, int)), len(place))
-    return ".".join(map(str, place[:tables]))
+def _name_list(location: Sequence[str | int]) -> str:
+    """The key that `location` lies in: itself, or that of the list of tables around it."""
+    tables = next((n for n, part in enumerate(location) if isinstance(part, int)), len(location))
+    return ".".join(map(str, location[:tables]))
 
 
-def _look_up(raw: dict[str, Any], place: Sequence[str | int]) -> Any:
+def _look_up(raw: dict[str, Any], location: Sequence[str | int]) -> Any:
     value: Any = raw
-    for part in place:
+    for part in location:
         value = value[part]
     return value
 

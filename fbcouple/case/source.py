@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import fbcouple.paths as places
+from fbcouple import paths
 from fbcouple.case.problems import Problem, show, suggest
 from fbcouple.case.schema.reference import FILE_KEYS
 from fbcouple.errors import CaseError
@@ -25,25 +25,25 @@ _DECIMAL_COMMA = re.compile(r"(?:=|\[|,\s)\s*([+-]?\d+,\d+(?:[eE][+-]?\d+)?)(?![
 
 def list_shipped() -> dict[str, Path]:
     """Return the case files that come with fbcouple, by name: patil/c2/case.toml and patil/c2.toml are `patil/c2`."""
-    found = [path for path in places.CASES.glob("**/*.toml") if path.name != SETS_NAME and not _is_study(path)]
+    found = [path for path in paths.CASES.glob("**/*.toml") if path.name != SETS_NAME and not _is_study(path)]
     named = {_name_shipped(path): path for path in found}
     return {name: named[name] for name in sorted(named)}
 
 
 def _is_study(path: Path) -> bool:
-    return path.relative_to(places.CASES).parts[0] == STUDIES
+    return path.relative_to(paths.CASES).parts[0] == STUDIES
 
 
 def _name_shipped(path: Path) -> str:
     inner = path.parent if path.name == FILE_NAME else path.with_name(path.name.removesuffix(".toml"))
-    return inner.relative_to(places.CASES).as_posix()
+    return inner.relative_to(paths.CASES).as_posix()
 
 
 def list_sets() -> dict[str, list[str]]:
     """Return the sets of shipped cases, by name (`patil/all`): the lists in the `sets.toml` files."""
     sets = {}
-    for path in sorted(places.CASES.glob(f"**/{SETS_NAME}")):
-        folder = path.parent.relative_to(places.CASES).as_posix()
+    for path in sorted(paths.CASES.glob(f"**/{SETS_NAME}")):
+        folder = path.parent.relative_to(paths.CASES).as_posix()
         for name, members in read_toml(path, f"{folder}/{SETS_NAME}").items():
             sets[f"{folder}/{name}"] = [f"{folder}/{member}" for member in members]
     return sets
@@ -84,14 +84,14 @@ def _reason(error: Exception) -> str:
     return (error.strerror if isinstance(error, OSError) else None) or str(error)[:200]
 
 
-def read_toml(path: Path, place: str) -> dict[str, Any]:
+def read_toml(path: Path, label: str) -> dict[str, Any]:
     """Read a TOML file into nested dicts.
 
-    Raises: CaseError naming `place`, with line and column where the text is not TOML.
+    Raises: CaseError naming `label`, with line and column where the text is not TOML.
     """
     try:
         if path.stat().st_size > LARGEST_FILE:
-            raise CaseError([f"{place}: larger than {LARGEST_FILE / 1e6:.0f} MB; a case file has a few kB."])
+            raise CaseError([f"{label}: larger than {LARGEST_FILE / 1e6:.0f} MB; a case file has a few kB."])
         content = path.read_bytes()
         return parse_toml(content.decode("utf-8-sig"))
     except OSError as error:
@@ -104,14 +104,14 @@ def read_toml(path: Path, place: str) -> dict[str, Any]:
         problem = f"{error}; a case file needs two levels."
     except ValueError as error:
         problem = f"holds a value that cannot be read ({str(error)[:100]}); fix it."
-    raise CaseError([f"{place}: {problem}"])
+    raise CaseError([f"{label}: {problem}"])
 
 
 def _format_not_toml(words: str, lines: list[str]) -> str:
     """The place first, which the reader gives behind its words; a text of the file within them may be of any length."""
     what, _, where = words.rpartition(" (at ")
-    place = where.removesuffix(")")
-    number = re.match(r"line (\d+)", place)
+    position = where.removesuffix(")")
+    number = re.match(r"line (\d+)", position)
     line = lines[int(number[1]) - 1] if number and int(number[1]) <= len(lines) else ""
     comma = _DECIMAL_COMMA.search(line)
     if comma:
@@ -120,7 +120,7 @@ def _format_not_toml(words: str, lines: list[str]) -> str:
         hint = "fix that line (a key or section is given twice)"
     else:
         hint = "fix that line"
-    return f"{place or 'the file'}: is not TOML: {show(what or words).strip(chr(34))}; {hint}."
+    return f"{position or 'the file'}: is not TOML: {show(what or words).strip(chr(34))}; {hint}."
 
 
 def _format_not_utf8(error: UnicodeDecodeError, content: bytes) -> str:

@@ -245,8 +245,8 @@ def run_on(
     for warning in progress.list_warnings():
         click.echo(f"{run}: warning: {warning}")
     if not is_complete(run, case):
-        place = f"at or after {end:g} s of {case.end_time:g} s"
-        click.echo(f"{run}: stopped at a moment for a checkpoint {place}; go on with {go_on}")
+        stopped_at = f"at or after {end:g} s of {case.end_time:g} s"
+        click.echo(f"{run}: stopped at a moment for a checkpoint {stopped_at}; go on with {go_on}")
         return
     click.echo(f"{run}: done; draw its figures with `fbcouple post {quote(str(run))}`")
 
@@ -283,13 +283,13 @@ def require_run(run: Path) -> None:
     "--chain", type=click.IntRange(min=1), help="Submit this many jobs, one after the other, without requeueing."
 )
 @take_trust
-def batch(place: Path, scheduler: str, **request: Any) -> None:
+def batch(folder: Path, scheduler: str, **request: Any) -> None:
     """Write the job script of RUN for a batch system; an array job for a folder of runs."""
     from fbcouple.batch.jobs import Request, list_warnings, write_job
 
     asked = Request(**request)
-    job, submit = write_job(place, scheduler, asked)
-    for warning in list_warnings(place, asked):
+    job, submit = write_job(folder, scheduler, asked)
+    for warning in list_warnings(folder, asked):
         click.echo(f"warning: {warning}")
     click.echo(f"{job}: read it, then submit it with {submit}")
 

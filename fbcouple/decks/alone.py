@@ -72,10 +72,10 @@ def settle(case: Case, folder: Path, start: Particles, rest: Rest, watch: Watch 
     Raises: SolverError with the words of LIGGGHTS if it fails, or loses a particle.
     """
     with tempfile.TemporaryDirectory(prefix="fbcouple-settle-") as name:
-        place, dry = Path(name), remove_gas(case)
-        _lay_out(dry, folder, place, start)
+        directory, dry = Path(name), remove_gas(case)
+        _lay_out(dry, folder, directory, start)
         task = {"restart": None, "rest": rest.speed, "most": rest.most, "every": rest.every}
-        outcome = _run(place, task, watch)
+        outcome = _run(directory, task, watch)
     if len(outcome.particles.positions) != len(start.positions):
         lost = len(start.positions) - len(outcome.particles.positions)
         raise SolverError(f"LIGGGHTS lost {lost} particles while they settled; give a stiffer contact or more steps")
@@ -88,10 +88,10 @@ def read_restart(case: Case, folder: Path, restart: Path) -> Particles:
     Raises: SolverError with the words of LIGGGHTS if it fails.
     """
     with tempfile.TemporaryDirectory(prefix="fbcouple-restart-") as name:
-        place = Path(name)
-        _lay_out(remove_gas(case), folder, place, None)
-        shutil.copyfile(restart, place / _RESTART)
-        return _run(place, {"restart": _RESTART, "rest": None}, lambda steps, speed: None).particles
+        directory = Path(name)
+        _lay_out(remove_gas(case), folder, directory, None)
+        shutil.copyfile(restart, directory / _RESTART)
+        return _run(directory, {"restart": _RESTART, "rest": None}, lambda steps, speed: None).particles
 
 
 def remove_gas(case: Case) -> Case:
@@ -99,36 +99,36 @@ def remove_gas(case: Case) -> Case:
     return case.model_copy(update={"gas": None, "exchange": None, "averages": None})
 
 
-def _lay_out(dry: Case, folder: Path, place: Path, start: Particles | None) -> None:
-    (place / "DEM").mkdir()
-    (place / _DECK).write_text(render_decks(dry, folder)[_DECK], encoding="utf-8")
+def _lay_out(dry: Case, folder: Path, directory: Path, start: Particles | None) -> None:
+    (directory / "DEM").mkdir()
+    (directory / _DECK).write_text(render_decks(dry, folder)[_DECK], encoding="utf-8")
     mesh = None if dry.domain.is_plain_box else read_mesh(dry, folder)
     if mesh and find_needs(dry)["surface_walls"]:
-        (place / WALLS).write_text("".join(write_surface(mesh)), encoding="utf-8")
+        (directory / WALLS).write_text("".join(write_surface(mesh)), encoding="utf-8")
     if start is not None:
         lines = format_particles(dry, start.positions, start.kinds, find_box(dry, mesh), start.motion)
-        (place / START).write_text("".join(lines), encoding="utf-8")
+        (directory / START).write_text("".join(lines), encoding="utf-8")
 
 
-def _run(place: Path, task: dict[str, Any], watch: Watch) -> Outcome:
-    (place / _TASK).write_text(json.dumps(task), encoding="utf-8")
-    environment = mpi_environment() | {"PWD": str(place)}
-    words = place / "words.log"
+def _run(directory: Path, task: dict[str, Any], watch: Watch) -> Outcome:
+    (directory / _TASK).write_text(json.dumps(task), encoding="utf-8")
+    environment = mpi_environment() | {"PWD": str(directory)}
+    words = directory / "words.log"
     with words.open("w", encoding="utf-8") as errors:
-        command = [sys.executable, "-m", _MODULE, str(place)]
+        command = [sys.executable, "-m", _MODULE, str(directory)]
         options: dict[str, Any] = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": errors}
         with subprocess.Popen(
-            command, cwd=place, env=environment, encoding="utf-8", errors="replace", **options
+            command, cwd=directory, env=environment, encoding="utf-8", errors="replace", **options
         ) as child:
             assert child.stdout is not None
             for line in child.stdout:
                 if told := _LOOK.fullmatch(line.strip()):
                     watch(int(told[1]), float(told[2]))
-    if child.returncode or not (place / _PARTICLES).is_file():
-        lines = _read_lines(place / "liggghts.log")
+    if child.returncode or not (directory / _PARTICLES).is_file():
+        lines = _read_lines(directory / "liggghts.log")
         last = [line for line in lines if "ERROR" in line][-1:] or _read_lines(words)[-_SHOWN:]
         raise SolverError(f"LIGGGHTS alone ended with exit code {child.returncode}: {' / '.join(last)[:500]}")
-    with np.load(place / _PARTICLES) as found:
+    with np.load(directory / _PARTICLES) as found:
         motion = np.hstack([found["velocities"], found["spins"]])
         particles = Particles(found["positions"], motion, found["types"].astype(int) - 1)
         return Outcome(particles, int(found["steps"]), float(found["speed"]))

@@ -127,6 +127,7 @@ def _read_frame(frame: Frame, diameters: np.ndarray, run: Path, name: str) -> Pa
 
 def describe(run: Path, other: Case, source: Source) -> str:
     """Say in a line what the particles are of."""
-    place = source.file.relative_to(run).as_posix()
+    file_name = source.file.relative_to(run).as_posix()
     title = other.title
-    return f"particles of the run {run} ({title}) at t = {source.time:.6g} s: {place}, SHA-256 {hash_file(source.file)}"
+    digest = hash_file(source.file)
+    return f"particles of the run {run} ({title}) at t = {source.time:.6g} s: {file_name}, SHA-256 {digest}"

@@ -124,20 +124,20 @@ class _Rain:
             top = min(top, low[2] + self._region.find_level(volumes[-1] / LOOSE))
         top = min(high[2], max(top, floor + 4.0 * self._radii.max()))
         bounds = np.array([[low[0], low[1], floor], [high[0], high[1], top]])
-        places = insert(radii[:count], bounds, self._period, self._clear, self._generator)
-        found = ~np.isnan(places[:, 0])
+        positions = insert(radii[:count], bounds, self._period, self._clear, self._generator)
+        found = ~np.isnan(positions[:, 0])
         if not found.any():
             text = f"{len(waiting)} particles find no room above the {len(bed.positions)} that have settled"
             raise CaseError([f"start.method: {text}; give fewer, or a higher box."])
         motion = np.zeros((int(found.sum()), 6))
         rest = np.concatenate([waiting[:count][~found], waiting[count:]])
-        return Particles(places[found], motion, waiting[:count][found]), rest
+        return Particles(positions[found], motion, waiting[:count][found]), rest
 
 
 def _find_walls(case: Case, folder: Path) -> tuple[Clear, np.ndarray]:
     """What tells which spheres are clear of walls, and the box around the region [m], (2, 3)."""
     if case.domain.shape == "box":
-        everywhere: Clear = lambda places, radii: np.ones(len(places), bool)  # noqa: E731  (the box itself is the wall)
+        everywhere: Clear = lambda positions, radii: np.ones(len(positions), bool)  # noqa: E731  (the box itself is the wall)
         return everywhere, np.array([[0.0, 0.0, 0.0], case.domain.size])
     from fbcouple.case.bed.region_lattice import Inside  # noqa: PLC0415  (loads numba)
 
@@ -149,11 +149,11 @@ def _find_walls(case: Case, folder: Path) -> tuple[Clear, np.ndarray]:
 def _ask(is_clear: Callable[[np.ndarray, float], np.ndarray]) -> Clear:
     """Ask for the spheres of each radius at once."""
 
-    def clear(places: np.ndarray, radii: np.ndarray) -> np.ndarray:
-        found = np.zeros(len(places), bool)
+    def clear(positions: np.ndarray, radii: np.ndarray) -> np.ndarray:
+        found = np.zeros(len(positions), bool)
         for radius in np.unique(radii):
             rows = np.flatnonzero(radii == radius)
-            found[rows] = is_clear(places[rows], float(radius))
+            found[rows] = is_clear(positions[rows], float(radius))
         return found
 
     return clear

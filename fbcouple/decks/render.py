@@ -128,9 +128,9 @@ def set_up(
     refuse_foreign(run)
     if case.start and case.start.is_made:
         raise CaseError(["start: the particles are poured or taken of a run, which `fbcouple setup` does first."])
-    place = folder or Path()
-    decks = render_decks(case, place)
-    mesh = read_mesh(case, place) if has_own_mesh(case) else None
+    case_folder = folder or Path()
+    decks = render_decks(case, case_folder)
+    mesh = read_mesh(case, case_folder) if has_own_mesh(case) else None
     lines: list[str] = []
     if case.particles:
         start = read_positions(case), read_kinds(case), find_box(case, mesh), read_motion(case)
@@ -154,9 +154,9 @@ def set_up(
         shutil.rmtree(fresh, ignore_errors=True)
 
 
-def _write(place: Path, text: str) -> None:
-    place.parent.mkdir(parents=True, exist_ok=True)
-    place.write_text(text, encoding="utf-8")
+def _write(path: Path, text: str) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8")
 
 
 def _describe(case: Case, fresh: Path) -> dict[str, Any]:

@@ -43,8 +43,8 @@ def lay_out(
     Raises: CaseError, before anything is written, if a case is wrong, unfit, or brings code that is not `trusted`.
     """
     members = list_sets().get(name)
-    place = output or Path("runs") / name_run(name, None if members else find_case(name))
-    require_usable(place)
+    target = output or Path("runs") / name_run(name, None if members else find_case(name))
+    require_usable(target)
     with tempfile.TemporaryDirectory(prefix="fbcouple-start-") as scratch:
         runs: dict[Path, tuple[Case, Path]] = {}
         for member in members or [name]:
@@ -53,7 +53,7 @@ def lay_out(
             law = read_own_law(case, source.parent)
             if not forced:
                 require_fit(case, law, source.parent)
-            run = place / name_run(member, source) if members else place
+            run = target / name_run(member, source) if members else target
             runs[run] = make_start(case, source.parent, Path(scratch), say), source.parent
         _write_runs(runs, overwrite)
     return {run: case for run, (case, _) in runs.items()}

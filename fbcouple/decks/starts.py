@@ -46,19 +46,19 @@ def make_start(case: Case, folder: Path, scratch: Path, say: Say | None = None, 
     if case.start.run is None and not pours and not (cache_folder() / CACHE / _name_poured(case, folder)).is_file():
         say("start: the bed is poured by `setup`, which checks what comes out")
         return case
-    name, place = (_take_over if case.start.run else _pour)(case, folder, scratch, say)
-    made = put_in(case, name, place)
+    name, table_folder = (_take_over if case.start.run else _pour)(case, folder, scratch, say)
+    made = put_in(case, name, table_folder)
     if problems := find_problems(made, folder):
         raise CaseError([f"start: {problem}" for problem in problems])
     return made
 
 
-def put_in(case: Case, name: str, place: Path) -> Case:
-    """The case with the start positions `name`, which lie in `place`, in place of [start]."""
+def put_in(case: Case, name: str, table_folder: Path) -> Case:
+    """The case with the start positions `name`, which lie in `table_folder`, in place of [start]."""
     assert case.particles is not None
     particles = case.particles.model_copy(update={"positions": name})
     made = case.model_copy(update={"particles": particles, "start": None})
-    made.remember_bases((*case.base_folders, place))
+    made.remember_bases((*case.base_folders, table_folder))
     made.remember_origin(*case.origin)
     return made
 
@@ -88,19 +88,19 @@ def _name_poured(case: Case, folder: Path) -> str:
 
 
 def _pour(case: Case, folder: Path, scratch: Path, say: Say) -> tuple[str, Path]:
-    name, place = _name_poured(case, folder), cache_folder() / CACHE
-    if (place / name).is_file():
-        say(f"start: poured before, taken from {place / name}")
-        return name, place
+    name, table_folder = _name_poured(case, folder), cache_folder() / CACHE
+    if (table_folder / name).is_file():
+        say(f"start: poured before, taken from {table_folder / name}")
+        return name, table_folder
     say("start: the bed is poured and settles, once (one process; the result is kept)")
     poured = pour(case, folder, say)
     count, height = len(poured.particles.kinds), poured.particles.positions[:, 2].max()
     about = f"poured bed of {count} particles at rest after {poured.time:.4g} s (speed {poured.speed:.2g} m/s, "
     about += f"{poured.parts} part{'s' if poured.parts > 1 else ''}), highest centre at {height:.6g} m"
-    make_folder(place)
-    write_whole(place / name, "".join(_write_table(poured.particles, about)))
-    say(f"start: {about}; kept as {place / name}")
-    return name, place
+    make_folder(table_folder)
+    write_whole(table_folder / name, "".join(_write_table(poured.particles, about)))
+    say(f"start: {about}; kept as {table_folder / name}")
+    return name, table_folder
 
 
 def _take_over(case: Case, folder: Path, scratch: Path, say: Say) -> tuple[str, Path]:
@@ -136,5 +136,5 @@ def _write_table(particles: Particles, about: str) -> Iterator[str]:
     moving = particles.motion.any()
     yield f"{','.join((*POSITIONS, *(VELOCITIES + SPINS if moving else ()), 'kind'))}\n"
     rows = zip(particles.positions.tolist(), particles.motion.tolist(), particles.kinds.tolist(), strict=True)
-    for place, motion, kind in rows:
-        yield f"{','.join(map(repr, [*place, *(motion if moving else [])]))},{kind + 1}\n"
+    for position, motion, kind in rows:
+        yield f"{','.join(map(repr, [*position, *(motion if moving else [])]))},{kind + 1}\n"

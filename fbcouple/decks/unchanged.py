@@ -63,8 +63,8 @@ def _require_same_case(before: dict[str, Any], case: Case, run: Path) -> None:
     """Raise CaseError if an option has been changed that decks and start positions were made from."""
     if changes := list_changes(before, case):
         free = ", ".join([*FREE, *(f"[{section}]" for section in FREE_SECTIONS)])
-        place = format_path(run)
-        mend = f"put it back, or set it up: fbcouple setup {place} -o {place} (another folder if this one has results)"
+        shown = format_path(run)
+        mend = f"put it back, or set it up: fbcouple setup {shown} -o {shown} (another folder if this one has results)"
         text = f"since set-up; in a run folder only {free} may be changed: {mend}."
         raise CaseError([f"{format_path(run / 'case.toml')}: {change}, {text}" for change in changes])
 

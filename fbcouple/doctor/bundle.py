@@ -61,20 +61,20 @@ def write_bundle(rows: list[Row], run: Path | None, folder: Path) -> Path:
         raise CaseError([f"{run}: is not a run folder (no case.toml)."])
     moment = time.strftime("%Y%m%d-%H%M%S", time.gmtime())
     name = f"fbcouple-bundle-{run.resolve().name + '-' if run else ''}{moment}"
-    place = folder / f"{name}.tar.gz"
+    path = folder / f"{name}.tar.gz"
     vocabulary = Vocabulary([*_find_messages(rows), *sorted(_MPI_MESSAGES.glob("help-*.txt"))])
     try:
         texts = {"about.json": _describe(rows, vocabulary), "environment.txt": list_environment(os.environ)}
         texts |= _read_last_error(vocabulary) | (_read_run(run, vocabulary) if run else {})
-        with replacing(place) as fresh, tarfile.open(fresh, "w:gz") as archive:
+        with replacing(path) as fresh, tarfile.open(fresh, "w:gz") as archive:
             for file, text in texts.items():
                 content = mask_values(text, os.environ).encode("utf-8", "backslashreplace")
                 about = tarfile.TarInfo(f"{name}/{file}")
                 about.size, about.mtime = len(content), int(time.time())
                 archive.addfile(about, io.BytesIO(content))
     except OSError as error:
-        raise SolverError(f"{place}: cannot be written: {error}") from error
-    return place
+        raise SolverError(f"{path}: cannot be written: {error}") from error
+    return path
 
 
 def _find_messages(rows: list[Row]) -> Iterator[Path]:
@@ -101,8 +101,8 @@ def _describe(rows: list[Row], vocabulary: Vocabulary) -> str:
 
 def _read_last_error(vocabulary: Vocabulary) -> dict[str, str]:
     """The traceback of the last unexpected error, if one was kept."""
-    place = cache_folder() / LAST_ERROR
-    return {LAST_ERROR: vocabulary.filter(_read(place).decode("utf-8", "replace"))} if place.is_file() else {}
+    path = cache_folder() / LAST_ERROR
+    return {LAST_ERROR: vocabulary.filter(_read(path).decode("utf-8", "replace"))} if path.is_file() else {}
 
 
 def _read_run(run: Path, vocabulary: Vocabulary) -> dict[str, str]:

@@ -183,8 +183,8 @@ def _library(name: str, mpi: _Loaded, mend: str) -> Row:
     """A library must load, and bring no other MPI than mpi4py's."""
     loaded = _load(name)
     wanted = f"loads, with {mpi.mpi[0]}" if mpi.mpi else "loads, with mpi4py's MPI"
-    places = [file for file in loaded.files if Path(file).name.startswith(Path(name).name)]
-    found = loaded.words if loaded.failed else places[0] if places else name
+    matches = [file for file in loaded.files if Path(file).name.startswith(Path(name).name)]
+    found = loaded.words if loaded.failed else matches[0] if matches else name
     same = loaded.mpi == mpi.mpi and bool(mpi.mpi)
     if not loaded.failed and not same:
         found += f", with {' and '.join(loaded.mpi) or 'no MPI'}"

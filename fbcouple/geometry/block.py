@@ -51,13 +51,13 @@ def make_hexahedra(
     index = np.column_stack([x, y, z])
 
     def name(rows: np.ndarray) -> np.ndarray:
-        places = index[rows]
+        grid_indices = index[rows]
         which = np.full(len(rows), 2)
         for number, (axis, end) in enumerate([(2, 0), (2, cells[2])]):
-            which[np.all(places[:, :, axis] == end, axis=1)] = number
+            which[np.all(grid_indices[:, :, axis] == end, axis=1)] = number
         for number, word in enumerate(kept, start=len(PATCHES)):
             axis = "xy".index(word[0])
-            which[np.all(places[:, :, axis] == (0 if word[1:] == "lo" else cells[axis]), axis=1)] = number
+            which[np.all(grid_indices[:, :, axis] == (0 if word[1:] == "lo" else cells[axis]), axis=1)] = number
         return which
 
     mesh = build_mesh(points, [("hexahedron", corners)], (*PATCHES, *kept), name)

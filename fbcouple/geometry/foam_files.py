@@ -64,11 +64,11 @@ def _split_rows(numbers: np.ndarray, count: int, name: str) -> Ragged:
         table = numbers.reshape(count, -1)
         if np.all(table[:, 0] == numbers[0]):
             return pile_up(table[:, 0], table[:, 1:].ravel())
-    starts, place, values = [], 0, numbers.tolist()
-    while place < len(values):
-        starts.append(place)
-        place += values[place] + 1
-    if place != len(values) or len(starts) != count:
+    starts, index, values = [], 0, numbers.tolist()
+    while index < len(values):
+        starts.append(index)
+        index += values[index] + 1
+    if index != len(values) or len(starts) != count:
         raise wrong
     heads = np.array(starts, dtype=np.int64)
     keep = np.ones(len(numbers), bool)

@@ -141,13 +141,13 @@ def _read_entities(numbers: Numbers | None) -> Iterator[tuple[tuple[int, int], t
 def _read_nodes(numbers: Numbers) -> tuple[np.ndarray, np.ndarray]:
     blocks = numbers.one("s")
     numbers.take("s", 3)
-    tags, places = [np.empty(0, np.int64)], [np.empty((0, 3))]
+    tags, coordinates = [np.empty(0, np.int64)], [np.empty((0, 3))]
     for _ in range(blocks):
         dimension, _, parametric = numbers.take("i", 3).tolist()
         count, columns = numbers.one("s"), 3 + (dimension if parametric else 0)
         tags.append(numbers.take("s", count))
-        places.append(numbers.take("d", count * columns).reshape(count, columns)[:, :3])
-    return np.concatenate(tags), np.concatenate(places)
+        coordinates.append(numbers.take("d", count * columns).reshape(count, columns)[:, :3])
+    return np.concatenate(tags), np.concatenate(coordinates)
 
 
 Rows = Iterator[tuple[str, np.ndarray, tuple[int, ...]]]
@@ -235,8 +235,8 @@ def _number(tags: np.ndarray, corners: np.ndarray) -> np.ndarray:
     if not len(corners):
         return corners.astype(np.int64)
     order = np.argsort(tags, kind="stable")
-    places = np.minimum(np.searchsorted(tags, corners, sorter=order), len(tags) - 1)
-    rows = order[places]
+    coordinates = np.minimum(np.searchsorted(tags, corners, sorter=order), len(tags) - 1)
+    rows = order[coordinates]
     if not len(tags) or np.any(tags[rows] != corners):
         raise ValueError(f"an element names a point that is not there; {AGAIN}")
     return rows

@@ -127,8 +127,8 @@ def _find_surfaces(mesh: PolyMesh, sides: dict[str, np.ndarray], others: tuple[s
 def _pad(faces: Ragged) -> np.ndarray:
     """Faces of at most four points as sorted rows of four."""
     rows = np.full((len(faces), 4), NONE, np.int64)
-    place = np.arange(len(faces.values)) - np.repeat(faces.starts[:-1], faces.lengths)
-    rows[np.repeat(np.arange(len(faces)), faces.lengths), place] = faces.values
+    column = np.arange(len(faces.values)) - np.repeat(faces.starts[:-1], faces.lengths)
+    rows[np.repeat(np.arange(len(faces)), faces.lengths), column] = faces.values
     return np.sort(rows, axis=1)
 
 

@@ -32,7 +32,7 @@ def insert(
     bounds: (2, 3) [m], of the spheres themselves, or along axes with a `period` (3,) [m] (0: none) of their centres.
     The large ones are placed first: among small ones they would find no room.
     """
-    places = np.full((len(radii), 3), np.nan)
+    centres = np.full((len(radii), 3), np.nan)
     extent = bounds[1] - bounds[0]
     reach = 2.0 * radii.max(initial=0.0)
     shape = np.maximum(np.floor(extent / reach), 1.0).astype(np.int64)
@@ -44,9 +44,9 @@ def insert(
             margin = np.where(period > 0.0, 0.0, radii[waiting, None])
             tried = bounds[0] + margin + generator.random((len(waiting), 3)) * (extent - 2.0 * margin)
             fits = clear(tried, radii[waiting]) & (extent >= 2.0 * margin).all(axis=1)
-            _place(tried, waiting, fits, places, radii, bounds[0], extent / shape, period, *grid)
-            waiting = waiting[np.isnan(places[waiting, 0])]  # noqa: PLW2901  (those that are left)
-    return places
+            _place(tried, waiting, fits, centres, radii, bounds[0], extent / shape, period, *grid)
+            waiting = waiting[np.isnan(centres[waiting, 0])]  # noqa: PLW2901  (those that are left)
+    return centres
 
 
 def _sort_by_size(radii: np.ndarray) -> list[np.ndarray]:
@@ -59,7 +59,7 @@ def _sort_by_size(radii: np.ndarray) -> list[np.ndarray]:
 
 
 @njit(cache=True)
-def _place(tried, rows, fits, places, radii, low, edge, period, heads, following):
+def _place(tried, rows, fits, centres, radii, low, edge, period, heads, following):
     """Put the spheres `rows` where they were `tried`, one after the other, if they fit; `heads` and `following` list
     those that are in each bin."""
     shape = heads.shape
@@ -70,14 +70,14 @@ def _place(tried, rows, fits, places, radii, low, edge, period, heads, following
         i = min(int((tried[n, 0] - low[0]) / edge[0]), shape[0] - 1)
         j = min(int((tried[n, 1] - low[1]) / edge[1]), shape[1] - 1)
         k = min(int((tried[n, 2] - low[2]) / edge[2]), shape[2] - 1)
-        if _is_free(tried[n], radii[row], (i, j, k), places, radii, period, heads, following):
-            places[row] = tried[n]
+        if _is_free(tried[n], radii[row], (i, j, k), centres, radii, period, heads, following):
+            centres[row] = tried[n]
             following[row] = heads[i, j, k]
             heads[i, j, k] = row
 
 
 @njit(cache=True)
-def _is_free(point, radius, bin_, places, radii, period, heads, following):
+def _is_free(point, radius, bin_, centres, radii, period, heads, following):
     shape = heads.shape
     for i in range(bin_[0] - 1, bin_[0] + 2):
         for j in range(bin_[1] - 1, bin_[1] + 2):
@@ -92,7 +92,7 @@ def _is_free(point, radius, bin_, places, radii, period, heads, following):
                 while other >= 0:
                     square = 0.0
                     for axis in range(3):
-                        gap = abs(point[axis] - places[other, axis])
+                        gap = abs(point[axis] - centres[other, axis])
                         if period[axis] > 0.0:
                             gap = min(gap, period[axis] - gap)
                         square += gap * gap

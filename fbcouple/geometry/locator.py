@@ -25,15 +25,15 @@ class Locator:
     def __init__(self, parts: Tetrahedra, cells: np.ndarray | None = None) -> None:
         corners = parts.corners if cells is None else parts.corners[np.isin(parts.owners, cells)]
         self.corners = np.ascontiguousarray(corners, dtype=np.int64)
-        origin = parts.places[corners[:, 0]]
-        edges = parts.places[corners[:, 1:]] - origin[:, None]
+        origin = parts.nodes[corners[:, 0]]
+        edges = parts.nodes[corners[:, 1:]] - origin[:, None]
         inverse = np.linalg.inv(edges.transpose(0, 2, 1))
         self._frames = np.ascontiguousarray(np.concatenate([origin, inverse.reshape(-1, 9)], axis=1))
         self._neighbours = find_neighbours(corners)
         middles = origin + edges.sum(axis=1) / 4.0
         self._tree = cKDTree(middles)
         self._lay_bins(middles)
-        corners = parts.places[self.corners].reshape(-1, 3)
+        corners = parts.nodes[self.corners].reshape(-1, 3)
         margin = 1e-6 * np.ptp(corners, axis=0).max()
         self._box = corners.min(axis=0) - margin, corners.max(axis=0) + margin
 
@@ -137,8 +137,8 @@ def _walk(points, low, scale, starts, frames, neighbours, found, weights):
 
 
 @njit(inline="always")
-def _find_bin(place, low, scale, count):
-    return min(max(int(np.floor((place - low) * scale)), 0), count - 1)
+def _find_bin(coordinate, low, scale, count):
+    return min(max(int(np.floor((coordinate - low) * scale)), 0), count - 1)
 
 
 @njit(cache=True)

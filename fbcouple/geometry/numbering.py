@@ -88,12 +88,12 @@ def _list_faces(points: np.ndarray, shapes: Sequence[tuple[str, np.ndarray]]) ->
 
 def _turn_out(points: np.ndarray, shape: str, corners: np.ndarray) -> np.ndarray:
     """The points of cells in the order that makes their volume positive: a mirrored mesh has them inside out."""
-    places = points[corners]
-    centre = places.mean(axis=1)
+    coordinates = points[corners]
+    centre = coordinates.mean(axis=1)
     volumes = np.zeros(len(corners))
     for face in SHAPES[shape]:
-        middle = places[:, face].mean(axis=1) - centre
+        middle = coordinates[:, face].mean(axis=1) - centre
         for one, other in zip(face, face[1:] + face[:1], strict=True):
-            sides = np.cross(places[:, one] - centre, places[:, other] - centre)
+            sides = np.cross(coordinates[:, one] - centre, coordinates[:, other] - centre)
             volumes += np.einsum("ij,ij->i", middle, sides)
     return np.where((volumes < 0.0)[:, None], corners[:, _TURNED[shape]], corners)

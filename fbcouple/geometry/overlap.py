@@ -72,11 +72,11 @@ def _sort(positions, radii, low, scale, shape):
     starts = np.cumsum(starts)
     room, order, rows = starts[:-1].copy(), np.empty(n, np.int64), np.empty((n, 4))
     for p in range(n):
-        place = room[flat[p]]
+        slot = room[flat[p]]
         room[flat[p]] += 1
-        order[place] = p
-        rows[place, 0], rows[place, 1], rows[place, 2] = positions[p, 0], positions[p, 1], positions[p, 2]
-        rows[place, 3] = radii[p]
+        order[slot] = p
+        rows[slot, 0], rows[slot, 1], rows[slot, 2] = positions[p, 0], positions[p, 1], positions[p, 2]
+        rows[slot, 3] = radii[p]
     return starts, order, rows
 
 

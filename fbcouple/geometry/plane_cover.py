@@ -103,10 +103,10 @@ def integrate_parabola(polygon: np.ndarray, shape: Shape) -> float:
     for second, third in pairwise(scaled[1:]):
         corners = np.array([scaled[0], second, third])
         size = 0.5 * _cross(second - scaled[0], third - scaled[0])
-        for place, weight in _GAUSS:
+        for share, weight in _GAUSS:
             for k in range(3):
-                shares = np.full(3, place)
-                shares[k] = 1.0 - 2.0 * place
+                shares = np.full(3, share)
+                shares[k] = 1.0 - 2.0 * share
                 x, y = shares @ corners
                 total += size * weight * (1.0 - x * x) * (1.0 - y * y)
     return 2.25 * total * shape.area / 4.0

@@ -37,8 +37,9 @@ class Polyhedra:
     def find_bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper corner [m] of the box around each cell, (n, 3) each."""
         corners = self.corners
-        places = self.points[corners.values]
-        return np.minimum.reduceat(places, corners.starts[:-1]), np.maximum.reduceat(places, corners.starts[:-1])
+        coordinates = self.points[corners.values]
+        starts = corners.starts[:-1]
+        return np.minimum.reduceat(coordinates, starts), np.maximum.reduceat(coordinates, starts)
 
     def select(self, rows: np.ndarray) -> Polyhedra:
         """Only the cells `rows`, in this order, and what they need."""
@@ -58,7 +59,7 @@ class Polyhedra:
 
 def join(parts: Sequence[Polyhedra]) -> Polyhedra:
     """All cells of `parts`, one part after the other; points of one number become one."""
-    ids, first, places = np.unique(
+    ids, first, coordinates = np.unique(
         np.concatenate([part.point_ids for part in parts]), return_index=True, return_inverse=True
     )
     faces = concatenate_ragged([part.faces for part in parts])
@@ -69,7 +70,7 @@ def join(parts: Sequence[Polyhedra]) -> Polyhedra:
         np.concatenate([part.ids for part in parts]),
         np.concatenate([part.centres for part in parts]),
         pile_up(lengths, np.arange(int(lengths.sum()))),
-        Ragged(faces.starts, places[faces.values + shift]),
+        Ragged(faces.starts, coordinates[faces.values + shift]),
         np.concatenate([part.points for part in parts])[first],
         ids,
     )

@@ -28,11 +28,11 @@ class Ragged:
         lengths = self.lengths[rows]
         starts = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
         steps = np.arange(starts[-1]) - np.repeat(starts[:-1], lengths)
-        places = np.repeat(self.starts[rows], lengths) + steps
+        indices = np.repeat(self.starts[rows], lengths) + steps
         if backward is not None:
             last = np.repeat(self.starts[np.asarray(rows) + 1] - 1, lengths) - steps
-            places = np.where(np.repeat(backward, lengths), last, places)
-        return Ragged(starts, self.values[places])
+            indices = np.where(np.repeat(backward, lengths), last, indices)
+        return Ragged(starts, self.values[indices])
 
 
 def pile_up(lengths: np.ndarray, values: np.ndarray) -> Ragged:

@@ -55,26 +55,26 @@ def _list_tokens(content: bytes) -> Iterator[bytes]:
 
     Raises: CaseError where a list is not as long as it says, or binary though the file does not say so.
     """
-    place = content.find(b"*/", 2) + 2 if content.startswith(b"/*") else 0
+    offset = content.find(b"*/", 2) + 2 if content.startswith(b"/*") else 0
     words: list[bytes] = []
-    while place < len(content):
-        found = _RULE.match(content, place) or _TOKEN.match(content, place)
+    while offset < len(content):
+        found = _RULE.match(content, offset) or _TOKEN.match(content, offset)
         if found is None:
             raise CaseError(["has a quotation mark without an end"])
-        place, token = found.end(), found[0]
+        offset, token = found.end(), found[0]
         if token.isspace() or token in b"{}()[];" or token.startswith(b"// "):
             continue
         yield token
         words.append(token)
         if token in _BYTES:
-            place = _skip_list(content, place, _BYTES[token], words)
+            offset = _skip_list(content, offset, _BYTES[token], words)
     if words.count(b"FoamFile") != 1 or words.count(b"format") != 1:
         raise CaseError(["has not one header"])
 
 
-def _skip_list(content: bytes, place: int, size: int, words: list[bytes]) -> int:
-    """Where the list is over whose count stands at `place`."""
-    count = _COUNT.match(content, place)
+def _skip_list(content: bytes, offset: int, size: int, words: list[bytes]) -> int:
+    """Where the list is over whose count stands at `offset`."""
+    count = _COUNT.match(content, offset)
     if count is None or words[words.index(b"format") + 1 :][:1] != [b"binary"]:
         raise CaseError(["holds a list that is not binary"])
     if content[count.end() : count.end() + 1] != b"(":

@@ -24,8 +24,8 @@ def find_axes(side: str) -> tuple[int, int]:
 def list_side(mesh: PolyMesh, side: str) -> np.ndarray:
     """Outer faces all of whose points are in a side of the box around the mesh."""
     axis, end = SIDES[side]
-    place = (mesh.high if end else mesh.low)[axis]
-    near = np.abs(mesh.points[:, axis] - place) <= _NEAR * float(mesh.high[axis] - mesh.low[axis])
+    level = (mesh.high if end else mesh.low)[axis]
+    near = np.abs(mesh.points[:, axis] - level) <= _NEAR * float(mesh.high[axis] - mesh.low[axis])
     outer = np.arange(len(mesh.neighbour), len(mesh.owner))
     rows = mesh.faces.take(outer)
     return outer[np.logical_and.reduceat(near[rows.values], rows.starts[:-1])]
@@ -36,8 +36,8 @@ def list_polygons(mesh: PolyMesh, faces: np.ndarray, side: str) -> list[np.ndarr
     if not len(faces):
         return []
     rows = mesh.faces.take(faces)
-    places = mesh.points[rows.values][:, find_axes(side)]
-    polygons = np.split(places, rows.starts[1:-1])
+    coordinates = mesh.points[rows.values][:, find_axes(side)]
+    polygons = np.split(coordinates, rows.starts[1:-1])
     turned = np.array([_turn(polygon) for polygon in polygons]) < 0.0
     return [polygon[::-1] if back else polygon for polygon, back in zip(polygons, turned, strict=True)]
 

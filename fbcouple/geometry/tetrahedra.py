@@ -26,7 +26,7 @@ class Tetrahedra:
 
     corners: np.ndarray
     volumes: np.ndarray
-    places: np.ndarray
+    nodes: np.ndarray
     """Of each site [m], (sites, 3)."""
     cells: int
     points: int
@@ -57,15 +57,15 @@ def cut(cells: Polyhedra) -> Tetrahedra:
     owner = np.repeat(np.arange(len(cells)), cells.cells.lengths)[whole]
     triangles = np.column_stack([owner, *(len(cells) + faces.values[head + k] for k in range(3))])
     corners = np.concatenate([triangles, fans])
-    places = np.concatenate([cells.centres, cells.points, middles @ cells.points])
-    origin, a, b, c = places[corners].transpose(1, 0, 2)
+    nodes = np.concatenate([cells.centres, cells.points, middles @ cells.points])
+    origin, a, b, c = nodes[corners].transpose(1, 0, 2)
     volumes = np.einsum("ij,ij->i", a - origin, np.cross(b - origin, c - origin)) / 6.0
     if len(volumes) and volumes.min() <= 0.0:
         wrong = cells.ids[np.unique(corners[volumes <= 0.0, 0])]
         text = f"{len(wrong)} cells of the mesh are not star-shaped about their centres (first: cell {wrong[0]})"
         raise CaseError([f"{text}; fix the mesh (checkMesh names such cells)."])
     order = np.argsort(corners[:, 0], kind="stable")
-    return Tetrahedra(corners[order], volumes[order], places, len(cells), len(cells.points), middles)
+    return Tetrahedra(corners[order], volumes[order], nodes, len(cells), len(cells.points), middles)
 
 
 def _find_middles(
@@ -100,7 +100,7 @@ def share_volumes(parts: Tetrahedra) -> sparse.csr_matrix:
     rows = np.repeat(parts.owners, 3)
     columns = parts.corners[:, 1:].ravel() - parts.cells
     sites = sparse.csr_matrix(
-        (np.repeat(parts.volumes / 3.0, 3), (rows, columns)), (parts.cells, len(parts.places) - parts.cells)
+        (np.repeat(parts.volumes / 3.0, 3), (rows, columns)), (parts.cells, len(parts.nodes) - parts.cells)
     )
     shares = sites[:, : parts.points] + sites[:, parts.points :] @ parts.middles
     return sparse.csr_matrix(shares)

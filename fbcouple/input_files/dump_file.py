@@ -99,11 +99,11 @@ def _read_columns(file: str, frame: _Frame) -> Table:
     if manner is None:
         text = f"{file}: line {frame.first - 1} names the columns {shorten(' '.join(names))}, and no positions"
         raise CaseError([f"{text}; dump x y z, or xu yu zu, or xs ys zs."])
-    places = dict(choose_columns(names, {f"{axis}{manner}": axis for axis in POSITIONS}))
-    rows = read_rows(file, frame.rows, frame.first, names, list(places.values()))
-    columns = dict(zip(places, rows.T.copy(), strict=True))
+    indices = dict(choose_columns(names, {f"{axis}{manner}": axis for axis in POSITIONS}))
+    rows = read_rows(file, frame.rows, frame.first, names, list(indices.values()))
+    columns = dict(zip(indices, rows.T.copy(), strict=True))
     _unfold(file, frame, manner, columns)
-    unread = tuple(name for place, name in enumerate(names) if place not in places.values() and name not in places)
+    unread = tuple(name for index, name in enumerate(names) if index not in indices.values() and name not in indices)
     return Table(order_by_id(file, columns), unread)
 
 

@@ -124,8 +124,8 @@ def choose_columns(names: list[str], known: dict[str, str]) -> Iterator[tuple[st
     """Of each column that is read its name and place in a row; `known`: other name -> name. A column that stands twice,
     as `type` in many decks, is read once."""
     seen: set[str] = set()
-    for place, given in enumerate(names):
+    for index, given in enumerate(names):
         name = known.get(given, given)
         if name in COLUMNS and name not in seen:
             seen.add(name)
-            yield name, place
+            yield name, index

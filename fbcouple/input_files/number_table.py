@@ -129,16 +129,16 @@ def _refuse_foreign(path: Path, form: Form) -> None:
 def _read_lines(file: str, lines: Lines, form: Form) -> Table:
     head, rest = _find_head(file, lines, form)
     found = _place_columns(file, head, form)
-    places = [place for place, _ in found.values()]
-    flat = np.fromiter(_read_numbers(file, rest, head, places), np.float64)
+    indices = [index for index, _ in found.values()]
+    flat = np.fromiter(_read_numbers(file, rest, head, indices), np.float64)
     if not flat.size:
         raise CaseError([f"{file} holds no {form.rows}; add a row for each below the header."])
-    rows = flat.reshape(-1, len(places)).T
+    rows = flat.reshape(-1, len(indices)).T
     columns = {
         name: column.copy() if factor == 1.0 else (column * factor if factor > 1.0 else column / (1.0 / factor))
         for (name, (_, factor)), column in zip(found.items(), rows, strict=True)
     }
-    unread = tuple(name for place, name in enumerate(head.names) if place not in places and name)
+    unread = tuple(name for index, name in enumerate(head.names) if index not in indices and name)
     return Table(columns, unread)
 
 
@@ -210,23 +210,23 @@ def _find_word(name: str) -> str:
 
 def _place_columns(file: str, head: _Head, form: Form) -> dict[str, tuple[int, float]]:
     """Column -> its place in a row, and its unit in SI units."""
-    places: dict[str, tuple[int, float]] = {}
+    indices: dict[str, tuple[int, float]] = {}
     unclear = ""
     where = f"{file}: line {head.number}, `{_shorten(head.line)}`,"
-    for place, name in enumerate(head.names):
+    for index, name in enumerate(head.names):
         column, unit = _understand(name, form)
         if column is None:
             if hint := form.unclear.get(_find_word(name)):
                 unclear = unclear or f"{where} has a column `{name}`; {hint}."
             continue
-        if column in places:
+        if column in indices:
             raise CaseError([f"{where} names the column {column} twice; keep one."])
         units = form.columns[column]
         if unit is not None and unit not in units:
             known = ", ".join(units) or "none"
             raise CaseError([f"{where} gives {column} in `{_shorten(unit)}`; units that are read: {known}."])
-        places[column] = place, 1.0 if unit is None else units[unit]
-    missing = [name for name in form.needed if name not in places]
+        indices[column] = index, 1.0 if unit is None else units[unit]
+    missing = [name for name in form.needed if name not in indices]
     if missing:
         lacking = " and ".join(missing) if len(missing) < 3 else f"{', '.join(missing[:-1])} and {missing[-1]}"
         text = f"{where} has no column {lacking}"
@@ -240,11 +240,11 @@ def _place_columns(file: str, head: _Head, form: Form) -> dict[str, tuple[int, f
         )
     if unclear:
         raise CaseError([unclear])
-    return places
+    return indices
 
 
-def _read_numbers(file: str, lines: Iterable[tuple[int, str]], head: _Head, places: list[int]) -> Iterator[float]:
-    """The numbers at `places` of every row, one after the other."""
+def _read_numbers(file: str, lines: Iterable[tuple[int, str]], head: _Head, indices: list[int]) -> Iterator[float]:
+    """The numbers at `indices` of every row, one after the other."""
     separator, width = head.separator, len(head.names)
     comma = point = 0
     for number, line in lines:
@@ -254,8 +254,8 @@ def _read_numbers(file: str, lines: Iterable[tuple[int, str]], head: _Head, plac
         fields = _split(line.rstrip("\r\n") if separator else text, separator)
         if len(fields) != width and (len(fields) < width or any(extra.strip() for extra in fields[width:])):
             raise CaseError([_format_width(file, number, text, len(fields), head)])
-        for place in places:
-            entry = fields[place]
+        for index in indices:
+            entry = fields[index]
             if "," in entry:
                 comma = comma or number
             elif "." in entry:
@@ -263,7 +263,7 @@ def _read_numbers(file: str, lines: Iterable[tuple[int, str]], head: _Head, plac
             if comma and point:
                 text = f"{file}: line {comma} has a decimal comma and line {point} a decimal point"
                 raise CaseError([f"{text}; write all numbers one way, and none with a sign between thousands."])
-            yield _read_number(file, number, entry, head.names[place])
+            yield _read_number(file, number, entry, head.names[index])
 
 
 def _read_number(file: str, line: int, entry: str, column: str) -> float:

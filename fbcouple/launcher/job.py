@@ -105,16 +105,16 @@ class Job:
     def _read_rows(self, job: subprocess.Popen) -> Iterator[dict[str, Any]]:
         """History rows as the job writes them, until it ends."""
         log = self._run / LOG
-        place = log.stat().st_size if log.exists() else 0
+        offset = log.stat().st_size if log.exists() else 0
         told = 0
         over = False
         while not over:
             over = job.poll() is not None
             if log.exists():
                 with log.open(encoding="utf-8") as file:
-                    file.seek(place)
+                    file.seek(offset)
                     while (line := file.readline()).endswith("\n"):
-                        place = file.tell()
+                        offset = file.tell()
                         row = read_line(line)
                         if row is not None:
                             yield row

@@ -172,11 +172,11 @@ def _copy(folder: Path) -> Path:
         copy = Path(tempfile.mkdtemp(prefix="fbcouple-compiled-"))
         atexit.register(_remove, copy, os.getpid())
         for path in sorted(folder.rglob("*")):
-            place = copy / path.relative_to(folder)
+            target = copy / path.relative_to(folder)
             if path.is_dir():
-                place.mkdir()
+                target.mkdir()
             else:
-                shutil.copyfile(path, place)
+                shutil.copyfile(path, target)
     except OSError as error:
         text = f"{folder}: cannot be written, nor copied into the folder of temporary files ({error})"
         raise SolverError(f"{text}; name a folder that can be written in TMPDIR or FBCOUPLE_CACHE") from error

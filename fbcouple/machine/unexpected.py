@@ -51,11 +51,11 @@ def report(error: BaseException) -> str:
 def _keep(text: str) -> Path | None:
     """Write the traceback where the archive for a bug report looks for it; None if that cannot be written."""
     try:
-        place = cache_folder() / LAST_ERROR
-        place.parent.mkdir(parents=True, exist_ok=True)
-        unfinished = place.with_name(f".{LAST_ERROR}.{os.getpid()}")
+        path = cache_folder() / LAST_ERROR
+        path.parent.mkdir(parents=True, exist_ok=True)
+        unfinished = path.with_name(f".{LAST_ERROR}.{os.getpid()}")
         unfinished.write_text(text, encoding="utf-8", errors="backslashreplace")
-        unfinished.replace(place)
+        unfinished.replace(path)
     except OSError:
         return None
-    return place
+    return path

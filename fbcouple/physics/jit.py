@@ -39,8 +39,8 @@ def _call(context: Any, builder: Any, signature: Any, args: Any) -> Any:
     """Code for a call of the function of `signature` at the address args[0] with the other arguments."""
     convention = context.call_conv
     kind = convention.get_function_type(types.none, signature.args)
-    place = builder.inttoptr(args[0], kind.as_pointer())
-    status, _ = convention.call_function(builder, place, types.none, signature.args, args[1:])
+    pointer = builder.inttoptr(args[0], kind.as_pointer())
+    status, _ = convention.call_function(builder, pointer, types.none, signature.args, args[1:])
     with cgutils.if_unlikely(builder, status.is_error):
         convention.return_status_propagate(builder, status)
     return context.get_dummy_value()

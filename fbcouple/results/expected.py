@@ -200,7 +200,7 @@ def _list(dims: Iterable[Any]) -> str:
 
 def _list_shapes(data: xr.Dataset) -> dict[str, tuple[str, ...]]:
     """Variables that are there -> the dimensions that each has."""
-    places = ("cell",) if "sampled_cell" in data else ("z", "y", "x")
+    axes = ("cell",) if "sampled_cell" in data else ("z", "y", "x")
     known: dict[str, tuple[str, ...]] = {
         "wall_seconds": ("time", "stage"),
         "voidage_snapshots": ("snapshot_time", "z", "x"),
@@ -211,7 +211,7 @@ def _list_shapes(data: xr.Dataset) -> dict[str, tuple[str, ...]]:
     known |= dict.fromkeys(HISTORIES, ("time",)) | dict.fromkeys(HISTORY_VECTORS, ("time", "component"))
     known |= {f"exit_{name}": ("exit",) for name in EXITS}
     for name in MEANS:
-        dims = ("component", *places) if name in VECTORS else places
+        dims = ("component", *axes) if name in VECTORS else axes
         known |= {name: dims, f"{name}_stderr": dims}
     return {name: dims for name, dims in known.items() if name in data}
 

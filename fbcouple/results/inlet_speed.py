@@ -65,18 +65,18 @@ def _cut(rows: list[Row], start: float, end: float) -> list[Row]:
 
 def _find_after(rows: Sequence[Row], time: float) -> float:
     """Velocity at `time`, of a jump there the later one; before the first row its own, after the last its own."""
-    place = bisect_right(rows, time, key=lambda row: row[0])
-    return rows[-1][1] if place == len(rows) else _interpolate(rows, max(place, 1), time)
+    index = bisect_right(rows, time, key=lambda row: row[0])
+    return rows[-1][1] if index == len(rows) else _interpolate(rows, max(index, 1), time)
 
 
 def _find_before(rows: Sequence[Row], time: float) -> float:
     """Velocity at `time`, of a jump there the earlier one."""
-    place = bisect_left(rows, time, key=lambda row: row[0])
-    return rows[-1][1] if place == len(rows) else _interpolate(rows, max(place, 1), time)
+    index = bisect_left(rows, time, key=lambda row: row[0])
+    return rows[-1][1] if index == len(rows) else _interpolate(rows, max(index, 1), time)
 
 
-def _interpolate(rows: Sequence[Row], place: int, time: float) -> float:
-    """Velocity at `time` between the rows `place` - 1 and `place`; before them that of the former."""
-    (early, slow), (late, fast) = rows[place - 1], rows[min(place, len(rows) - 1)]
+def _interpolate(rows: Sequence[Row], index: int, time: float) -> float:
+    """Velocity at `time` between the rows `index` - 1 and `index`; before them that of the former."""
+    (early, slow), (late, fast) = rows[index - 1], rows[min(index, len(rows) - 1)]
     part = (time - early) / (late - early) if late > early else 0.0
     return fast if part >= 1.0 else slow + max(part, 0.0) * (fast - slow)

@@ -58,10 +58,10 @@ class Results:
         x, y, z = (self._extent(axis)[0] for axis in "xyz")
         return x, y, z
 
-    def share(self, axis: str, places: Any = None) -> np.ndarray:
-        """x/L, y/D or z/H of `places` [m], counted from the bed's corner; by default of the cell centres, (n,)."""
+    def share(self, axis: str, coordinates: Any = None) -> np.ndarray:
+        """x/L, y/D or z/H of `coordinates` [m], counted from the bed's corner; by default of the cell centres, (n,)."""
         start, length = self._extent(axis)
-        values = self.data[axis].values if places is None else places
+        values = self.data[axis].values if coordinates is None else coordinates
         return (np.asarray(values, dtype=float) - start) / length
 
     def level(self, share: float) -> float:
@@ -264,8 +264,8 @@ def open_runs(folders: Sequence[Path]) -> list[Results]:
         raise CaseError(problems)
     names = [run.label for run in runs]
     return [
-        replace(run, label=f"{run.label} ({place})" if names.count(run.label) > 1 else run.label)
-        for place, run in enumerate(runs, start=1)
+        replace(run, label=f"{run.label} ({number})" if names.count(run.label) > 1 else run.label)
+        for number, run in enumerate(runs, start=1)
     ]
 
 

@@ -123,10 +123,10 @@ def write_results(
     how many points and which. `samples` (z, y, x) are the cells at the places of `grid`, -1 outside.
     """
     data: dict[str, Any] = {}
-    places = ("z", "y", "x") if samples is None else ("cell",)
+    axes = ("z", "y", "x") if samples is None else ("cell",)
     for name, values in means.items():
         unit, text = MEANS[name.removesuffix("_stderr")]
-        dims = places if values.ndim == len(places) else ("component", *places)
+        dims = axes if values.ndim == len(axes) else ("component", *axes)
         words = f"standard error by block averaging of the {text}" if name.endswith("_stderr") else text
         data[name] = (dims, values, {"units": unit, "long_name": words})
     for name, (unit, text) in HISTORIES.items():

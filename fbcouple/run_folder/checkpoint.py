@@ -98,15 +98,15 @@ def finish(folder: Path, about: dict[str, Any], sums: Sums) -> Path:
     """Make the checkpoint in `folder` valid: index, then its name; only the newest two stay. Returns its place."""
     _flush(write_index(folder, about, sums))
     _flush(folder)
-    place = folder.parent / name_folder(about["step"])
-    if place.exists():
-        shutil.rmtree(place)
-    folder.rename(place)
-    _flush(place.parent)
-    for old in list_checkpoints(place.parents[1])[_KEPT:]:
+    path = folder.parent / name_folder(about["step"])
+    if path.exists():
+        shutil.rmtree(path)
+    folder.rename(path)
+    _flush(path.parent)
+    for old in list_checkpoints(path.parents[1])[_KEPT:]:
         # Renamed first: a removal that is cut short leaves nothing that looks like a checkpoint.
         shutil.rmtree(old.rename(old.with_name(f"{_UNFINISHED}{old.name}")))
-    return place
+    return path
 
 
 def find_checkpoint(name: str) -> Path:

@@ -75,11 +75,11 @@ class FeedSource:
 
     def try_places(self, kinds: list[int], step: int) -> np.ndarray:
         """Places [m], (n, tries, 3), for the next particles, of `kinds`, in the coupling step `step`."""
-        places = np.empty((len(kinds), _TRIES, 3))
+        positions = np.empty((len(kinds), _TRIES, 3))
         for n, kind in enumerate(kinds):
             low, high = self._boxes[kind]
-            places[n] = low + (high - low) * self._draw(self.count + n, step, _PLACE).random((_TRIES, 3))
-        return places
+            positions[n] = low + (high - low) * self._draw(self.count + n, step, _PLACE).random((_TRIES, 3))
+        return positions
 
     def find_radii(self, kinds: list[int]) -> np.ndarray:
         """Radii [m] of particles of `kinds`."""
@@ -157,8 +157,8 @@ class FreeSpace:
                 blocked[rows] |= (~clear).astype(np.uint8)
         return blocked.astype(bool)
 
-    def _is_apart(self, place: np.ndarray, radius: float, others: np.ndarray) -> bool:
-        away = others[:, :3] - place
+    def _is_apart(self, position: np.ndarray, radius: float, others: np.ndarray) -> bool:
+        away = others[:, :3] - position
         wrapped = self._period > 0.0
         away[:, wrapped] -= self._period[wrapped] * np.round(away[:, wrapped] / self._period[wrapped])
         return bool((np.einsum("ij,ij->i", away, away) >= (others[:, 3] + radius) ** 2).all())

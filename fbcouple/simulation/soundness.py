@@ -20,7 +20,7 @@ from fbcouple.solvers.liggghts import Liggghts
 from fbcouple.solvers.openfoam.gas import Gas
 
 VOIDAGE = (
-    "the voidage is {min_voidage:.4g} in {place}, above {limit:g} is allowed; more exchange.filter_passes (in a box of "
+    "the voidage is {min_voidage:.4g} in {where}, above {limit:g} is allowed; more exchange.filter_passes (in a box of "
     "hexahedra also exchange.diffusion_width or a gaussian kernel) spread particles over more cells, and so do larger "
     "cells"
 )
@@ -28,7 +28,7 @@ LEDGER = (
     "particles that came and went do not add up to those that there are: off by {ledger_error:.3g}, allowed {limit:g}: "
     "whole numbers are particles, the rest is the part of their mass or momentum"
 )
-VOIDAGE_EXCESS = "the voidage is 1 + {voidage_excess:.3g} in {place}, 1 + {limit:g} is allowed"
+VOIDAGE_EXCESS = "the voidage is 1 + {voidage_excess:.3g} in {where}, 1 + {limit:g} is allowed"
 
 
 def require_finite_gas(time: float, owned: np.ndarray, gas: Gas) -> None:
@@ -47,11 +47,11 @@ def require_sound_exchange(time: float, limits: Monitors, owned: np.ndarray, gas
         least, most = voidage.min(initial=1.0), voidage.max(initial=0.0)
     words = ""
     if len(voidage) and not least > limits.voidage:
-        place = name_cell(owned, gas, find_thinnest(voidage))
-        words = VOIDAGE.format(min_voidage=least, limit=limits.voidage, place=place) + " (monitors.voidage)"
+        where = name_cell(owned, gas, find_thinnest(voidage))
+        words = VOIDAGE.format(min_voidage=least, limit=limits.voidage, where=where) + " (monitors.voidage)"
     elif len(voidage) and not most - 1.0 <= limits.voidage_excess:
-        place = name_cell(owned, gas, find_thinnest(-voidage))
-        words = VOIDAGE_EXCESS.format(voidage_excess=most - 1.0, limit=limits.voidage_excess, place=place)
+        where = name_cell(owned, gas, find_thinnest(-voidage))
+        words = VOIDAGE_EXCESS.format(voidage_excess=most - 1.0, limit=limits.voidage_excess, where=where)
         words += " (monitors.voidage_excess)"
     elif not math.isfinite(total):
         bad = np.flatnonzero(~np.isfinite(drag).all(axis=1))

@@ -28,11 +28,11 @@ from fbcouple.solvers.liggghts import Liggghts
 
 
 class Newcomers(NamedTuple):
-    """Particles that come in: kinds (n,) counted from 0, places (n, 3) [m], velocities (n, 3) [m/s], and feeds (n,)
+    """Particles that come in: kinds (n,) counted from 0, positions (n, 3) [m], velocities (n, 3) [m/s], and feeds (n,)
     counted from 1."""
 
     kinds: np.ndarray
-    places: np.ndarray
+    positions: np.ndarray
     velocities: np.ndarray
     feeds: np.ndarray
 
@@ -154,10 +154,10 @@ class Traffic:
             staying = np.delete(np.arange(own.count), leaving)
             tried = feed.try_places(kinds, clock.steps)
             held = own.positions[staying], own.radii[staying]
-            places = self._space.choose(tried, feed.find_radii(kinds), *held, taken)
-            chosen = feed.take(kinds[: len(places)])
-            velocities = np.broadcast_to(feed.velocity, places.shape)
-            found.append(Newcomers(chosen, places, velocities, np.full(len(chosen), feed.number)))
+            positions = self._space.choose(tried, feed.find_radii(kinds), *held, taken)
+            chosen = feed.take(kinds[: len(positions)])
+            velocities = np.broadcast_to(feed.velocity, positions.shape)
+            found.append(Newcomers(chosen, positions, velocities, np.full(len(chosen), feed.number)))
         if not found:
             return Newcomers(np.empty(0, int), np.empty((0, 3)), np.empty((0, 3)), np.empty(0, int))
         return Newcomers(*(np.concatenate(column) for column in zip(*found, strict=True)))
@@ -199,7 +199,7 @@ class Traffic:
             for name in ("diameter", "density", "mass")
         )
         first = self.ledger.start.count + self.ledger.fed.count + 1
-        mine, rows = own.create(coming.kinds + 1, coming.places, diameters, densities)
+        mine, rows = own.create(coming.kinds + 1, coming.positions, diameters, densities)
         velocities = coming.velocities[mine]
         own.velocities[rows] = velocities
         if own.remembers:

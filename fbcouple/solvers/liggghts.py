@@ -189,8 +189,8 @@ class Liggghts:
         for kind, (x, y, z) in zip(types.tolist(), positions.tolist(), strict=True):
             self.command(f"create_atoms {kind} single {x!r} {y!r} {z!r} units box")
         rows = np.arange(before, self.count)
-        places = {tuple(place): number for number, place in enumerate(positions.tolist())}
-        mine = np.array([places[tuple(place)] for place in self.positions[rows].tolist()], dtype=int)
+        numbers = {tuple(position): number for number, position in enumerate(positions.tolist())}
+        mine = np.array([numbers[tuple(position)] for position in self.positions[rows].tolist()], dtype=int)
         self.radii[rows] = 0.5 * diameters[mine]
         self._atoms("density", ctypes.c_double)[rows] = densities[mine]
         self.masses[rows] = np.pi / 6.0 * diameters[mine] ** 3 * (densities[mine] + self._carried)
@@ -258,8 +258,8 @@ class Liggghts:
         return self._views[key]
 
 
-def _put_restart(deck: Path, restart: Path, place: Path, comm: MPI.Comm) -> Path:
-    """Write `deck` to `place` with `restart` read in place of its data file, or of its empty box (collective)."""
+def _put_restart(deck: Path, restart: Path, path: Path, comm: MPI.Comm) -> Path:
+    """Write `deck` to `path` with `restart` read in place of its data file, or of its empty box (collective)."""
     if not re.fullmatch(r"[\w./-]+", str(restart)):
         raise SolverError(f"{str(restart)!r} is no path that a LIGGGHTS deck can name")
     if comm.rank == 0:
@@ -267,6 +267,6 @@ def _put_restart(deck: Path, restart: Path, place: Path, comm: MPI.Comm) -> Path
         text, found = re.subn(pattern, f"read_restart    {restart}", deck.read_text(encoding="utf-8"))
         if found != 1:
             raise SolverError(f"{deck} has {found} lines that read or make a box, 1 is wanted to resume")
-        place.write_text(text, encoding="utf-8")
+        path.write_text(text, encoding="utf-8")
     comm.Barrier()
-    return place
+    return path

@@ -43,7 +43,7 @@ class Done:
 
 def plan_members(study: Study, source: Source) -> list[Member]:
     """The members of the study. Raises: CaseError with all mistakes of measures, keys and cases."""
-    problems = [f"{source.place}: {p}" for p in check_measures(study.measures, bool(study.reference))]
+    problems = [f"{source.label}: {p}" for p in check_measures(study.measures, bool(study.reference))]
     try:
         members = list_members(study, source)
     except CaseError as error:
@@ -68,7 +68,7 @@ def run_members(
         if all(member.name != name for member in members):
             close = suggest(name, [member.name for member in members])
             hint = f"did you mean `{close}`" if close else "`--dry` lists them"
-            raise CaseError([f"{source.place}: {show(name)}: the study has no such member; {hint}."])
+            raise CaseError([f"{source.label}: {show(name)}: the study has no such member; {hint}."])
     done = {}
     ordered = sorted(members, key=lambda member: _estimate_work(member, base))
     calls = [(base, m, folder / RUNS / m.name, study.wall_limit, only is None or m.name in only) for m in ordered]

@@ -29,10 +29,10 @@ def draw_map(rows: list[dict[str, Any]], title: str, path: Path) -> Path:
         axes = picture.subplots()
         picture.suptitle(title, parse_math=False, fontsize=9)
         for row in rows:
-            place = forms.index(row["form"]), scenes.index((row["scene"], row["varied"]))
-            axes.add_patch(Rectangle(place, 0.96, 0.9, color=COLOURS[row["verdict"]]))
+            corner = forms.index(row["form"]), scenes.index((row["scene"], row["varied"]))
+            axes.add_patch(Rectangle(corner, 0.96, 0.9, color=COLOURS[row["verdict"]]))
             mark = MARKS.get(row["predicted"], "")
-            axes.text(place[0] + 0.48, place[1] + 0.45, mark, ha="center", va="center", size=5)
+            axes.text(corner[0] + 0.48, corner[1] + 0.45, mark, ha="center", va="center", size=5)
         axes.set(xlim=(0, len(forms)), ylim=(len(scenes), 0))
         axes.set_xticks([n + 0.48 for n in range(len(forms))], [form or "no exchange" for form in forms])
         axes.set_yticks([n + 0.45 for n in range(len(scenes))], [f"{a}: {b}".rstrip(": ") for a, b in scenes], size=5)

@@ -45,10 +45,10 @@ def list_members(study: Study, source: Source) -> list[Member]:
     Raises: CaseError with all mistakes of the study and of its members' cases.
     """
     base, common, knobs = source.find_base(study.base), flatten(study.set), flatten(study.knobs)
-    problems = [f"{source.place}: {problem}" for problem in _check(study, knobs)]
+    problems = [f"{source.label}: {problem}" for problem in _check(study, knobs)]
     if problems:
         raise CaseError(problems)
-    if mistakes := find_mistakes(base, common, f"{source.place}: base"):
+    if mistakes := find_mistakes(base, common, f"{source.label}: base"):
         raise CaseError(mistakes)
     usual = {key: _look_up(load_case(base, format_settings(common)), key) for key in knobs}
     members: list[Member] = []
@@ -59,7 +59,7 @@ def list_members(study: Study, source: Source) -> list[Member]:
         finest = usual | {key: value for key, value in flatten(study.reference).items() if key in usual}
         members.append(Member(REFERENCE, common | flatten(study.reference), finest))
     for member in members:
-        problems += find_mistakes(base, member.settings, f"{source.place}: {member.name}")
+        problems += find_mistakes(base, member.settings, f"{source.label}: {member.name}")
     if problems:
         raise CaseError(list(dict.fromkeys(problems)))
     return [_look_at_knobs(member, base) for member in members]

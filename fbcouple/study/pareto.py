@@ -83,8 +83,8 @@ def tabulate_knobs(
 
 
 def _describe(knob: str, rest: str, values: list[Any], costs: list[float], errors: list[float]) -> dict[str, Any]:
-    places = [find_coordinate(value) for value in values]
-    numbers = [place for place in places if place is not None]
+    coordinates = [find_coordinate(value) for value in values]
+    numbers = [coordinate for coordinate in coordinates if coordinate is not None]
     fits = len(numbers) == len(values) >= _LEAST
     return {
         "knob": knob,

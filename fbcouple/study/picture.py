@@ -59,9 +59,9 @@ def _draw_panel(axes: Axes, rows: list[dict[str, Any]], knobs: list[str]) -> Non
         which = differs[0] if differs else len(knobs)
         label = (knobs[which] if differs else "base") if which not in named else None
         named.add(which)
-        place = row["core_seconds_per_second"], row["error"]
+        point = row["core_seconds_per_second"], row["error"]
         axes.errorbar(
-            *place,
+            *point,
             yerr=row["stderr"],
             fmt=_MARKERS[which % len(_MARKERS)],
             color=_COLOURS[which % len(_COLOURS)],
@@ -92,11 +92,11 @@ def _name_members(axes: Axes, rows: list[dict[str, Any]]) -> None:
     ordered = sorted(rows, key=lambda row: row["core_seconds_per_second"])
     points = [(row["core_seconds_per_second"], row["error"]) for row in ordered]
     spots = place_numbers(measure_points(points, (axes.get_xlim(), axes.get_ylim())))
-    for place, (point, offset) in enumerate(zip(points, spots, strict=True)):
+    for index, (point, offset) in enumerate(zip(points, spots, strict=True)):
         axes.annotate(
-            str(place + 1), point, offset, textcoords="offset points", size=6, color=INK, ha="center", va="center"
+            str(index + 1), point, offset, textcoords="offset points", size=6, color=INK, ha="center", va="center"
         )
-    names = [f"{place + 1}\u00a0{row['member']}" for place, row in enumerate(ordered)]
+    names = [f"{index + 1}\u00a0{row['member']}" for index, row in enumerate(ordered)]
     words = textwrap.fill("   ".join(names), 120, break_on_hyphens=False)
     axes.set_title(words, loc="left", size=5.5, color=GREY, pad=3, parse_math=False)
 
@@ -113,7 +113,7 @@ def place_numbers(points: np.ndarray) -> list[Point]:
     offsets: list[Point] = []
     taken = [tuple(point) for point in points]
     for number, point in enumerate(points):
-        others = [spot for place, spot in enumerate(taken) if place != number]
+        others = [spot for index, spot in enumerate(taken) if index != number]
 
         def clearance(offset: Point, point: np.ndarray = point, others: list[Any] = others) -> float:
             return min((math.dist(point + offset, other) for other in others), default=math.inf)

@@ -51,7 +51,7 @@ class Scene:
 
 def list_scenes(study: Stability, source: Source) -> list[Scene]:
     """Every scene, with an end time of its own. Raises: CaseError with all mistakes of the study and of its cases."""
-    problems = [f"{source.place}: {problem}" for problem in _check(study)]
+    problems = [f"{source.label}: {problem}" for problem in _check(study)]
     if problems:
         raise CaseError(problems)
     scenes: list[Scene] = []
@@ -99,18 +99,18 @@ def _expand(study: Stability, source: Source, group: str, table: Settings) -> It
     lists = {key: value if _is_list_of(key, value) else [value] for key, value in table.items()}
     common = flatten(study.set)
     if problems := list(check_number(f"scenes.{group}", lists, "take fewer values")):
-        raise CaseError([f"{source.place}: {problem}" for problem in problems])
+        raise CaseError([f"{source.label}: {problem}" for problem in problems])
     for values in itertools.product(*lists.values()):
         settings = common | dict(zip(lists, values, strict=True))
         varied = {key: settings[key] for key, choice in lists.items() if len(choice) > 1}
         name = "-".join([group, *(_word(value) for value in varied.values())])
-        if mistakes := find_mistakes(base, settings, f"{source.place}: {name}"):
+        if mistakes := find_mistakes(base, settings, f"{source.label}: {name}"):
             raise CaseError(mistakes)
         case = load_case(base, format_settings(settings))
         for form in own.get("forms", study.forms) if case.exchange else ("",):
             timed = settings | ({FORM: form} if form else {})
             wanted = load_case(base, format_settings(timed))
-            end = find_end(wanted, study, own, f"{source.place}: {name}")
+            end = find_end(wanted, study, own, f"{source.label}: {name}")
             timed |= {"end_time": end, "output.record_every": end / ROWS}
             if study.restart:
                 # Without gas nothing but the rows says how long a coupling step is.
@@ -139,7 +139,7 @@ def _word(value: Any) -> str:
     return "".join(letter if letter.isalnum() or letter in "+." else "_" for letter in text)
 
 
-def find_end(case: Case, study: Stability, own: Settings, place: str) -> float:
+def find_end(case: Case, study: Stability, own: Settings, label: str) -> float:
     """Simulated time [s] of a scene: its characteristic times, and no less than the study's fluid steps.
 
     Raises: CaseError if the scene has no such time.
@@ -147,7 +147,7 @@ def find_end(case: Case, study: Stability, own: Settings, place: str) -> float:
     name = own.get("span", study.span)
     span = find_span(case, name)
     if span is None:
-        raise CaseError([f"{place}: span: {show(name)} is given, and the scene has no such time; give another."])
+        raise CaseError([f"{label}: span: {show(name)} is given, and the scene has no such time; give another."])
     end = max(own.get("times", study.times) * span, study.steps * find_step(case))
     return min(end, study.longest) if study.longest else end
 

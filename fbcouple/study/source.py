@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-import fbcouple.paths as places
+from fbcouple import paths
 from fbcouple.case.load import load_case, write_value
 from fbcouple.case.problems import Problem, format_errors, show, suggest
 from fbcouple.case.schema.option import Section
@@ -30,7 +30,7 @@ MOST = 1000
 class Source:
     """Where a study came from: what messages call it, and its folder."""
 
-    place: str
+    label: str
     folder: Path
 
     def find_base(self, base: str) -> str:
@@ -40,7 +40,7 @@ class Source:
 
 def list_studies() -> dict[str, Path]:
     """Return the study files that come with fbcouple, by name."""
-    return {path.parent.name: path for path in sorted((places.CASES / STUDIES).glob(f"*/{FILE_NAME}"))}
+    return {path.parent.name: path for path in sorted((paths.CASES / STUDIES).glob(f"*/{FILE_NAME}"))}
 
 
 def read_study(name: str, kind: type[Kind]) -> tuple[Kind, Source]:
@@ -49,13 +49,13 @@ def read_study(name: str, kind: type[Kind]) -> tuple[Kind, Source]:
     Raises: CaseError with every mistake of the file's own keys; its case keys are for `require_members` to judge.
     """
     path = _find_study(name)
-    place = path.name if path.parent == Path() else str(path)
-    raw = read_toml(path, place)
+    label = path.name if path.parent == Path() else str(path)
+    raw = read_toml(path, label)
     try:
-        return kind.model_validate(raw), Source(place, path.parent)
+        return kind.model_validate(raw), Source(label, path.parent)
     except ValidationError as error:
         problems, _ = format_errors(error, raw, kind)
-        raise CaseError([f"{place}: {problem}" for problem in problems]) from None
+        raise CaseError([f"{label}: {problem}" for problem in problems]) from None
 
 
 def _find_study(name: str) -> Path:
@@ -104,10 +104,10 @@ def format_settings(settings: Settings) -> list[str]:
     return [f"{key}={write_value(value)}" for key, value in settings.items()]
 
 
-def find_mistakes(base: str, settings: Settings, place: str) -> list[str]:
-    """What is wrong with the case `base` under `settings`, each text with `place` before it."""
+def find_mistakes(base: str, settings: Settings, label: str) -> list[str]:
+    """What is wrong with the case `base` under `settings`, each text with `label` before it."""
     try:
         load_case(base, format_settings(settings))
     except CaseError as error:
-        return [f"{place}: {problem.removeprefix('--set: ')}" for problem in error.problems]
+        return [f"{label}: {problem.removeprefix('--set: ')}" for problem in error.problems]
     return []

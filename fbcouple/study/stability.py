@@ -69,7 +69,7 @@ def _compare(run: Path, again: Path, ending: Ending | None) -> Row:
     where `run` was over before its middle."""
     if ending is None:
         return {"restart": "", "same rows": None, "restart seconds": None}
-    whole, rows = ([_bare(row) for row in _read_rows(place)] for place in (run, again))
+    whole, rows = ([_bare(row) for row in _read_rows(folder)] for folder in (run, again))
     verdict, _, _ = _judge_run(load_case(str(again)), ending, rows)
     return {"restart": verdict, "same rows": repr(rows) == repr(whole), "restart seconds": ending.seconds}
 

@@ -26,10 +26,10 @@ _CARRIED = {0.4: 0.53996, 0.5: 0.91174, 0.6: 1.34454, 0.7: 1.82607, 0.8: 2.71933
 _ROUNDS = 14
 
 
-def fixed_bed(place: Path, comm: MPI.Comm, law: str) -> Iterator[Number]:
+def fixed_bed(folder: Path, comm: MPI.Comm, law: str) -> Iterator[Number]:
     """Pressure per length of a held lattice at voidage 0.4-0.9 and superficial slip 0.1-2 m/s against what the
     paper of the drag law prints, within 1 %."""
-    bed = HeldBed(place, comm, law, _INLET)
+    bed = HeldBed(folder, comm, law, _INLET)
     off = np.abs(bed.found_voidages - np.array(VOIDAGES)[:, None]).max()
     yield Number("voidage, cell farthest off", float(off), 0.0, 1e-12)
     for speed in _SPEEDS:
@@ -45,9 +45,9 @@ for _law in DRAG_LAWS:
 
 
 @check("held-lattice")
-def held_lattice(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def held_lattice(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Superficial slip at which the gas carries a held lattice of 1 mm glass, voidage 0.4-0.9, within 1 %."""
-    bed = HeldBed(place, comm, "huilin-gidaspow", _INLET)
+    bed = HeldBed(folder, comm, "huilin-gidaspow", _INLET)
     weight = np.pi / 6 * GLASS["diameter"] ** 3 * GLASS["density"] * _GRAVITY
     low, high = np.full(len(VOIDAGES), 0.1), np.full(len(VOIDAGES), 8.0)
     for _ in range(_ROUNDS):

@@ -30,14 +30,14 @@ _DRIFT = 1.0
 
 
 @check("conservation", ranks=(1, 2, 4), fast=False)
-def conservation(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def conservation(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Largest errors over 1000 coupled steps: momentum 1e-10 of the drag, solids volume 1e-12, gas mass 1e-8."""
-    yield from conserve(place, comm, _BED)
+    yield from conserve(folder, comm, _BED)
 
 
-def conservation_of(place: Path, comm: MPI.Comm, exchange: dict[str, Any]) -> Iterator[Number]:
+def conservation_of(folder: Path, comm: MPI.Comm, exchange: dict[str, Any]) -> Iterator[Number]:
     """The same in a smaller and livelier bed, with another way to share particles among cells."""
-    yield from conserve(place, comm, _BED | _SMALLER | {"exchange": exchange})
+    yield from conserve(folder, comm, _BED | _SMALLER | {"exchange": exchange})
 
 
 _SMALLER: dict[str, Any] = {
@@ -56,9 +56,9 @@ for _name, _exchange in _SHARED.items():
 
 
 @check("conservation-periodic", ranks=(1, 2, 4), fast=False)
-def conservation_periodic(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def conservation_periodic(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """The same without side walls: particles and gas leave on one side and come back on the other."""
-    yield from conserve(place, comm, _BED | {"domain": _BED["domain"] | {"periodic": ["x", "y"]}}, _DRIFT)
+    yield from conserve(folder, comm, _BED | {"domain": _BED["domain"] | {"periodic": ["x", "y"]}}, _DRIFT)
 
 
 _WATER: dict[str, Any] = {"density": 1000.0, "viscosity": 1e-3, "inlet_velocity": 0.06, "pressure_tolerance": 1e-12}
@@ -66,26 +66,26 @@ _FORCES: dict[str, Any] = {"viscous_force": True, "lift_force": True, "virtual_m
 
 
 @check("conservation-forces", ranks=(1, 2), fast=False)
-def conservation_forces(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def conservation_forces(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """The same with every force there is, in water, where they matter."""
-    yield from conserve(place, comm, _BED | {"gas": _WATER, "exchange": _BED["exchange"] | _FORCES}, steps=300)
+    yield from conserve(folder, comm, _BED | {"gas": _WATER, "exchange": _BED["exchange"] | _FORCES}, steps=300)
 
 
 def conserve(
-    place: Path,
+    folder: Path,
     comm: MPI.Comm,
     bed: dict[str, Any],
     drift: float = 0.0,
     steps: int = _STEPS,
     lively: float = 0.05,
-    folder: Path = Path(),
+    case_folder: Path = Path(),
 ) -> Iterator[Number]:
     """Run a bed whose particles start with the velocity `drift` [m/s] along x, and look for what is lost.
 
-    lively: speed [m/s] that some particle must have at the end, or the check shows nothing; folder: where a mesh of
-    the bed lies.
+    lively: speed [m/s] that some particle must have at the end, or the check shows nothing; case_folder: where a mesh
+    of the bed lies.
     """
-    bench = open_bench(place, comm, bed, folder=folder)
+    bench = open_bench(folder, comm, bed, case_folder=case_folder)
     bench.liggghts.velocities[:, 0] = drift
     bench.initialise()
     way = 0.0

@@ -24,14 +24,14 @@ _BANDS = {6: 0.02, 10: 0.005, 20: 0.004, 50: 0.001}
 
 
 @check("normal-impact")
-def normal_impact(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def normal_impact(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Two spheres head on, T_C/20: overlap and velocity at quarters of T_C against eqs 43-44, within 1 %."""
     diameter = GLASS["diameter"]
     middle = np.array([0.01, 0.01, 0.02])
     offset = np.array([0.0, 0.0, diameter / 2])
     steps = 20
     sections = {"gravity": 0.0, "contact": FRICTIONLESS | {"steps_per_contact": steps}}
-    bench = open_bench(place, comm, sections, np.array([middle - offset, middle + offset]))
+    bench = open_bench(folder, comm, sections, np.array([middle - offset, middle + offset]))
     liggghts, case = bench.liggghts, bench.case
     assert liggghts is not None and case.contact is not None and case.particles is not None
     liggghts.advance(0, first=True)
@@ -54,13 +54,13 @@ def normal_impact(place: Path, comm: MPI.Comm) -> Iterator[Number]:
 
 
 @check("impact-periodic")
-def impact_periodic(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def impact_periodic(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Two spheres head on across a periodic side, T_C/200: both leave with e_n of their speed, and no wall is there."""
     diameter, edge = GLASS["diameter"], 0.01
     sites = np.array([[0.6 * diameter, 0.003, 0.005], [edge - 0.6 * diameter, 0.003, 0.005]])
     contact = FRICTIONLESS | {"steps_per_contact": 200}
     domain = {"size": [edge] * 3, "cells": [4, 4, 4], "periodic": ["x", "y"]}
-    liggghts = open_bench(place, comm, {"gravity": 0.0, "contact": contact, "domain": domain}, sites).liggghts
+    liggghts = open_bench(folder, comm, {"gravity": 0.0, "contact": contact, "domain": domain}, sites).liggghts
     assert liggghts is not None
     throw(liggghts, np.array([[-_SPEED / 2, 0.0, 0.0], [_SPEED / 2, 0.0, 0.0]]))
     liggghts.advance(200 + round(0.3 * diameter / _SPEED / find_step(contact)))
@@ -69,7 +69,7 @@ def impact_periodic(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     yield Number("speed away from the side over that towards it, second", -right / _SPEED * 2, _RESTITUTION, 0.001)
 
 
-def _meet(place: Path, comm: MPI.Comm, steps: int) -> Iterator[Number]:
+def _meet(folder: Path, comm: MPI.Comm, steps: int) -> Iterator[Number]:
     """Pairs that touch at 40 phases of a DEM step: effective restitution of velocity Verlet, in mean and each.
 
     Verlet's contact is shorter than T_C by pi^2/(24 N) steps, so that as many of the phases, those that touch right
@@ -83,7 +83,7 @@ def _meet(place: Path, comm: MPI.Comm, steps: int) -> Iterator[Number]:
     offset[:, 2] = (diameter + phases * _SPEED * step) / 2
     sections: dict[str, Any] = {"gravity": 0.0, "contact": contact}
     sections["domain"] = {"size": [0.027, 0.018, 0.01], "cells": [9, 6, 4]}
-    bench = open_bench(place, comm, sections, np.concatenate([sites - offset, sites + offset]))
+    bench = open_bench(folder, comm, sections, np.concatenate([sites - offset, sites + offset]))
     velocities = np.zeros((2 * _PHASES, 3))
     velocities[:, 2] = np.repeat([_SPEED / 2, -_SPEED / 2], _PHASES)
     throw(bench.liggghts, velocities)
@@ -122,8 +122,8 @@ def _recur(phases: np.ndarray, steps: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _register_meetings(steps: int) -> None:
-    def restitution(place: Path, comm: MPI.Comm) -> Iterator[Number]:
-        return _meet(place, comm, steps)
+    def restitution(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
+        return _meet(folder, comm, steps)
 
     restitution.__doc__ = f"Restitution of pairs that touch at 40 phases of a DEM step, {steps} steps a contact."
     check(f"restitution-{steps}")(restitution)
@@ -133,7 +133,7 @@ for _steps in _BANDS:
     _register_meetings(_steps)
 
 
-def _bounce(place: Path, comm: MPI.Comm, restitution: float, wall_restitution: float, steps: int) -> Iterator[Number]:
+def _bounce(folder: Path, comm: MPI.Comm, restitution: float, wall_restitution: float, steps: int) -> Iterator[Number]:
     """Spheres against all six walls, six entry phases at each: the wall's own restitution, not that of pairs."""
     contact = FRICTIONLESS | {"restitution": restitution, "wall_restitution": wall_restitution}
     contact["steps_per_contact"] = steps
@@ -147,7 +147,7 @@ def _bounce(place: Path, comm: MPI.Comm, restitution: float, wall_restitution: f
         positions[i, (axis + 1) % 3] = 0.004 + 0.0024 * number
         velocities[i, axis] = _SPEED if far else -_SPEED
     sections = {"gravity": 0.0, "contact": contact, "domain": {"size": [edge] * 3, "cells": [4, 4, 4]}}
-    bench = open_bench(place, comm, sections, positions)
+    bench = open_bench(folder, comm, sections, positions)
     throw(bench.liggghts, velocities)
     bench.liggghts.advance(3 * steps)
     found = -(look(bench.liggghts).velocities * velocities).sum(axis=1) / _SPEED**2
@@ -156,12 +156,12 @@ def _bounce(place: Path, comm: MPI.Comm, restitution: float, wall_restitution: f
 
 
 @check("wall-restitution")
-def wall_restitution(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def wall_restitution(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """e_w = 0.970 where e_n is 0.8, T_C/50, within 0.002."""
-    return _bounce(place, comm, 0.8, _RESTITUTION, 50)
+    return _bounce(folder, comm, 0.8, _RESTITUTION, 50)
 
 
 @check("wall-restitution-low")
-def wall_restitution_low(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def wall_restitution_low(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """e_w = 0.8 where e_n is 0.97, T_C/200, within 0.002."""
-    return _bounce(place, comm, _RESTITUTION, 0.8, 200)
+    return _bounce(folder, comm, _RESTITUTION, 0.8, 200)

@@ -28,14 +28,14 @@ _EDGE = 2.5e-3
 _SPEEDS = (0.1, 0.5, 2.0)
 
 
-def held_cylinder(place: Path, comm: MPI.Comm, law: str) -> Iterator[Number]:
+def held_cylinder(folder: Path, comm: MPI.Comm, law: str) -> Iterator[Number]:
     """Pressure per length of a held bed in a cylinder of tetrahedra at voidage 0.4-0.9 and superficial slip 0.1-2 m/s
     against what the paper of the drag law prints, within 1 %."""
     layers = _LAYERS * len(VOIDAGES)
     size = (_ACROSS * _EDGE, _ACROSS * _EDGE, layers * _EDGE)
     domain = {"shape": "cylinder", "size": list(size), "cells": [_ACROSS, _ACROSS, layers]}
     mesh = make_cylinder(size[0], size[2], _ACROSS, layers, "tetrahedra")
-    bed = HeldMesh(place, comm, law, domain, mesh, VOIDAGES, 1.5 * _EDGE)
+    bed = HeldMesh(folder, comm, law, domain, mesh, VOIDAGES, 1.5 * _EDGE)
     yield from compare_losses(bed, _SPEEDS, 0.01)
 
 
@@ -48,7 +48,7 @@ _FALLS = {50e-6: (0.5, 1.0), 100e-6: (0.5, 1.0), 200e-6: (1.0, 2.0), 500e-6: (2.
 """By diameter [m]: seven response times [s], and a height [m] that it does not fall through in them."""
 
 
-def fall_in_cylinder(place: Path, comm: MPI.Comm, diameters: tuple[float, ...]) -> Iterator[Number]:
+def fall_in_cylinder(folder: Path, comm: MPI.Comm, diameters: tuple[float, ...]) -> Iterator[Number]:
     """Lone spheres fall from rest in gas at rest between tetrahedra: the drag of Schiller and Naumann, within 1 %."""
     sizes = np.array(diameters)
     time, height = (max(_FALLS[diameter][k] for diameter in diameters) for k in (0, 1))
@@ -66,7 +66,7 @@ def fall_in_cylinder(place: Path, comm: MPI.Comm, diameters: tuple[float, ...]) 
     top = np.full(len(sizes), height - 0.5 * _CELL)
     positions = np.column_stack([(2.0 + np.cos(turns)) * _CELL, (2.0 + np.sin(turns)) * _CELL, top])
     edits: dict[str, Edit] = {"DEM/in.liggghts": coarsen_bins}
-    bench = open_bench(place, comm, sections, positions, edits, np.arange(len(sizes)))
+    bench = open_bench(folder, comm, sections, positions, edits, np.arange(len(sizes)))
     bench.initialise()
     for _ in range(round(time / _DEM_STEP)):
         take_same_step(bench)
@@ -91,17 +91,17 @@ _BED: dict[str, Any] = {
 
 
 @check("cylinder-conservation", ranks=(1, 2, 4), fast=False)
-def cylinder_conservation(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def cylinder_conservation(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Largest errors over 1000 coupled steps in a cylinder of tetrahedra: momentum 1e-10 of the drag, solids volume
     1e-12, gas mass 1e-8."""
-    yield from conserve(place, comm, _BED)
+    yield from conserve(folder, comm, _BED)
 
 
 @check("cylinder-conservation-short")
-def cylinder_conservation_short(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def cylinder_conservation_short(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """The same over 60 steps, with every force that there is."""
     forces = {"filter_passes": 1, "viscous_force": True, "lift_force": True, "virtual_mass": True}
-    yield from conserve(place, comm, _BED | {"exchange": forces}, steps=60, lively=1e-4)
+    yield from conserve(folder, comm, _BED | {"exchange": forces}, steps=60, lively=1e-4)
 
 
 _RESTITUTION = 0.8
@@ -109,7 +109,7 @@ _AXIS, _HEIGHT = 0.01, 0.02
 
 
 @check("cylinder-walls")
-def bounce_in_cylinder(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def bounce_in_cylinder(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Beads at 1 m/s without the gas against floor, top and two facets of the side, along their normals: restitution
     and overlap (eqs 43-45), and back the way they came.
 
@@ -127,7 +127,7 @@ def bounce_in_cylinder(place: Path, comm: MPI.Comm) -> Iterator[Number]:
         "contact": FRICTIONLESS | contact,
         "exchange": {},
     }
-    bench = open_bench(place, comm, sections, middle + 5e-3 * ways)
+    bench = open_bench(folder, comm, sections, middle + 5e-3 * ways)
     bench.initialise()
     liggghts = bench.liggghts
     assert liggghts is not None and bench.case.contact is not None
@@ -158,7 +158,7 @@ def _find_overlap(stiffness: float) -> float:
     return math.exp(-damping / swing * math.atan2(swing, damping)) / natural / GLASS["diameter"]
 
 
-def flow_through_pipe(place: Path, comm: MPI.Comm, elements: str, within: float) -> Iterator[Number]:
+def flow_through_pipe(folder: Path, comm: MPI.Comm, elements: str, within: float) -> Iterator[Number]:
     """Pipe, 12 cells across, at Re 5: far from the inlet the parabola, dp/dz = -8 mu U/R^2, within 1 % if it is of
     prisms and 5 % if of tetrahedra.
 
@@ -173,7 +173,7 @@ def flow_through_pipe(place: Path, comm: MPI.Comm, elements: str, within: float)
         "pressure_tolerance": 1e-10,
         "correctors": 3,
     }
-    bench = open_bench(place, comm, {"domain": domain | {"elements": elements}, "gas": gas})
+    bench = open_bench(folder, comm, {"domain": domain | {"elements": elements}, "gas": gas})
     run_until_steady(bench, dt=1.8e-3, most=600, change=1e-5)
     centres, velocity = bench.gas.centres, bench.gas.velocity[:, 2]
     far = np.flatnonzero(np.abs(centres[:, 2] / length - 0.75) < 0.15)

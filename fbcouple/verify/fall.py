@@ -42,15 +42,15 @@ _TIME, _STEP = 3.5, 2e-3
 """Seven response times of 1 mm; DEM and coupling step, 11.5 response times of 5 um."""
 
 
-def fall(place: Path, comm: MPI.Comm, exchange: dict[str, Any], expected: dict[float, float]) -> Iterator[Number]:
+def fall(folder: Path, comm: MPI.Comm, exchange: dict[str, Any], expected: dict[float, float]) -> Iterator[Number]:
     """Let spheres of the expected diameters fall from rest side by side, and compare their last speed within 1 %."""
-    velocities = _release(place, comm, np.array(list(expected)), {"exchange": exchange}, round(_TIME / _STEP))
+    velocities = _release(folder, comm, np.array(list(expected)), {"exchange": exchange}, round(_TIME / _STEP))
     for (diameter, speed), found in zip(expected.items(), (-velocities).tolist(), strict=True):
         yield Number(f"fall speed of {diameter * 1e6:g} um", found, speed, 0.01, "m s-1", relative=True)
 
 
 def _release(
-    place: Path, comm: MPI.Comm, diameters: np.ndarray, more: dict[str, Any], steps: int, wind: float = 0.0
+    folder: Path, comm: MPI.Comm, diameters: np.ndarray, more: dict[str, Any], steps: int, wind: float = 0.0
 ) -> np.ndarray:
     """Let spheres go from rest near the top, in gas that rises with `wind` [m/s]; their upward velocity [m/s] after
     so many steps."""
@@ -66,7 +66,7 @@ def _release(
     top = (_CELLS_UP - 0.5) * _CELL
     positions = np.array([[(n + 0.5) * _CELL, 0.5 * _CELL, top] for n in range(cells[0])])
     edits: dict[str, Edit] = {"DEM/in.liggghts": coarsen_bins}
-    bench = open_bench(place, comm, sections | more, positions, edits, np.arange(len(diameters)))
+    bench = open_bench(folder, comm, sections | more, positions, edits, np.arange(len(diameters)))
     liggghts = bench.liggghts
     assert liggghts is not None
     bench.initialise()
@@ -90,9 +90,9 @@ def coarsen_bins(deck: str, cell: float = _CELL) -> str:
 
 
 @check("terminal-velocity")
-def terminal_velocity(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def terminal_velocity(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """5 um to 1 mm with the drag of lone spheres; of 0.7 and 11.5 response times is the step of the two smallest."""
-    yield from fall(place, comm, {"drag": "schiller-naumann"}, SCHILLER_NAUMANN)
+    yield from fall(folder, comm, {"drag": "schiller-naumann"}, SCHILLER_NAUMANN)
 
 
 _WIDE = _CELL / GLASS["diameter"]
@@ -108,23 +108,23 @@ def _put_together(measured: dict[str, list[Number]]) -> Iterator[Number]:
 
 
 @check("terminal-velocity-voidage", fast=False, variants=tuple(_SHARED), judge=_put_together)
-def terminal_velocity_voidage(place: Path, comm: MPI.Comm, method: str) -> Iterator[Number]:
+def terminal_velocity_voidage(folder: Path, comm: MPI.Comm, method: str) -> Iterator[Number]:
     """1 mm with each way to share a particle among cells and to read them: the fall of a lone one does not change."""
     exchange = {"drag": "schiller-naumann", "scheme": "explicit"} | _SHARED[method]
-    yield from fall(place, comm, exchange, {1e-3: SCHILLER_NAUMANN[1e-3]})
+    yield from fall(folder, comm, exchange, {1e-3: SCHILLER_NAUMANN[1e-3]})
 
 
 @check("carried")
-def carried(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def carried(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Ten steps from rest in a wind, a step a ninth of the smallest's response time: the drag of a step is felt in that
     step, or a tenth of the speed is missing."""
     still = {"gravity": 0.0, "exchange": {"drag": "schiller-naumann"}}
-    velocities = _release(place, comm, np.array(list(_CARRIED)), still, 10, _WIND)
+    velocities = _release(folder, comm, np.array(list(_CARRIED)), still, 10, _WIND)
     for (diameter, speed), found in zip(_CARRIED.items(), velocities.tolist(), strict=True):
         yield Number(f"speed of {diameter * 1e6:g} um in a wind", found, speed, 0.01, "m s-1", relative=True)
 
 
 @check("terminal-velocity-paper")
-def terminal_velocity_paper(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def terminal_velocity_paper(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """1 mm with the paper's law and the default scheme."""
-    yield from fall(place, comm, {}, _PAPER)
+    yield from fall(folder, comm, {}, _PAPER)

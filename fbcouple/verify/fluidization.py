@@ -29,7 +29,7 @@ _AT_REST, _CERTAIN = 0.85, 0.5
 is fitted."""
 
 
-def _open(place: Path, comm: MPI.Comm) -> Simulation:
+def _open(folder: Path, comm: MPI.Comm) -> Simulation:
     floor = _PLENUM * _CELL
     pitch = (_SIDE - 2e-5) / _SITES
     row = 1e-5 + pitch * (np.arange(_SITES) + 0.5)
@@ -45,7 +45,7 @@ def _open(place: Path, comm: MPI.Comm) -> Simulation:
     edits: dict[str, Edit] = {
         "DEM/in.liggghts": lambda deck: re.sub(r"zplane 0\.0$", f"zplane {floor}", deck, flags=re.MULTILINE)
     }
-    return open_bench(place, comm, sections, np.column_stack([x.ravel(), y.ravel(), z.ravel()]) + shift, edits)
+    return open_bench(folder, comm, sections, np.column_stack([x.ravel(), y.ravel(), z.ravel()]) + shift, edits)
 
 
 def _run_ramp(bench: Simulation) -> np.ndarray:
@@ -62,9 +62,9 @@ def _run_ramp(bench: Simulation) -> np.ndarray:
 
 
 @check("minimum-fluidization", fast=False)
-def minimum_fluidization(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def minimum_fluidization(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Where the pressure of the bed at rest meets its weight, against Ergun at its own voidage in each cell, 5 %."""
-    bench = _open(place, comm)
+    bench = _open(folder, comm)
     bench.initialise()
     rows = _run_ramp(bench)
     velocity, pressure = rows[:, 0], rows[:, 1]

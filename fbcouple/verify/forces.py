@@ -54,7 +54,7 @@ _HEIGHTS = np.array([-0.04, -0.015, -0.005, 0.005, 0.015, 0.04])
 
 
 @check("lift-force")
-def lift(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def lift(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Spheres held in linear shear u = (g z, 0, 0) between moving plates: Saffman's lift with Mei's factor, 1 %."""
     size = [_SHEAR_CELL * n for n in _SHEAR_CELLS]
     z = (np.arange(_SHEAR_CELLS[2]) + 0.5 - _SHEAR_CELLS[2] / 2) * _SHEAR_CELL
@@ -80,7 +80,7 @@ def lift(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     }
     positions = np.column_stack([np.full((len(_HEIGHTS), 2), size[0] / 2), _HEIGHTS + size[2] / 2])
     positions[:, 0] += np.linspace(-0.012, 0.012, len(_HEIGHTS))
-    bench = open_bench(place, comm, sections, positions, edits)
+    bench = open_bench(folder, comm, sections, positions, edits)
     bench.initialise()
     forces, loss = hold(bench, 1e-6)
     for height, found in zip(_HEIGHTS.tolist(), forces[:, 2].tolist(), strict=True):
@@ -108,7 +108,7 @@ def _collect(measured: dict[str, list[Number]]) -> Iterator[Number]:
 
 
 @check("viscous-force", variants=("alone", "with pressure gradient"), judge=_collect)
-def viscous(place: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
+def viscous(folder: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
     """Spheres without drag in plane Poiseuille flow: V div(tau) = V dP/dz, and no force with the pressure gradient."""
     width, length, cells, speed, viscosity = 0.01, 0.03, (32, 1, 48), 0.02, 2e-5
     sections: dict[str, Any] = {
@@ -118,16 +118,16 @@ def viscous(place: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
         "particles": {"diameter": _SMALL},
         "exchange": {"drag": "stokes", "viscous_force": True, "pressure_gradient": variant != "alone"},
     }
-    places = np.array([0.22, 0.5, 0.78]) * width
-    positions = np.column_stack([places, np.full(3, width / 64), np.full(3, 0.8 * length)])
+    sites = np.array([0.22, 0.5, 0.78]) * width
+    positions = np.column_stack([sites, np.full(3, width / 64), np.full(3, 0.8 * length)])
     edits = split_sides({}) | {"DEM/in.liggghts": partial(coarsen_bins, cell=width / 32)}
-    bench = open_bench(place, comm, sections, positions, edits)
+    bench = open_bench(folder, comm, sections, positions, edits)
     run_until_steady(bench, dt=5e-3, most=2000, change=1e-4)
     bench.initialise()
     forces, loss = hold(bench, 5e-3, steps=3, inertia=1e-20)
     volume = math.pi / 6 * _SMALL**3
     gradient = -12 * viscosity * speed / width**2
-    for x, force in zip((places / width).tolist(), (forces[:, 2] / volume).tolist(), strict=True):
+    for x, force in zip((sites / width).tolist(), (forces[:, 2] / volume).tolist(), strict=True):
         expected = gradient if variant == "alone" else 0.0
         name = f"force over volume at x = {x:g} h, {variant}"
         yield Number(name, force, expected, 0.01 * abs(gradient), "N m-3")
@@ -141,7 +141,7 @@ _ACCELERATION = 20.0
 
 
 @check("virtual-mass", variants=(*map(str, _LIQUID_RATIOS), "carried"), judge=_collect)
-def virtual_mass(place: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
+def virtual_mass(folder: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
     """A sphere released in water starts with (r - 1) g/(r + 1/2), r its density over the water's; water that
     accelerates with A takes a sphere of r = 2.5 along with 3 A/(2 r + 1)."""
     carried = variant == "carried"
@@ -156,7 +156,7 @@ def virtual_mass(place: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
         "contact": FRICTIONLESS,
         "exchange": {"drag": "schiller-naumann", "virtual_mass": True},
     }
-    bench = open_bench(place, comm, sections, np.array([[0.025, 0.025, 0.051]]))
+    bench = open_bench(folder, comm, sections, np.array([[0.025, 0.025, 0.051]]))
     bench.initialise()
     moments, speeds, momentum = [], [], 0.0
     # The gas knows of a move one step later.

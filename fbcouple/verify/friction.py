@@ -33,9 +33,9 @@ _SPIN = {"rotation": True}
 _FINE = 1e-3
 
 
-def _lay(place: Path, comm: MPI.Comm, contact: dict[str, Any], particles: dict[str, Any]) -> Liggghts:
+def _lay(folder: Path, comm: MPI.Comm, contact: dict[str, Any], particles: dict[str, Any]) -> Liggghts:
     """One sphere at rest on the floor, with the gravity of a case; the mu of pairs differs from the wall's."""
-    return lay_sphere(place, comm, {"friction": 0.7} | contact, particles, _sink(contact))
+    return lay_sphere(folder, comm, {"friction": 0.7} | contact, particles, _sink(contact))
 
 
 def _sink(contact: dict[str, Any], tilt: float = 0.0) -> float:
@@ -55,10 +55,10 @@ def _wait(liggghts: Liggghts, step: float, expected: float, ended: Callable[[], 
 
 
 @check("sliding-stop")
-def sliding_stop(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def sliding_stop(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """A sphere that may not rotate slides to rest: after u0/(mu g), over u0^2/(2 mu g), within 1 %."""
     contact = FRICTIONLESS | {"wall_friction": _FRICTION}
-    liggghts = _lay(place, comm, contact, {})
+    liggghts = _lay(folder, comm, contact, {})
     throw(liggghts, np.array([[_SPEED, 0.0, 0.0]]))
     start, time = liggghts.positions[0, 0], _SPEED / (_FRICTION * GRAVITY)
     found = _wait(liggghts, find_step(contact), time, lambda: liggghts.velocities[0, 0] < _FINE * _SPEED)
@@ -67,10 +67,10 @@ def sliding_stop(place: Path, comm: MPI.Comm) -> Iterator[Number]:
 
 
 @check("sliding-to-rolling")
-def sliding_to_rolling(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def sliding_to_rolling(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """A sliding sphere that may rotate rolls after 2 u0/(7 mu g) at 5/7 u0, and then keeps on, within 1 %."""
     contact = FRICTIONLESS | {"wall_friction": _FRICTION}
-    liggghts = _lay(place, comm, contact, _SPIN)
+    liggghts = _lay(folder, comm, contact, _SPIN)
     throw(liggghts, np.array([[_SPEED, 0.0, 0.0]]))
     step, time = find_step(contact), 2 * _SPEED / (7 * _FRICTION * GRAVITY)
     found = _wait(liggghts, step, time, lambda: _slip(liggghts) < _FINE * _SPEED)
@@ -87,11 +87,11 @@ def _slip(liggghts: Liggghts) -> float:
 
 
 def _descend(
-    place: Path, comm: MPI.Comm, particles: dict[str, Any], friction: float, law: Callable[[float], float]
+    folder: Path, comm: MPI.Comm, particles: dict[str, Any], friction: float, law: Callable[[float], float]
 ) -> Iterator[Number]:
     """Acceleration [m/s2] along an incline of 10, 20, 30 degrees against `law(angle)`, within 1 %."""
     contact = FRICTIONLESS | {"wall_friction": friction}
-    liggghts = _lay(place, comm, contact, particles)
+    liggghts = _lay(folder, comm, contact, particles)
     steps, step = 1500, find_step(contact)
     for degrees in (10, 20, 30):
         angle = math.radians(degrees)
@@ -105,22 +105,24 @@ def _descend(
 
 
 @check("incline-sliding")
-def incline_sliding(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def incline_sliding(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Without rotation, steeper than atan(mu): g (sin - mu cos)."""
-    return _descend(place, comm, {}, _FRICTION, lambda angle: GRAVITY * (math.sin(angle) - _FRICTION * math.cos(angle)))
+    return _descend(
+        folder, comm, {}, _FRICTION, lambda angle: GRAVITY * (math.sin(angle) - _FRICTION * math.cos(angle))
+    )
 
 
 @check("incline-rolling")
-def incline_rolling(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def incline_rolling(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """With rotation and mu above 2/7 tan(angle), so that the contact sticks: 5/7 g sin."""
-    return _descend(place, comm, _SPIN, 0.3, lambda angle: 5 / 7 * GRAVITY * math.sin(angle))
+    return _descend(folder, comm, _SPIN, 0.3, lambda angle: 5 / 7 * GRAVITY * math.sin(angle))
 
 
 @check("rolling-friction")
-def rolling_friction(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def rolling_friction(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """A rolling sphere loses 5/7 mu_r g to the torque mu_r F_n R, within 1 %, and none without it."""
     contact = FRICTIONLESS | {"wall_friction": 0.3, "rolling_friction": 0.01}
-    liggghts = _lay(place, comm, contact, _SPIN)
+    liggghts = _lay(folder, comm, contact, _SPIN)
     throw(liggghts, np.array([[_SPEED, 0.0, 0.0]]), np.array([[0.0, _SPEED / _RADIUS, 0.0]]))
     steps = 3000
     liggghts.advance(steps)
@@ -130,12 +132,12 @@ def rolling_friction(place: Path, comm: MPI.Comm) -> Iterator[Number]:
 
 
 @check("tangential-spring")
-def tangential_spring(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def tangential_spring(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """On an incline flatter than atan(mu) a sphere with tangential history stays, m g sin/k_t from its start."""
     ratio, angle = 0.4, math.radians(10)
     options = {"tangential": "history", "tangential_stiffness": ratio, "tangential_damping": 5.0}
     contact = FRICTIONLESS | {"wall_friction": 0.5} | options
-    liggghts = _lay(place, comm, contact, {})
+    liggghts = _lay(folder, comm, contact, {})
     tilt_gravity(liggghts, angle)
     start = rest_on_floor(_sink(contact, angle))
     throw(liggghts, np.zeros((1, 3)), positions=start)
@@ -148,12 +150,12 @@ def tangential_spring(place: Path, comm: MPI.Comm) -> Iterator[Number]:
 
 
 @check("creep-without-history")
-def creep_without_history(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def creep_without_history(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """On an incline flatter than atan(mu) a sphere without history never stops: g sin over the rate of its viscous
     limit, in proportion to the DEM step (`fbcouple check` tells it for two spheres, as sliding at rest)."""
     angle = math.radians(10)
     contact = FRICTIONLESS | {"wall_friction": 0.5}
-    liggghts = _lay(place, comm, contact, {})
+    liggghts = _lay(folder, comm, contact, {})
     tilt_gravity(liggghts, angle)
     throw(liggghts, np.zeros((1, 3)), positions=rest_on_floor(_sink(contact, angle)))
     expected = GRAVITY * math.sin(angle) / derived.viscous_limit(*parts(contact))

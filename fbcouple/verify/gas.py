@@ -81,12 +81,12 @@ def _as_plane(bench: Simulation, values: np.ndarray) -> np.ndarray:
 
 
 @check("poiseuille")
-def poiseuille(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def poiseuille(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Plane channel at Re 10: far from the inlet the middle has 1.5 x the mean velocity, dp/dz = -12 mu U/h^2."""
     width, length, cells, speed, viscosity = 0.01, 0.03, (32, 1, 48), 0.02, 2e-5
     domain = {"size": [width, width / 32, length], "cells": list(cells)}
     gas = {"density": 1.0, "viscosity": viscosity, "inlet_velocity": speed}
-    bench = open_bench(place, comm, {"domain": domain, "gas": gas}, edits=split_sides({}))
+    bench = open_bench(folder, comm, {"domain": domain, "gas": gas}, edits=split_sides({}))
     run_until_steady(bench, dt=5e-3, most=2000, change=1e-4)
     profile = _as_plane(bench, bench.gas.velocity[:, 2])[-8]
     x = (np.arange(cells[0]) + 0.5) / cells[0]
@@ -101,14 +101,14 @@ def poiseuille(place: Path, comm: MPI.Comm) -> Iterator[Number]:
 
 
 @check("slip-walls")
-def slip_walls(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def slip_walls(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Walls that let the gas slip leave plug flow as it is, at no pressure (walls that hold it: poiseuille)."""
     speed = 0.05
     depth, viscosity = 0.001, 1e-4
     domain = {"size": [0.01, depth, 0.02], "cells": [16, 1, 16]}
     gas = {"density": 1.0, "viscosity": viscosity, "inlet_velocity": speed, "walls": "slip"}
     gas |= {"pressure_tolerance": 1e-11}
-    bench = open_bench(place, comm, {"domain": domain, "gas": gas})
+    bench = open_bench(folder, comm, {"domain": domain, "gas": gas})
     for _ in range(300):
         bench.gas.step(2e-3, *bench.gas.clean_input)
     # What is left of the first step, when nothing flows through the outlet yet, still dies out.
@@ -133,13 +133,13 @@ _GHIA_V = (
 
 
 @check("cavity", fast=False)
-def cavity(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def cavity(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Lid-driven cavity at Re 100, 64 x 64 cells: both centrelines against Ghia 1982, within 1 % of the lid's speed."""
     cells = 64
     domain = {"size": [1.0, 1.0 / cells, 1.0], "cells": [cells, 1, cells]}
     gas = {"density": 1.0, "viscosity": 0.01, "inlet_velocity": 0.0}
     lid = "type fixedValue; value uniform (1 0 0);"
-    bench = open_bench(place, comm, {"domain": domain, "gas": gas}, edits=split_sides(close_box("type noSlip;", lid)))
+    bench = open_bench(folder, comm, {"domain": domain, "gas": gas}, edits=split_sides(close_box("type noSlip;", lid)))
     run_until_steady(bench, dt=0.01, most=3000, change=1e-4)
     u, v = (_as_plane(bench, bench.gas.velocity[:, axis]) for axis in (0, 2))
     middle = cells // 2

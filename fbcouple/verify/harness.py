@@ -29,45 +29,45 @@ Edit = Callable[[str], str]
 
 
 def open_bench(
-    place: Path,
+    folder: Path,
     comm: MPI.Comm,
     sections: dict[str, Any],
     positions: np.ndarray | None = None,
     edits: dict[str, Edit] | None = None,
     kinds: np.ndarray | None = None,
-    folder: Path = Path(),
+    case_folder: Path = Path(),
 ) -> Simulation:
-    """Set up a case of `sections` (as a case file has them) in `place`, open its solvers, set the particles up.
+    """Set up a case of `sections` (as a case file has them) in `folder`, open its solvers, set the particles up.
 
     positions: start positions (n, 3) [m] in place of the lattice; the particles' count follows them.
     kinds: of a mixture the kind of each particle, counted from 0, in place of a random order.
-    folder: where the files lie that the case brings, a mesh.
+    case_folder: where the files lie that the case brings, a mesh.
     edits: deck file -> change of its text, for checks that need what no case asks for (a moving lid).
     """
-    case = adopt_inlets(_make_case(sections, positions), folder)
-    return open_case(place, comm, case, positions, edits, kinds, folder)
+    case = adopt_inlets(_make_case(sections, positions), case_folder)
+    return open_case(folder, comm, case, positions, edits, kinds, case_folder)
 
 
 def open_case(
-    place: Path,
+    folder: Path,
     comm: MPI.Comm,
     case: Case,
     positions: np.ndarray | None = None,
     edits: dict[str, Edit] | None = None,
     kinds: np.ndarray | None = None,
-    folder: Path = Path(),
+    case_folder: Path = Path(),
 ) -> Simulation:
     """The same of a `case` that there is."""
-    run = place / "run"
+    run = folder / "run"
     if comm.rank == 0:
         set_up(
             case,
             run,
-            lambda wanted: lattice_positions(wanted, folder) if positions is None else positions,
+            lambda wanted: lattice_positions(wanted, case_folder) if positions is None else positions,
             lambda wanted: lattice_kinds(wanted) if kinds is None else kinds,
-            folder=folder,
+            folder=case_folder,
         )
-        copy_companions(case, folder, run)
+        copy_companions(case, case_folder, run)
         for deck, edit in (edits or {}).items():
             (run / deck).write_text(edit((run / deck).read_text(encoding="utf-8")), encoding="utf-8")
         if case.gas:

@@ -33,20 +33,20 @@ class HeldMesh:
 
     def __init__(
         self,
-        place: Path,
+        folder: Path,
         comm: MPI.Comm,
         law: str,
         domain: dict[str, Any],
         mesh: PolyMesh,
         voidages: tuple[float, ...],
         reach: float,
-        folder: Path = Path(),
+        case_folder: Path = Path(),
         gas: dict[str, Any] | None = None,
         crowd: tuple[int, ...] | None = None,
     ) -> None:
         """reach: distance [m] from the middle of a slab within which nothing is known of the others.
 
-        folder: where the mesh of `domain` lies, if it is a file. gas: options of [gas] in place of the bench's.
+        case_folder: where the mesh of `domain` lies, if it is a file. gas: options of [gas] in place of the bench's.
         crowd: spheres in a usual quarter of each slab, absent or 1: one in every quarter. Where quarters differ much,
         spheres of nearly one size are needed, or the gas finds ways between the small ones.
         """
@@ -62,7 +62,7 @@ class HeldMesh:
         edits: dict[str, Edit] = {
             "DEM/in.liggghts": lambda text: text.replace("fix             motion", "# fix             motion")
         }
-        self.sim = open_bench(place, comm, sections, positions, edits, folder=folder)
+        self.sim = open_bench(folder, comm, sections, positions, edits, case_folder=case_folder)
         liggghts = self.sim.liggghts
         assert liggghts is not None
         self._slab = self._find_slab(liggghts.positions[:, 2])
@@ -75,7 +75,7 @@ class HeldMesh:
 
     def _place_spheres(self, parts: Tetrahedra, crowd: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
         """Positions [m] of the spheres, and the quarter that each is in: on a line through the quarter's middle."""
-        corners = parts.places[parts.corners]
+        corners = parts.nodes[parts.corners]
         middles = corners.mean(axis=1)
         slab = self._find_slab(middles[:, 2])
         usual = np.bincount(slab, parts.volumes) / np.bincount(slab)

@@ -35,14 +35,14 @@ _HERTZ: dict[str, Any] = FRICTIONLESS | {
 _GAP = 1e-6
 
 
-def _collide(place: Path, comm: MPI.Comm, contact: dict[str, Any]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _collide(folder: Path, comm: MPI.Comm, contact: dict[str, Any]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Largest overlap [m], duration [s] and restitution of contacts, each (2, speeds): with the floor, and of pairs."""
     diameter, count, step = GLASS["diameter"], len(_SPEEDS), find_step(contact)
     x = 3e-3 * (1 + np.arange(count))
-    places = [(2e-3, diameter / 2 + _GAP), (6e-3, 5e-3), (6e-3, 5e-3 + diameter + _GAP)]
-    positions = np.concatenate([np.column_stack([x, np.full(count, y), np.full(count, z)]) for y, z in places])
+    heights = [(2e-3, diameter / 2 + _GAP), (6e-3, 5e-3), (6e-3, 5e-3 + diameter + _GAP)]
+    positions = np.concatenate([np.column_stack([x, np.full(count, y), np.full(count, z)]) for y, z in heights])
     sections = {"gravity": 0.0, "contact": contact, "domain": {"size": [0.012, 0.01, 0.01], "cells": [4, 4, 4]}}
-    bench = open_bench(place, comm, sections, positions)
+    bench = open_bench(folder, comm, sections, positions)
     liggghts = bench.liggghts
     assert liggghts is not None
     velocities, speeds = np.zeros((3 * count, 3)), np.array(_SPEEDS)
@@ -69,12 +69,12 @@ def _time_contact(overlap: np.ndarray, step: float) -> np.ndarray:
 
 
 @check("hertz-elastic")
-def hertz_elastic(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def hertz_elastic(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """e = 1 at 0.1, 1 and 3 m/s, floor and pair: largest overlap and duration within 1 %, restitution within 0.002."""
     contact = _HERTZ | {"restitution": 1.0, "wall_restitution": 1.0}
     section, particles = parts(contact)
     modulus, mass, radius = derived.hertz_modulus(section), derived.particle_mass(particles), particles.diameter / 2
-    peaks, durations, restitutions = _collide(place, comm, contact)
+    peaks, durations, restitutions = _collide(folder, comm, contact)
     for i, (partner, part) in enumerate((("floor", 1.0), ("pair", 0.5))):
         for j, speed in enumerate(_SPEEDS):
             peak = derived.hertz_overlap(modulus, part * mass, part * radius, speed)
@@ -86,17 +86,17 @@ def hertz_elastic(place: Path, comm: MPI.Comm) -> Iterator[Number]:
 
 
 @check("hertz-restitution")
-def hertz_restitution(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def hertz_restitution(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """e_n = 0.97 and e_w = 0.9 whatever the speed, within 0.002."""
     contact = _HERTZ | {"restitution": 0.97, "wall_restitution": 0.9}
-    _, _, restitutions = _collide(place, comm, contact)
+    _, _, restitutions = _collide(folder, comm, contact)
     for partner, found, expected in zip(("floor", "pair"), restitutions, (0.9, 0.97), strict=True):
         for speed, value in zip(_SPEEDS, found, strict=True):
             yield Number(f"restitution, {partner}, {speed} m/s", value, expected, 0.002)
 
 
 @check("hertz-tangential-spring")
-def hertz_tangential_spring(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def hertz_tangential_spring(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """At rest on an incline of 10 deg: overlap and tangential displacement of Hertz and Mindlin, within 1 %.
 
     4/3 E* R^(1/2) delta^(3/2) = m g cos and 8 G* (R delta)^(1/2) xi = m g sin, G* = G/(2 (2 - nu)), G = E/(2 (1 + nu)).
@@ -106,7 +106,7 @@ def hertz_tangential_spring(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     section, particles = parts(contact)
     radius, weight = particles.diameter / 2, derived.particle_mass(particles) * GRAVITY
     sink = (3 * weight * math.cos(angle) / (4 * derived.hertz_modulus(section) * math.sqrt(radius))) ** (2 / 3)
-    liggghts = lay_sphere(place, comm, contact, {}, sink)
+    liggghts = lay_sphere(folder, comm, contact, {}, sink)
     tilt_gravity(liggghts, angle)
     start = rest_on_floor(0.0)
     throw(liggghts, np.zeros((1, 3)), positions=start)

@@ -68,12 +68,12 @@ def rest_on_floor(sink: float) -> np.ndarray:
 
 
 def lay_sphere(
-    place: Path, comm: MPI.Comm, contact: dict[str, Any], particles: dict[str, Any], sink: float
+    folder: Path, comm: MPI.Comm, contact: dict[str, Any], particles: dict[str, Any], sink: float
 ) -> Liggghts:
     """Open a long box with one glass sphere that lies on its floor, as deep as its contact carries it."""
     domain = {"size": [0.05, 0.01, 0.01], "cells": [10, 2, 2]}
     sections = {"gravity": GRAVITY, "contact": contact, "particles": particles, "domain": domain}
-    liggghts = open_bench(place, comm, sections, rest_on_floor(sink)).liggghts
+    liggghts = open_bench(folder, comm, sections, rest_on_floor(sink)).liggghts
     assert liggghts is not None
     return liggghts
 

@@ -48,9 +48,9 @@ def _average_layers(bench: Simulation, values: np.ndarray) -> np.ndarray:
 
 
 @check("inlet-ramp", ranks=(2,))
-def inlet_ramp(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def inlet_ramp(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """The gas above the bed follows the ramp in every step, and the bed at rest costs Ergun's pressure either way."""
-    bench = open_bench(place, comm, _BED)
+    bench = open_bench(folder, comm, _BED)
     bench.initialise()
     off = 0.0
     losses: dict[str, list[float]] = {name: [] for name in _STEADY}

@@ -65,7 +65,7 @@ _INLETS = {"tilted": _make_tilted, "ring": _make_ring}
 
 
 @check("inlet-faces", ranks=(2,), variants=tuple(_INLETS), judge=lambda found: (n for v in found.values() for n in v))
-def inlet_faces(place: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
+def inlet_faces(folder: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
     """Through a plane inlet that leans by 30 degrees, and one that is a ring of the side wall, with beads before it:
     the gas that comes in, in each step, is the velocity times the area."""
     mesh, beads, area = _INLETS[variant]()
@@ -78,8 +78,8 @@ def inlet_faces(place: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
         "exchange": {"filter_passes": 1},
     }
     if comm.rank == 0:
-        write_polymesh(mesh, place / _MESH)
-    bench = open_bench(place, comm, sections, beads, folder=place)
+        write_polymesh(mesh, folder / _MESH)
+    bench = open_bench(folder, comm, sections, beads, case_folder=folder)
     bench.initialise()
     off = lost = 0.0
     for _ in range(_STEPS):
@@ -97,7 +97,7 @@ _ROWS, _PERIOD, _PER_ROW = 1000, 0.5, 2
 
 
 @check("inlet-table")
-def inlet_table(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def inlet_table(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """A sine of 1000 rows about a mean, and a jump after it: the gas of a whole period is the table's integral, for
     steps that divide its rows; each step has the table's value at its end."""
     times = np.linspace(0.0, _PERIOD, _ROWS)
@@ -107,7 +107,7 @@ def inlet_table(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     rows = [*zip(times.tolist(), velocities.tolist(), strict=True), (jump, float(velocities[-1])), (jump, -0.1)]
     domain = {"size": [0.01, 0.01, 0.02], "cells": [2, 2, 4]}
     gas = GAS | {"inlet_velocity": None, "inlet_ramp": [list(row) for row in rows], "walls": "slip"}
-    bench = open_bench(place, comm, {"domain": domain, "gas": gas})
+    bench = open_bench(folder, comm, {"domain": domain, "gas": gas})
     found = []
     for _ in range(_PER_ROW * (_ROWS - 1) + 1):
         bench.gas.step(dt, *bench.gas.clean_input)

@@ -66,14 +66,14 @@ def _check(smooth: Smooth, expected: np.ndarray, tolerance: float) -> Iterator[N
 
 
 @check("filter")
-def conservative_filter(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def conservative_filter(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Eqs 33 and 34: half a cell squared of variance a pass along each axis, all to 1e-12."""
     scratch = _patch_field(0.0)
     yield from _check(lambda field: filtered(field, _PASSES, scratch), 0.5 * _PASSES * _GRID.spacing**2, 1e-12)
 
 
 @check("diffusion")
-def diffusion(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def diffusion(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """A bandwidth of b: variance b^2/2 along each axis; 1e-9 of it lies beyond the walls of the box."""
     bandwidth = _WIDTH * _DIAMETER
     smoother = Diffusion(Patch(_GRID, (0, 0, 0), _GRID.cells), bandwidth)
@@ -112,8 +112,8 @@ _WITHIN = {"gaussian": 1e-3, "centre + diffusion": 1e-8}
 """Relative tolerances of the variances where 1e-10 is not to be had."""
 
 
-def _map(exchange: dict[str, Any], place: np.ndarray) -> np.ndarray:
-    """Solids volume in the cells (x, y, z) over that of the lone particle at `place` (3,) [m]."""
+def _map(exchange: dict[str, Any], folder: np.ndarray) -> np.ndarray:
+    """Solids volume in the cells (x, y, z) over that of the lone particle at `folder` (3,) [m]."""
     case = Case.model_validate(
         {
             "title": "verify",
@@ -129,12 +129,12 @@ def _map(exchange: dict[str, Any], place: np.ndarray) -> np.ndarray:
     coupling = Coupling(case, BoxSpace(case, MPI.COMM_SELF, centres, bounds, _DIAMETER))
     radius = np.array([_DIAMETER / 2])
     volume = np.pi / 6 * _DIAMETER**3
-    coupling.map(Particles(place[None], np.zeros((1, 3)), radius, GLASS["density"] * np.array([volume])))
+    coupling.map(Particles(folder[None], np.zeros((1, 3)), radius, GLASS["density"] * np.array([volume])))
     return ((1.0 - coupling.voidage) * _GRID.cell_volume / volume).reshape(_GRID.cells)
 
 
 @check("voidage-width")
-def voidage_width(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def voidage_width(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """A lone particle by each voidage method: whole in a corner, where its mean is, and its variance."""
     offset = np.array([0.5, 0.8, 0.9]) * 1e-3
     middle = (np.array(_GRID.cells) // 2 + 0.5) * _GRID.spacing
@@ -151,11 +151,11 @@ def voidage_width(place: Path, comm: MPI.Comm) -> Iterator[Number]:
             yield Number(label, found, expected, tolerance, "m2")
 
 
-def _judge_divided(amount: np.ndarray, place: np.ndarray) -> Iterator[Number]:
+def _judge_divided(amount: np.ndarray, folder: np.ndarray) -> Iterator[Number]:
     """Along each axis the part of the sphere beyond the face above it: h^2 (3 - h)/4 for a cap of h radii, 4.6 %."""
     for axis in range(3):
-        face = np.round(place[axis] / _GRID.spacing[axis]).astype(int)
-        height = 1.0 - (face * _GRID.spacing[axis] - place[axis]) / (_DIAMETER / 2)
+        face = np.round(folder[axis] / _GRID.spacing[axis]).astype(int)
+        height = 1.0 - (face * _GRID.spacing[axis] - folder[axis]) / (_DIAMETER / 2)
         beyond = float(np.moveaxis(amount, axis, 0)[face:].sum())
         cap = height**2 * (3.0 - height) / 4.0
         yield Number(f"divided: beyond the face along {'xyz'[axis]}", beyond, float(cap), 0.046)

@@ -70,7 +70,7 @@ class HeldBed:
     """
 
     def __init__(
-        self, place: Path, comm: MPI.Comm, law: str, inlet: float, second: float | None = None, **exchange: Any
+        self, folder: Path, comm: MPI.Comm, law: str, inlet: float, second: float | None = None, **exchange: Any
     ) -> None:
         cells = [_COLUMNS, _COLUMNS, LAYER * len(VOIDAGES)]
         sections: dict[str, Any] = {
@@ -86,7 +86,7 @@ class HeldBed:
         volumes = np.pi / 6 * np.array([GLASS["diameter"], second or GLASS["diameter"]]) ** 3
         self.parts = _count_sites() * volumes / np.prod(SIZE)
         self.voidages = 1.0 - self.parts.sum(axis=1)
-        self.sim: Simulation = open_bench(place, comm, sections, lattice_sites(), edits, kinds)
+        self.sim: Simulation = open_bench(folder, comm, sections, lattice_sites(), edits, kinds)
         self.inlet = inlet
         self.sim.initialise()
         assert self.sim.liggghts is not None

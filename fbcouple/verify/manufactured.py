@@ -93,12 +93,12 @@ def _source(x: np.ndarray, z: np.ndarray, t: float) -> np.ndarray:
     return source
 
 
-def _open(place: Path, comm: MPI.Comm, cells: int) -> Simulation:
+def _open(folder: Path, comm: MPI.Comm, cells: int) -> Simulation:
     domain = {"size": [1.0, 1.0 / cells, 1.0], "cells": [cells, 1, cells]}
     gas = {"density": _DENSITY, "viscosity": _VISCOSITY, "inlet_velocity": 0.0, "walls": "slip"}
     gas |= {"pressure_tolerance": 1e-11, "correctors": 3}
     edits = close_box("type slip;") | {"CFD/0/U": _start_from_exact(cells, close_box("type slip;")["CFD/0/U"])}
-    return open_bench(place, comm, {"domain": domain, "gas": gas}, edits=edits)
+    return open_bench(folder, comm, {"domain": domain, "gas": gas}, edits=edits)
 
 
 def _start_from_exact(cells: int, edit: Callable[[str], str]) -> Callable[[str], str]:
@@ -139,10 +139,10 @@ _MESHES = ("16", "32", "64")
 
 
 @check("manufactured-space", fast=False, variants=_MESHES, judge=_judge_space)
-def space(place: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
+def space(folder: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
     """Error of the velocity on meshes of 16, 32 and 64 cells, the step falling as dx^2: order 2 in space."""
     cells = int(variant)
-    bench = _open(place, comm, cells)
+    bench = _open(folder, comm, cells)
     velocity = _solve(bench, steps=20 * (cells // 16) ** 2)
     exact = _velocity(bench.gas.centres[:, 0], bench.gas.centres[:, 2], _END).T
     yield Number("velocity error", float(np.sqrt(np.mean((velocity - exact) ** 2))), 0.0, math.inf, "m s-1")
@@ -158,7 +158,7 @@ _STEPS = ("20", "40", "80")
 
 
 @check("manufactured-time", fast=False, variants=_STEPS, judge=_judge_time)
-def time(place: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
+def time(folder: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
     """The same mesh with halved steps: the change of the solution falls with order 1 (Euler)."""
-    for number, value in enumerate(_solve(_open(place, comm, 16), int(variant)).ravel().tolist()):
+    for number, value in enumerate(_solve(_open(folder, comm, 16), int(variant)).ravel().tolist()):
         yield Number(f"velocity {number}", value, 0.0, math.inf, "m s-1")

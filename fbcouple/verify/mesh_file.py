@@ -42,17 +42,17 @@ _BED: dict[str, Any] = {
 
 
 @check("gmsh-fixed-bed", fast=False)
-def held_in_mesh(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def held_in_mesh(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Pressure per length of a held bed in a column that gmsh meshed, voidage 0.5 in its prisms and 0.8 in its
     tetrahedra, against Ergun, within 1 %."""
     case = Case.model_validate({"title": "verify", "end_time": 1.0, "domain": _DOMAIN})
     mesh = read_mesh(case, _FOLDER)
-    bed = HeldMesh(place, comm, "ergun", _DOMAIN, mesh, _VOIDAGES, _REACH, _FOLDER, {"correctors": 3}, _CROWD)
+    bed = HeldMesh(folder, comm, "ergun", _DOMAIN, mesh, _VOIDAGES, _REACH, _FOLDER, {"correctors": 3}, _CROWD)
     yield from compare_losses(bed, _SPEEDS, 0.01)
 
 
 @check("gmsh-conservation", ranks=(1, 2))
-def conserve_in_mesh(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def conserve_in_mesh(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Largest errors over 60 coupled steps in that column: momentum 1e-10 of the drag, solids volume 1e-12, gas mass
     1e-8."""
-    yield from conserve(place, comm, _BED, steps=60, lively=1e-4, folder=_FOLDER)
+    yield from conserve(folder, comm, _BED, steps=60, lively=1e-4, case_folder=_FOLDER)

@@ -34,7 +34,7 @@ _SPEED, _EDGE = 1.0, 0.02
 
 
 @check("impact-mixture")
-def impact_mixture(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def impact_mixture(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Every pair of three species head on, and each against the floor: e of the pair, and momentum kept."""
     contact, particles = Contact.model_validate(_CONTACT), Particles.model_validate(_SPECIES | {"count": 15})
     kinds = list_kinds(particles)
@@ -52,7 +52,7 @@ def impact_mixture(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     domain = {"size": [_EDGE] * 3, "cells": [4, 4, 4]}
     species = _SPECIES | {"mixture": _fit_shares(particles, np.bincount(chosen))}
     sections = {"gravity": 0.0, "domain": domain, "contact": _CONTACT, "particles": species}
-    liggghts = open_bench(place, comm, sections, positions, kinds=np.array(chosen)).liggghts
+    liggghts = open_bench(folder, comm, sections, positions, kinds=np.array(chosen)).liggghts
     assert liggghts is not None
     throw(liggghts, velocities)
     # The slowest contact, of the heaviest with the floor, takes 3.5 times as long as the shortest.
@@ -82,10 +82,10 @@ _SMALLER = 0.6e-3
 
 
 @check("fixed-bed-mixture")
-def fixed_bed_mixture(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def fixed_bed_mixture(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """A held lattice of spheres of 1 and 0.6 mm: each adds the drag of its own size at the common voidage, 1 %."""
     law, sizes = "huilin-gidaspow", (GLASS["diameter"], _SMALLER)
-    bed = HeldBed(place, comm, law, 0.5, second=_SMALLER)
+    bed = HeldBed(folder, comm, law, 0.5, second=_SMALLER)
     off = np.abs(bed.found_voidages - bed.voidages[:, None]).max()
     yield Number("voidage, cell farthest off", float(off), 0.0, 1e-12)
     for speed in (0.1, 1.0):
@@ -101,11 +101,11 @@ def fixed_bed_mixture(place: Path, comm: MPI.Comm) -> Iterator[Number]:
 
 
 @check("fixed-bed-polydisperse")
-def fixed_bed_polydisperse(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def fixed_bed_polydisperse(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """The same lattice under the drag at the mean diameter of its cells times the factor of Beetstra et al.: its
     pressure loss is the sum over both sizes of part/y^2 times factor of y, of what spheres of the mean lose."""
     law, sizes = "huilin-gidaspow", np.array([GLASS["diameter"], _SMALLER])
-    bed = HeldBed(place, comm, law, 0.5, second=_SMALLER, polydisperse="beetstra")
+    bed = HeldBed(folder, comm, law, 0.5, second=_SMALLER, polydisperse="beetstra")
     for speed in (0.1, 1.0):
         bed.flow(np.full(len(VOIDAGES), speed))
         for eps, parts, loss in zip(bed.voidages.tolist(), bed.parts, bed.pressure_losses, strict=True):
@@ -119,7 +119,7 @@ def fixed_bed_polydisperse(place: Path, comm: MPI.Comm) -> Iterator[Number]:
 
 
 @check("polydisperse-factor")
-def polydisperse_factor(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def polydisperse_factor(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """The factor at a voidage of 0.5 (numbers worked out by hand from its formula)."""
     for y, expected in ((0.5, 0.379), (0.8, 0.736384), (1.0, 1.032), (1.25, 1.46875), (2.0, 3.256)):
         yield Number(f"factor at d/<d> = {y}", float(_find_factor(0.5, y)), expected, 1e-12)

@@ -60,7 +60,7 @@ _OXIDE: dict[str, Any] = {
 
 
 def _strike_floor(
-    place: Path, comm: MPI.Comm, particles: dict[str, Any], contact: dict[str, Any], angles: np.ndarray, speed: float
+    folder: Path, comm: MPI.Comm, particles: dict[str, Any], contact: dict[str, Any], angles: np.ndarray, speed: float
 ) -> Motion:
     """Motion after spheres have struck the floor at `angles` [rad] from the normal with `speed` [m/s]."""
     diameter, columns = particles["diameter"], 6
@@ -69,7 +69,7 @@ def _strike_floor(
     positions = np.column_stack([sites, np.full(len(angles), 0.5001 * diameter)])
     size = [2 * diameter * (columns + 1), 2 * diameter * (rows + 1), 4 * diameter]
     sections = {"gravity": 0.0, "contact": contact, "particles": particles}
-    bench = open_bench(place, comm, sections | {"domain": {"size": size, "cells": [4, 4, 4]}}, positions)
+    bench = open_bench(folder, comm, sections | {"domain": {"size": size, "cells": [4, 4, 4]}}, positions)
     along, down = speed * np.sin(angles), speed * np.cos(angles)
     throw(bench.liggghts, np.column_stack([along * math.cos(_AZIMUTH), along * math.sin(_AZIMUTH), -down]))
     approach = 1e-4 * diameter / down.min() / find_step(contact, particles)
@@ -83,18 +83,18 @@ def _along(motion: Motion) -> np.ndarray:
 
 
 @check("oblique-wall")
-def oblique_wall(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def oblique_wall(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Floor, mu_w = 0.1, e_w = 0.97, no rotation: rebound angles within 0.2 deg; pairs have another mu and e."""
     contact = FRICTIONLESS | {"wall_friction": 0.1, "friction": 0.3, "restitution": 0.9, "steps_per_contact": 50}
     angles = np.radians(list(_LEAVES))
-    motion = _strike_floor(place, comm, GLASS, contact, angles, 1.0)
+    motion = _strike_floor(folder, comm, GLASS, contact, angles, 1.0)
     leaves = np.degrees(np.arctan2(_along(motion), motion.velocities[:, 2]))
     for (angle, expected), found in zip(_LEAVES.items(), leaves, strict=True):
         yield Number(f"rebound at {angle} deg", found, expected, 0.2, "deg")
 
 
 def _strike_pair(
-    place: Path, comm: MPI.Comm, particles: dict[str, Any], contact: dict[str, Any], angles: list[int]
+    folder: Path, comm: MPI.Comm, particles: dict[str, Any], contact: dict[str, Any], angles: list[int]
 ) -> Iterator[Number]:
     """Rebound angles of the relative velocity of pairs that meet at `angles` [deg], mu_p = 0.1 and e_n = 0.97.
 
@@ -105,7 +105,7 @@ def _strike_pair(
     sites = np.column_stack([spread_out(count, 1, 2.5e-3), np.full(count, 5e-3)])
     offset = np.array([0.0, 0.0, 0.5 * GLASS["diameter"]])
     sections = {"gravity": 0.0, "contact": FRICTIONLESS | contact | {"stiffness": 1e6}, "particles": particles}
-    bench = open_bench(place, comm, sections, np.concatenate([sites - offset, sites + offset]))
+    bench = open_bench(folder, comm, sections, np.concatenate([sites - offset, sites + offset]))
     half = speed / 2 * np.column_stack([np.sin(np.radians(angles)), np.zeros(count), np.cos(np.radians(angles))])
     throw(bench.liggghts, np.concatenate([half, -half]))
     bench.liggghts.advance(150)
@@ -116,27 +116,27 @@ def _strike_pair(
 
 
 @check("oblique-pair")
-def oblique_pair(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def oblique_pair(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Two spheres, no rotation: the same angles as at the floor, within 0.2 deg; the floor has another mu and e."""
-    return _strike_pair(place, comm, {}, {}, list(_LEAVES))
+    return _strike_pair(folder, comm, {}, {}, list(_LEAVES))
 
 
 @check("oblique-pair-history")
-def oblique_pair_history(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def oblique_pair_history(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Two spheres that rotate, with tangential history: where they slide all through, the same angles."""
     options = {"tangential": "history", "tangential_stiffness": 0.75}
-    return _strike_pair(place, comm, {"rotation": True}, options, [45, 60])
+    return _strike_pair(folder, comm, {"rotation": True}, options, [45, 60])
 
 
 @check("oblique-rotation")
-def oblique_rotation(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def oblique_rotation(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Kharaz: rebound angle within 1 deg and tangential restitution within 0.03, linear spring with history.
 
     What the centre loses in momentum m u the spin has in angular momentum 2/5 m R^2 omega; the measured spins are up
     to 8 % above what the measured velocities give so, which is why they are no numbers of this check.
     """
     angles = np.radians([*_REBOUND_ANGLE, *_TANGENTIAL_RESTITUTION])
-    motion = _strike_floor(place, comm, _SPHERE, _OXIDE, angles, _IMPACT_SPEED)
+    motion = _strike_floor(folder, comm, _SPHERE, _OXIDE, angles, _IMPACT_SPEED)
     along, count = _along(motion), len(_REBOUND_ANGLE)
     spin = motion.spins[:, 1] * math.cos(_AZIMUTH) - motion.spins[:, 0] * math.sin(_AZIMUTH)
     share = 0.4 * spin * _SPHERE["diameter"] / 2 / (_IMPACT_SPEED * np.sin(angles) - along)

@@ -50,13 +50,13 @@ def _step(bench: Simulation) -> float:
 
 
 @check("openings", ranks=(2,), variants=tuple(_INLETS), judge=lambda found: (n for v in found.values() for n in v))
-def openings(place: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
+def openings(folder: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
     """A rectangle with a circle on it, and a circle in the side with a parabolic profile, none along the edges of
     cells, each open in its turn: what comes in is the velocity times the area, and what the case says."""
     inlets = [table | {"ramp": _pulse(number)} for number, table in enumerate(_INLETS[variant])]
     gas = GAS | {"inlet_velocity": None, "inlets": inlets, "walls": "slip", "pressure_tolerance": 1e-10}
     domain = {"size": list(_SIZE), "cells": list(_CELLS)} | _SHAPES[variant]
-    bench = open_bench(place, comm, {"domain": domain, "gas": gas})
+    bench = open_bench(folder, comm, {"domain": domain, "gas": gas})
     assert bench.case.gas is not None
     for number, (table, area) in enumerate(zip(bench.case.gas.inlets, _find_expected(), strict=False), start=1):
         flows = [_step(bench) for _ in range(_PER_INLET)]
@@ -81,7 +81,7 @@ def _compare(found: dict[str, list[Number]]) -> Iterator[Number]:
 
 
 @check("openings-of-mesh", variants=("tables", "patches"), judge=_compare)
-def openings_of_mesh(place: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
+def openings_of_mesh(folder: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
     """A jet in a background of gas, in metres in a box of prisms, and by patches of the same prisms as a mesh from a
     file: the same flow."""
     background, jet = _SPEEDS
@@ -96,9 +96,9 @@ def openings_of_mesh(place: Path, comm: MPI.Comm, variant: str) -> Iterator[Numb
     else:
         domain |= {"shape": "file", "mesh": "mesh"}
         inlets = [{"patches": ["floor"], "velocity": background}, {"patches": ["jet*"], "velocity": jet}]
-        _write_mesh(place, comm)
+        _write_mesh(folder, comm)
     gas = GAS | {"inlet_velocity": None, "inlets": inlets, "pressure_tolerance": 1e-12}
-    bench = open_bench(place, comm, {"domain": domain, "gas": gas}, folder=place)
+    bench = open_bench(folder, comm, {"domain": domain, "gas": gas}, case_folder=folder)
     inflow = 0.0
     for _ in range(20):
         inflow = _step_short(bench)
@@ -112,7 +112,7 @@ def _step_short(bench: Simulation) -> float:
     return bench.gas.measure().inflow
 
 
-def _write_mesh(place: Path, comm: MPI.Comm) -> None:
+def _write_mesh(folder: Path, comm: MPI.Comm) -> None:
     """The box as a polyMesh folder whose floor has the patches floor and jet-1."""
     if comm.rank:
         return
@@ -127,4 +127,4 @@ def _write_mesh(place: Path, comm: MPI.Comm) -> None:
     patches = {"floor": (first, rest), "jet-1": (first + rest, int(inside.sum()))}
     patches |= {"outlet": mesh.patches["outlet"], "walls": mesh.patches["walls"]}
     faces, owner = mesh.faces.take(order), mesh.owner[order]
-    write_polymesh(type(mesh)(mesh.points, faces, owner, mesh.neighbour, patches), place / "mesh")
+    write_polymesh(type(mesh)(mesh.points, faces, owner, mesh.neighbour, patches), folder / "mesh")

@@ -27,7 +27,7 @@ _EXCESS = 0.25
 """Pressure drop of the bed that was left to flow over that of the one that stood, less 1."""
 
 
-def _open(place: Path, comm: MPI.Comm, law: str) -> Simulation:
+def _open(folder: Path, comm: MPI.Comm, law: str) -> Simulation:
     edge = _WIDTH * _PITCH * GLASS["diameter"]
     ramp = [[0.0, 0.0], [_SETTLE, 0.0], [_SETTLE + _RAMP, _FAST]]
     contact = {"restitution": 0.9, "wall_restitution": 0.9, "friction": 0.5, "wall_friction": 0.5, "stiffness": 200.0}
@@ -39,7 +39,7 @@ def _open(place: Path, comm: MPI.Comm, law: str) -> Simulation:
         "contact": contact | {"tangential": law},
         "exchange": {"drag": "ergun"},
     }
-    return open_bench(place, comm, sections, lay_column(_LAYERS, _WIDTH, _PITCH))
+    return open_bench(folder, comm, sections, lay_column(_LAYERS, _WIDTH, _PITCH))
 
 
 def _measure(bench: Simulation) -> Iterator[tuple[float, float, np.ndarray]]:
@@ -54,9 +54,9 @@ def _measure(bench: Simulation) -> Iterator[tuple[float, float, np.ndarray]]:
             yield velocity, pressure[0] - pressure[-1], voidage
 
 
-def packed_branch(place: Path, comm: MPI.Comm, law: str) -> Iterator[Number]:
+def packed_branch(folder: Path, comm: MPI.Comm, law: str) -> Iterator[Number]:
     """Pressure drop at some velocities, and what Ergun loses in the cells as they then are."""
-    bench = _open(place, comm, law)
+    bench = _open(folder, comm, law)
     bench.initialise()
     rows = list(_measure(bench))
     found = np.array([velocity for velocity, *_ in rows])

@@ -48,11 +48,11 @@ def make_bed(friction: float) -> Case:
     )
 
 
-def poured_bed(place: Path, comm: MPI.Comm, surface: str) -> Iterator[Number]:
+def poured_bed(folder: Path, comm: MPI.Comm, surface: str) -> Iterator[Number]:
     """Spheres are poured between periodic sides. Solids fraction in the middle of the bed, by the parts of spheres that
     lie there; largest overlap; how level the surface is; and what the bed does when it is let go for 2000 DEM steps."""
     case = make_bed(_FRICTION[surface])
-    bed = pour(case, place).particles
+    bed = pour(case, folder).particles
     heights = bed.positions[:, 2] / _DIAMETER
     low, high = _MIDDLE
     fraction = (_find_solids(heights, high) - _find_solids(heights, low)) / (_WIDTH**2 * (high - low))
@@ -61,7 +61,7 @@ def poured_bed(place: Path, comm: MPI.Comm, surface: str) -> Iterator[Number]:
     radii = np.full(len(rows), _DIAMETER / 2)
     yield Number("largest overlap", find_max_overlap(images, radii, _COUNT), 0.0, 0.005, "d")
     yield Number("slope of the surface", _find_slope(bed.positions), 0.0, 5.0, "deg")
-    let_go = settle(case, place, bed, Rest(math.inf, _STEPS, _STEPS))
+    let_go = settle(case, folder, bed, Rest(math.inf, _STEPS, _STEPS))
     fall = let_go.particles.positions[:, 2] - bed.positions[:, 2]
     yield Number("height lost", -float(fall.mean()) / _DIAMETER, 0.0, 0.005, "d")
     energy = float((let_go.particles.motion[:, :3] ** 2).sum(axis=1).mean()) / 2
@@ -77,9 +77,9 @@ def _find_solids(heights: np.ndarray, level: float) -> float:
 def _find_slope(positions: np.ndarray) -> float:
     """Angle [deg] of the plane through the highest centres over squares of two diameters."""
     squares = _WIDTH // 2
-    place = np.floor(positions[:, :2] / (2 * _DIAMETER)).astype(int) % squares
+    folder = np.floor(positions[:, :2] / (2 * _DIAMETER)).astype(int) % squares
     tops = np.zeros((squares, squares))
-    np.maximum.at(tops, (place[:, 0], place[:, 1]), positions[:, 2])
+    np.maximum.at(tops, (folder[:, 0], folder[:, 1]), positions[:, 2])
     x, y = np.meshgrid(*[(np.arange(squares) + 0.5) * 2 * _DIAMETER] * 2, indexing="ij")
     plane = np.column_stack([x.ravel(), y.ravel(), np.ones(squares**2)])
     (along, across, _), *_ = np.linalg.lstsq(plane, tops.ravel(), rcond=None)

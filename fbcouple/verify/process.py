@@ -17,15 +17,15 @@ NUMBERS = "numbers.json"
 
 def main() -> None:
     """Run the check and write its numbers; a failure ends all ranks with its traceback."""
-    name, place = sys.argv[1], Path(sys.argv[2]).resolve()
+    name, folder = sys.argv[1], Path(sys.argv[2]).resolve()
     try:
-        numbers = list(load_checks()[name].function(place, MPI.COMM_WORLD, *sys.argv[3:]))
+        numbers = list(load_checks()[name].function(folder, MPI.COMM_WORLD, *sys.argv[3:]))
     except BaseException:
         traceback.print_exc()
         sys.stderr.flush()
         MPI.COMM_WORLD.Abort(3)
     if MPI.COMM_WORLD.rank == 0:
-        (place / NUMBERS).write_text(json.dumps([asdict(number) for number in numbers]), encoding="utf-8")
+        (folder / NUMBERS).write_text(json.dumps([asdict(number) for number in numbers]), encoding="utf-8")
 
 
 if __name__ == "__main__":

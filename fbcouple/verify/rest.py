@@ -66,14 +66,14 @@ def _find_speed(liggghts: Liggghts) -> float:
     return float(np.quantile(np.sqrt((liggghts.velocities**2 + spin).sum(axis=1)), 0.9))
 
 
-def settled_bed(place: Path, comm: MPI.Comm, model: str) -> Iterator[Number]:
+def settled_bed(folder: Path, comm: MPI.Comm, model: str) -> Iterator[Number]:
     """A dry bed of e = 0.3 and mu = 0.5, with history and the DEM steps a contact that a case gets by itself, comes to
     rest and settles no further; with six steps it creeps for ever."""
     layers, width, pitch = 14, 6, 1.04
     edge = width * pitch * _DIAMETER
     domain = {"size": [edge, edge, 1.3 * layers * _DIAMETER], "cells": [2, 2, 4], "periodic": ("x", "y")}
     sections = {"domain": domain, "particles": GLASS | {"rotation": True}, "contact": _SETTLED[model]}
-    bench = open_bench(place, comm, sections, lay_column(layers, width, pitch))
+    bench = open_bench(folder, comm, sections, lay_column(layers, width, pitch))
     assert bench.liggghts is not None and bench.case.contact is not None and bench.case.particles is not None
     advance = _advance(bench.liggghts, dem_step(bench.case.contact, bench.case.particles))
     advance(_WATCHED)
@@ -96,7 +96,7 @@ def _find_slope(positions: np.ndarray) -> float:
     return math.degrees(math.atan((length / 2.0 - positions[:, 0].mean()) * 12.0 * height / length**2))
 
 
-def heap(place: Path, comm: MPI.Comm, law: str) -> Iterator[Number]:
+def heap(folder: Path, comm: MPI.Comm, law: str) -> Iterator[Number]:
     """A heap of 1 mm glass against a wall, mu = 0.5, no rotation: with history it stands, without it flows away."""
     sites = np.stack(np.meshgrid(*map(np.arange, (_WIDTH, _DEPTH, _TOP)), indexing="ij"), axis=-1).reshape(-1, 3)
     sites = sites[sites[:, 2] < _TOP * (1.0 - (sites[:, 0] + 0.5) / _WIDTH)]
@@ -107,7 +107,7 @@ def heap(place: Path, comm: MPI.Comm, law: str) -> Iterator[Number]:
         "domain": {"size": size, "cells": [4, 2, 4], "periodic": ("y",)},
         "contact": _GLASSY | _SOFT | {"tangential": law, "steps_per_contact": 6},
     }
-    bench = open_bench(place, comm, sections, positions)
+    bench = open_bench(folder, comm, sections, positions)
     assert bench.liggghts is not None and bench.case.contact is not None and bench.case.particles is not None
     advance = _advance(bench.liggghts, dem_step(bench.case.contact, bench.case.particles))
     advance(0.3)

@@ -27,7 +27,7 @@ _RK2_RESTITUTION = 1.015
 _SIXTHS = np.arange(1, 7) / 6
 
 
-def collide(place: Path, comm: MPI.Comm, per_contact: int) -> tuple[np.ndarray, np.ndarray]:
+def collide(folder: Path, comm: MPI.Comm, per_contact: int) -> tuple[np.ndarray, np.ndarray]:
     """The same of one sphere and LIGGGHTS' floor, (per_contact + 1,) each: it touches at the first step."""
     contact = FRICTIONLESS | {"restitution": 0.5, "wall_restitution": _RESTITUTION, "steps_per_contact": per_contact}
     section, particles = parts(contact)
@@ -35,7 +35,7 @@ def collide(place: Path, comm: MPI.Comm, per_contact: int) -> tuple[np.ndarray, 
     duration = contact_time(section.stiffness, derived.particle_mass(particles), _RESTITUTION)
     radius = GLASS["diameter"] / 2
     sections: dict[str, Any] = {"gravity": 0.0, "contact": contact}
-    liggghts = open_bench(place, comm, sections, np.array([[0.01, 0.01, radius]])).liggghts
+    liggghts = open_bench(folder, comm, sections, np.array([[0.01, 0.01, radius]])).liggghts
     assert liggghts is not None
     liggghts.command(f"timestep {duration / per_contact!r}")
     throw(liggghts, np.array([[0.0, 0.0, -_SPEED]]))
@@ -50,10 +50,10 @@ def collide(place: Path, comm: MPI.Comm, per_contact: int) -> tuple[np.ndarray, 
 
 
 @check("figure-4")
-def figure_4(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def figure_4(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """LIGGGHTS at T_C/60 on eqs 43-44 within 1 %; what the paper's schemes make of e = 0.97, by their entry phases."""
     steps = 60
-    overlaps, velocities = collide(place, comm, steps)
+    overlaps, velocities = collide(folder, comm, steps)
     for sixth, overlap, velocity in zip(_SIXTHS, *_IMPACT.solve(_SIXTHS), strict=True):
         n = round(sixth * steps)
         yield Number(f"LIGGGHTS, overlap at {sixth:.3f} T_C", float(overlaps[n]), float(overlap), 0.01)

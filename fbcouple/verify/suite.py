@@ -55,12 +55,12 @@ def _run_check(check: Check, ranks: int) -> list[Number]:
 
 
 def _run_process(check: Check, ranks: int, variant: list[str]) -> list[Number]:
-    with tempfile.TemporaryDirectory(prefix="fbcouple-verify-") as place:
-        program = [sys.executable, "-m", "fbcouple.verify.process", check.name, place, *variant]
+    with tempfile.TemporaryDirectory(prefix="fbcouple-verify-") as folder:
+        program = [sys.executable, "-m", "fbcouple.verify.process", check.name, folder, *variant]
         environment = mpi_environment() | {"PWD": os.getcwd()}
         command = mpi_command(ranks, program)
         done = run_program(command, environment)
         if done.returncode:
             words = "\n".join((done.stdout + done.stderr).strip().splitlines()[-_TAIL:])
             raise SolverError(f"verify {check.name} on {ranks} ranks failed:\n{words}")
-        return [Number(**row) for row in json.loads((Path(place) / NUMBERS).read_text(encoding="utf-8"))]
+        return [Number(**row) for row in json.loads((Path(folder) / NUMBERS).read_text(encoding="utf-8"))]

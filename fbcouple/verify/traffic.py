@@ -57,10 +57,10 @@ _FROM, _UNTIL = 0.078, 0.717
 
 
 @check("rain")
-def rain(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def rain(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """A feed into an empty box, an outlet above its floor, gravity alone: number, mass and momentum as counted by hand,
     and every particle where a free fall from its place of entry brings it."""
-    bench = open_bench(place, comm, _RAIN, np.empty((0, 3)))
+    bench = open_bench(folder, comm, _RAIN, np.empty((0, 3)))
     assert bench.traffic is not None
     bench.initialise()
     first: dict[int, tuple[np.ndarray, float]] = {}
@@ -98,11 +98,11 @@ def _compare_fall(bench: Simulation, first: dict[int, tuple[np.ndarray, float]])
 
 
 @check("riser")
-def riser(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def riser(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Gas at 8 m/s, two species fed, the top open: in = out + held, and conservation between gas and particles."""
     across = np.arange(8) * 2.5e-3 + 1.25e-3
     start = np.stack(np.meshgrid(across, across, [0.0575, 0.0588], indexing="ij"), axis=-1).reshape(-1, 3)
-    bench = open_bench(place, comm, _RISER, start)
+    bench = open_bench(folder, comm, _RISER, start)
     assert bench.traffic is not None
     bench.initialise()
     momentum = error = solids = 0.0
@@ -135,7 +135,7 @@ def _count_fed(bench: Simulation, feed: int) -> int:
 
 
 @check("crowded-feed", fast=False)
-def crowded_feed(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def crowded_feed(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """A feed wider than the cylinder that it is in, asked for more than finds room: nobody comes in into a wall or into
     another, and who does not come in is owed."""
     low, high = [0.0, 1.6e-4, 0.02], [0.02, 0.0198, 0.03]
@@ -144,7 +144,7 @@ def crowded_feed(place: Path, comm: MPI.Comm) -> Iterator[Number]:
     domain = {"size": [0.02, 0.02, 0.04], "cells": [6, 6, 12], "shape": "cylinder"}
     gas = GAS | {"inlet_velocity": 0.5}
     more = {"exchange": {"virtual_mass": True}, "contact": FRICTIONLESS, "start": {}}
-    bench = open_bench(place, comm, {"domain": domain, "gas": gas, "particles": particles} | more, np.empty((0, 3)))
+    bench = open_bench(folder, comm, {"domain": domain, "gas": gas, "particles": particles} | more, np.empty((0, 3)))
     assert bench.traffic is not None
     bench.initialise()
     inside, radius = Inside(read_mesh(bench.case)), 0.5 * GLASS["diameter"]
@@ -166,12 +166,12 @@ def crowded_feed(place: Path, comm: MPI.Comm) -> Iterator[Number]:
 
 
 @check("hopper", fast=False)
-def hopper(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def hopper(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """The case `anand/hopper`: mass flow through the slot of a flat hopper, within 5 % of the published one."""
     case = load_case("anand/hopper")
     assert case.particles is not None
     opened = case.particles.outlets[0].start
-    bench = open_case(place, comm, case)
+    bench = open_case(folder, comm, case)
     assert bench.traffic is not None
     bench.initialise()
     while bench.time < opened + _UNTIL:

@@ -58,7 +58,7 @@ def start_from(velocity: np.ndarray, entries: dict[str, str], text: str) -> str:
     return set_patches(entries)(re.sub(r"internalField.*?;", lambda _: field, text, flags=re.DOTALL))
 
 
-def _open(place: Path, comm: MPI.Comm, model: str, cells: tuple[int, int, int], flow: Flow) -> Simulation:
+def _open(folder: Path, comm: MPI.Comm, model: str, cells: tuple[int, int, int], flow: Flow) -> Simulation:
     """A box of gas with the sub-grid model `model` that starts in `flow`."""
     velocity, entries, sides = flow
     cyclic = dict.fromkeys(("left", "right"), "type cyclic;") if sides == "cyclic" else {}
@@ -72,7 +72,7 @@ def _open(place: Path, comm: MPI.Comm, model: str, cells: tuple[int, int, int], 
     gas = {"density": 1.0, "viscosity": _VISCOSITY, "inlet_velocity": 0.0, "turbulence": model}
     gas |= {"pressure_tolerance": 1e-10}
     domain = {"size": [_CELL * n for n in cells], "cells": list(cells)}
-    return open_bench(place, comm, {"domain": domain, "gas": gas}, edits=edits)
+    return open_bench(folder, comm, {"domain": domain, "gas": gas}, edits=edits)
 
 
 def _centres(cells: tuple[int, int, int]) -> np.ndarray:
@@ -138,10 +138,10 @@ def _hold(bench: Simulation, velocity: np.ndarray, steps: int, dt: float) -> Non
     bench.gas.write()
 
 
-def shear(place: Path, comm: MPI.Comm, model: str) -> Iterator[Number]:
+def shear(folder: Path, comm: MPI.Comm, model: str) -> Iterator[Number]:
     """Turbulent viscosity in linear shear, over Delta^2 |S|."""
     flow = _shear()
-    bench = _open(place, comm, model, _SHEAR_CELLS, flow)
+    bench = _open(folder, comm, model, _SHEAR_CELLS, flow)
     _hold(bench, flow[0], steps=200, dt=0.5 / _RATE)
     dynamic = "dynamic" in model
     viscosity = _read("nut", _SHEAR_CELLS)[2:-2] / (_CELL**2 * _RATE)
@@ -152,10 +152,10 @@ def shear(place: Path, comm: MPI.Comm, model: str) -> Iterator[Number]:
         yield Number("k/(Delta |S|)^2 in linear shear", _farthest(energy, _CK / _CE), _CK / _CE, 1e-4)
 
 
-def strain(place: Path, comm: MPI.Comm, model: str, variance: float) -> Iterator[Number]:
+def strain(folder: Path, comm: MPI.Comm, model: str, variance: float) -> Iterator[Number]:
     """Turbulent viscosity of a dynamic model in u = s (x, y, -2 z); `variance` of its test filter in Delta^2."""
     flow = _strain()
-    bench = _open(place, comm, model, _STRAIN_CELLS, flow)
+    bench = _open(folder, comm, model, _STRAIN_CELLS, flow)
     _hold(bench, flow[0], steps=20, dt=0.02 / _RATE)
     magnitude = math.sqrt(6.0) * _RATE
     coefficient = variance * 6.0 * _RATE**3 / (6.0 * magnitude**3)
@@ -163,10 +163,10 @@ def strain(place: Path, comm: MPI.Comm, model: str, variance: float) -> Iterator
     yield Number("C in axisymmetric strain", _farthest(found, coefficient), coefficient, 0.01, relative=True)
 
 
-def vortices(place: Path, comm: MPI.Comm, model: str) -> Iterator[Number]:
+def vortices(folder: Path, comm: MPI.Comm, model: str) -> Iterator[Number]:
     """The localized model before any step, cell by cell, against the identity evaluated with numpy."""
     flow = _vortices()
-    bench = _open(place, comm, model, _VORTEX_CELLS, flow)
+    bench = _open(folder, comm, model, _VORTEX_CELLS, flow)
     bench.gas.write()
     expected = localize(flow[0].reshape(*_VORTEX_CELLS[::-1], 3))
     inner = slice(3, -3)
@@ -224,8 +224,8 @@ _FLOWS: dict[str, dict[str, Callable[..., Iterator[Number]]]] = {
 }
 
 
-def _run(place: Path, comm: MPI.Comm, variant: str, model: str) -> Iterator[Number]:
-    yield from _FLOWS[model][variant](place, comm, model)
+def _run(folder: Path, comm: MPI.Comm, variant: str, model: str) -> Iterator[Number]:
+    yield from _FLOWS[model][variant](folder, comm, model)
 
 
 for _model, _flows in _FLOWS.items():

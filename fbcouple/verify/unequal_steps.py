@@ -80,9 +80,9 @@ _OIL = Cloud(3e-3, 900.0, 0.1, 1e-3, 2500.0, 2e-3)
 _WATER = Cloud(8e-3, 996.8, 8.352e-4, 2.66e-3, 1029.7, 6e-3, ("virtual_mass",))
 
 
-def settle(place: Path, comm: MPI.Comm, steps: str, cloud: Cloud) -> Iterator[Number]:
+def settle(folder: Path, comm: MPI.Comm, steps: str, cloud: Cloud) -> Iterator[Number]:
     """Let the cloud settle; the means over the last round, and the largest errors of conservation."""
-    bench = open_bench(place, comm, cloud.describe(), cloud.place())
+    bench = open_bench(folder, comm, cloud.describe(), cloud.place())
     bench.initialise()
     kept, momentum, solids, displaced = [], 0.0, 0.0, 0.0
     volume, voidage = None, _keep_voidage(bench)
@@ -144,12 +144,12 @@ def _compare(measured: dict[str, list[Number]], near: float, slope: float) -> It
 
 
 @check("unequal-steps", variants=tuple(_STEPS), judge=partial(_compare, near=1e-4, slope=1e-4))
-def unequal_steps(place: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
+def unequal_steps(folder: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
     """A cloud in oil, steps of a dozen response times of a particle: as fast and as much pressure as in equal ones."""
-    yield from settle(place, comm, variant, _OIL)
+    yield from settle(folder, comm, variant, _OIL)
 
 
 @check("unequal-steps-water", fast=False, variants=tuple(_STEPS), judge=partial(_compare, near=1e-3, slope=1e-2))
-def unequal_steps_water(place: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
+def unequal_steps_water(folder: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
     """The same in water with virtual mass; pressure goes up and down by a hundredth as layers pass the cells' faces."""
-    yield from settle(place, comm, variant, _WATER)
+    yield from settle(folder, comm, variant, _WATER)

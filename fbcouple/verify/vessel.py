@@ -26,11 +26,11 @@ _STEPS = 120
 
 
 @check("closed-vessel", ranks=(1, 2))
-def closed_vessel(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def closed_vessel(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Upward volume flow of the gas against the downward one of the solids, summed over all cells, in each of 120
     steps of a bed that falls: d(eps)/dt + div(eps u) = 0 between walls makes both the same. The solids' flow is that of
     the step in which they moved; where steps change, the volumes over all steps agree less well than the flows."""
-    bench = open_bench(place, comm, _VESSEL)
+    bench = open_bench(folder, comm, _VESSEL)
     bench.initialise()
     worst = fastest = leaving = driven = fallen = 0.0
     before = _lift(bench)

@@ -63,9 +63,9 @@ def _judge(measured: dict[str, list[Number]]) -> Iterator[Number]:
 
 
 @check("bed-weight", fast=False, variants=_COUNTS, judge=_judge)
-def bed_weight(place: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
+def bed_weight(folder: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
     """Three masses, quietly fluidized: mean pressure drop against weight less buoyancy over the floor, 1 %."""
-    bench = open_bench(place, comm, _lay_out(int(variant)))
+    bench = open_bench(folder, comm, _lay_out(int(variant)))
     assert bench.liggghts is not None and bench.case.particles is not None
     bench.initialise()
     elapsed = pressure = support = height = 0.0

@@ -112,11 +112,11 @@ def follow(times: np.ndarray, found: list[list[Bubble]]) -> list[Track]:
     for time, bubbles in zip(times, found, strict=True):
         pairs = _match([track.bubbles[-1] for track in open_tracks], bubbles)
         going_on = []
-        for place, bubble in enumerate(bubbles):
-            track = open_tracks[pairs[place]] if place in pairs else Track([], [])
+        for index, bubble in enumerate(bubbles):
+            track = open_tracks[pairs[index]] if index in pairs else Track([], [])
             track.times.append(float(time))
             track.bubbles.append(bubble)
-            if place not in pairs:
+            if index not in pairs:
                 tracks.append(track)
             going_on.append(track)
         open_tracks = going_on

@@ -61,8 +61,8 @@ def _choose_moment(results: Results, paths: list[Path]) -> Path:
 
 def _cut(field: xr.DataArray) -> list[tuple[str, xr.DataArray]]:
     """The cells that each of `SLICES` passes through, with their names."""
-    rows = [min(int(place * field.sizes["y"]), field.sizes["y"] - 1) for place in SLICES]
-    return [(f"y/D = {place:g}", field.isel(y=row, drop=True)) for place, row in zip(SLICES, rows, strict=True)]
+    rows = [min(int(position * field.sizes["y"]), field.sizes["y"] - 1) for position in SLICES]
+    return [(f"y/D = {position:g}", field.isel(y=row, drop=True)) for position, row in zip(SLICES, rows, strict=True)]
 
 
 def depth_lines(results: Results) -> dict[float, np.ndarray]:
@@ -75,8 +75,8 @@ def depth_lines(results: Results) -> dict[float, np.ndarray]:
     layer: xr.DataArray = at_height(upward, results.corner[2] + max(list_heights(results))) / velocity_scale(results)[0]
     lines = layer.transpose("y", "x").values
     x = results.share("x")
-    known = [place for place in DEPTH_PLACES if x[0] <= place <= x[-1]]
-    return {place: np.array([np.interp(place, x, line) for line in lines]) for place in known}
+    known = [position for position in DEPTH_PLACES if x[0] <= position <= x[-1]]
+    return {position: np.array([np.interp(position, x, line) for line in lines]) for position in known}
 
 
 @figure
@@ -94,8 +94,8 @@ def depth_profiles(results: Results) -> Figure:
     axes = picture.subplots()
     axes.axhline(0.0, color=GREY, linewidth=0.7)
     y = results.share("y")
-    for (place, line), look in zip(lines.items(), LINES, strict=False):
-        axes.plot(y, line, label=f"$x/L$ = {place:g}", markersize=3.5, **look)
+    for (position, line), look in zip(lines.items(), LINES, strict=False):
+        axes.plot(y, line, label=f"$x/L$ = {position:g}", markersize=3.5, **look)
     axes.set(xlabel="$y/D$ [–]", ylabel=f"Upward solids velocity\n{symbol} [{unit}]", xlim=(0, 1))
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=2.2)
     return picture

@@ -80,9 +80,9 @@ def histories(runs: Sequence[Results]) -> Figure:
     for axes, name in zip(panels, shown, strict=True):
         text, factor = signals[name]
         rows = []
-        for place, run in enumerate(runs):
+        for index, run in enumerate(runs):
             if name in run.data:
-                look = {key: LINES[place % len(LINES)][key] for key in ("color", "linestyle")}
+                look = {key: LINES[index % len(LINES)][key] for key in ("color", "linestyle")}
                 rows.append((run.data["time"].values, factor * run.history(name).values))
                 axes.plot(*rows[-1], linewidth=0.9, label=wrap_label(run.label), **look)
         _keep_in_view(axes, *np.concatenate(rows, axis=1))

@@ -85,14 +85,14 @@ def draw_panels(
     words = "; ".join(filter(None, [_tell_top(note, panels, tops), explain(label, "x/L", "z/H", known=note)]))
     picture = new_figure(heading, full, below + rows * each - GAP + TOP, words)
     meshes = []
-    for place, (panel, title) in enumerate(zip(panels, titles, strict=True)):
-        row, column = divmod(place, columns)
+    for index, (panel, title) in enumerate(zip(panels, titles, strict=True)):
+        row, column = divmod(index, columns)
         corner = LEFT + column * (across + gap), below + (rows - 1 - row) * each
-        axes = inset_axes(picture, *corner, across, across * shapes[place])
-        meshes.append(_draw(axes, panel, tops[place], limits, cmap))
+        axes = inset_axes(picture, *corner, across, across * shapes[index])
+        meshes.append(_draw(axes, panel, tops[index], limits, cmap))
         axes.set_title(title, size="small", pad=2.5, parse_math=False)
-        axes.tick_params(labelbottom=place + columns >= len(panels), labelleft=column == 0 or gap == OWN_SCALE)
-        axes.set_xlabel("$x/L$ [–]" if place + columns >= len(panels) else "")
+        axes.tick_params(labelbottom=index + columns >= len(panels), labelleft=column == 0 or gap == OWN_SCALE)
+        axes.set_xlabel("$x/L$ [–]" if index + columns >= len(panels) else "")
         axes.set_ylabel("$z/H$ [–]" if column == 0 else "")
     corner = LEFT + columns * across + (columns - 1) * gap + BAR_GAP, below + (rows - 1) * each
     bar = inset_axes(picture, *corner, BAR, up)

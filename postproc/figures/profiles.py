@@ -99,7 +99,7 @@ def _explain(divisor: str, known: str) -> str:
 
 
 def _cycle_styles(count: int) -> list[dict[str, Any]]:
-    return [LINES[place % len(LINES)] for place in range(count)]
+    return [LINES[index % len(LINES)] for index in range(count)]
 
 
 def _draw_profile(axes: Axes, profile: Profile, label: str, style: dict[str, Any]) -> Line2D:

@@ -26,13 +26,13 @@ def voidage_snapshots(results: Results) -> Figure:
     times = snapshots["snapshot_time"].values
     count = min(MOST_ACROSS, len(times))
     wanted = np.linspace(0.5 * (times[0] + times[-1]), times[-1], count)
-    places = sorted({int(np.argmin(np.abs(times - time))) for time in wanted})
+    indices = sorted({int(np.argmin(np.abs(times - time))) for time in wanted})
     x, z = results.share("x"), results.share("z")
     panels = []
-    for place in places:
-        field = snapshots.isel(snapshot_time=place, drop=True).transpose("z", "x")
+    for index in indices:
+        field = snapshots.isel(snapshot_time=index, drop=True).transpose("z", "x")
         outline = partial(_outline, x=x, z=z, values=field.values)
-        panels.append(Panel(results, field, f"t = {times[place]:.3f} s", outline))
+        panels.append(Panel(results, field, f"t = {times[index]:.3f} s", outline))
     label = r"Voidage $\langle \varepsilon \rangle_{xz}$ [–]"
     line = Line("-", f"edge of bubbles, voidage {EDGE:g}")
     return draw_panels(panels, results.title, "", label, (LOWEST, 1.0), EDGE, line, cmap="cividis")

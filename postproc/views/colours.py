@@ -16,8 +16,8 @@ def voidage_map() -> Colormap:
 
 def list_colours() -> np.ndarray:
     """The 256 colours of an animation, uint8 (256, 3): speed in the light and in the shade, voidage, and greys."""
-    places = [np.linspace(0.0, 1.0, count) for count in (96, 32, 32, 48, 48)]
+    fractions = [np.linspace(0.0, 1.0, count) for count in (96, 32, 32, 48, 48)]
     speed = colormaps[SPEED]
-    parts = [speed(places[0]), 0.7 * speed(places[1]), 0.45 * speed(places[2]), voidage_map()(places[3])]
-    parts.append(np.repeat(places[4][:, None], 4, axis=1))
+    parts = [speed(fractions[0]), 0.7 * speed(fractions[1]), 0.45 * speed(fractions[2]), voidage_map()(fractions[3])]
+    parts.append(np.repeat(fractions[4][:, None], 4, axis=1))
     return np.round(255.0 * np.concatenate(parts)[:, :3]).astype(np.uint8)

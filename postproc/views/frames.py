@@ -29,5 +29,5 @@ def number_of(path: Path) -> int:
 def choose_frames(paths: list[Path], most: int, start: float = 0.0) -> list[Path]:
     """At most `most` of the files, evenly, the last among them; `start`: part of them that is left out first."""
     first = int(start * (len(paths) - 1))
-    places = np.linspace(first, len(paths) - 1, min(most, len(paths) - first))
-    return [paths[place] for place in dict.fromkeys(places.round().astype(int).tolist())]
+    indices = np.linspace(first, len(paths) - 1, min(most, len(paths) - first))
+    return [paths[index] for index in dict.fromkeys(indices.round().astype(int).tolist())]

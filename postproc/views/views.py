@@ -168,7 +168,7 @@ def animate(run: Path, folder: Path | None = None) -> Path:
     with tempfile.TemporaryDirectory() as drawn, journal_style():
         wanted = [(path, name) for path in paths for name in views]
         files = render(results, wanted, scales, round(HEIGHT_MOVING * DPI_MOVING), Path(drawn))
-        moments = [files[place : place + len(views)] for place in range(0, len(files), len(views))]
+        moments = [files[first : first + len(views)] for first in range(0, len(files), len(views))]
         shots = list(_film(results, moments, times, views, scales))
     return _save_film(shots, (folder or Path(run) / "figures") / "bed.gif")
 

@@ -41,7 +41,7 @@ def scatter_points(geometry, count=3000):
     parts, rng = cut(geometry.patch.cells), np.random.default_rng(3)
     chosen = rng.choice(len(parts.volumes), count, p=parts.volumes / parts.volumes.sum())
     weights = rng.dirichlet(np.ones(4), count)
-    return np.einsum("pk,pkd->pd", weights, parts.places[parts.corners[chosen]])
+    return np.einsum("pk,pkd->pd", weights, parts.nodes[parts.corners[chosen]])
 
 
 @pytest.mark.parametrize("method", CELL_METHODS)
@@ -68,7 +68,7 @@ def test_even_particles_give_every_cell_the_same(geometry):
     """One in the middle of each tetrahedron, as large as it: where weights are linear that is exact."""
     parts = geometry.parts
     mapping = CELL_METHODS["trilinear"](geometry)
-    mapping.locate(parts.places[parts.corners].mean(axis=1), np.zeros(len(parts.volumes)))
+    mapping.locate(parts.nodes[parts.corners].mean(axis=1), np.zeros(len(parts.volumes)))
     field = geometry.patch.make_field(1)
     rows = mapping.open(field)
     rows[:, 0] = parts.volumes

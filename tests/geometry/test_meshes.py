@@ -88,13 +88,13 @@ def test_points_are_found_with_weights_that_give_them_back(mesh):
     parts = cut(break_up(mesh))
     rng = np.random.default_rng(1)
     chosen = rng.integers(len(parts.corners), size=2000)
-    points = np.einsum("pk,pkd->pd", rng.dirichlet(np.ones(4), 2000), parts.places[parts.corners[chosen]])
+    points = np.einsum("pk,pkd->pd", rng.dirichlet(np.ones(4), 2000), parts.nodes[parts.corners[chosen]])
     found, weights = np.empty(2000, np.int64), np.empty((2000, 4))
     locator = Locator(parts)
     assert locator.locate(points, found, weights) == -1
     assert (locator.corners[found, 0] == parts.owners[chosen]).all()
     assert weights.min() >= 0.0 and np.abs(weights.sum(axis=1) - 1.0).max() < 1e-14
-    assert np.abs(np.einsum("pk,pkd->pd", weights, parts.places[locator.corners[found]]) - points).max() < 1e-15
+    assert np.abs(np.einsum("pk,pkd->pd", weights, parts.nodes[locator.corners[found]]) - points).max() < 1e-15
     outside = mesh.high + 0.01
     assert locator.locate(np.array([points[0], outside]), found[:2], weights[:2]) == 1
     assert locator.find_cells(np.array([outside]))[0] == -1

@@ -70,8 +70,8 @@ def find_inlet_section(case: Case, areas: np.ndarray) -> float:
 def read_ramp(case: Case, inlet: Inlet, folder: Path) -> Rows:
     """Rows of the file that an inlet names. Raises: CaseError (one text, without the key)."""
     assert inlet.ramp_file is not None
-    place = case.find_folder(folder, inlet.ramp_file)
-    table = read_table(find_companion(place, inlet.ramp_file, ".csv"), _FORM).columns
+    base_folder = case.find_folder(folder, inlet.ramp_file)
+    table = read_table(find_companion(base_folder, inlet.ramp_file, ".csv"), _FORM).columns
     return tuple(zip(table["time"].tolist(), table["velocity"].tolist(), strict=True))
 
 

@@ -20,9 +20,10 @@ _MOST_ALONG = 1000
 """Cells of the sampling grid along an axis: a mesh of a few cells in a large box is sampled no finer."""
 
 
-def adopt_box(raw: dict[str, Any], places: Sequence[Path]) -> list[Problem]:
+def adopt_box(raw: dict[str, Any], base_folders: Sequence[Path]) -> list[Problem]:
     """Fill `domain.size` and `domain.cells` in `raw`, a case file's content, from the mesh that it names and that lies
-    in the first of `places` that has it; what the case gives itself stays, and what it gives wrongly is told elsewhere.
+    in the first of `base_folders` that has it; what the case gives itself stays, and what it gives wrongly is told
+    elsewhere.
 
     Returns: what is wrong with the mesh; then nothing is filled in.
     """
@@ -32,7 +33,7 @@ def adopt_box(raw: dict[str, Any], places: Sequence[Path]) -> list[Problem]:
     name, scale = domain.get("mesh"), domain.get("scale")
     if not isinstance(name, str) or not (scale is None or (type(scale) in (int, float) and 0.0 < scale <= 1e9)):
         return []
-    folder = next((place for place in places if (place / name).exists()), places[0])
+    folder = next((base_folder for base_folder in base_folders if (base_folder / name).exists()), base_folders[0])
     try:
         mesh = find_imported(Domain.model_construct(mesh=name, scale=scale), folder).mesh
     except CaseError as error:

@@ -28,8 +28,8 @@ def adopt_sizes(case: Case, folder: Path) -> Case:
     if particles is None or particles.positions is None or particles.sizes:
         return case
     try:
-        place = case.find_folder(folder, particles.positions)
-        start = read_start(find_companion(place, particles.positions, ENDINGS), particles.positions_step)
+        base_folder = case.find_folder(folder, particles.positions)
+        start = read_start(find_companion(base_folder, particles.positions, ENDINGS), particles.positions_step)
         sizes = find_sizes(particles, start)
     except CaseError:
         return case  # told by check_positions

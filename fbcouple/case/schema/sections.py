@@ -111,8 +111,8 @@ class Case(Section):
 
     def find_folder(self, folder: Path, name: str | None) -> Path:
         """Where the file `name` of the case lies: in its own `folder`, or in that of the nearest base that has it."""
-        places = (folder, *self._base_folders) if name else ()
-        return next((place for place in places if (place / str(name)).exists()), folder)
+        base_folders = (folder, *self._base_folders) if name else ()
+        return next((base_folder for base_folder in base_folders if (base_folder / str(name)).exists()), folder)
 
     def __eq__(self, other: object) -> bool:
         """Cases are the same by their values, wherever they were read from."""

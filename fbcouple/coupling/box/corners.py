@@ -47,7 +47,7 @@ def corner_weights(x, y, z):
 
 
 @compiled_in
-def read_four(typingctx: Any, field: Any, column: Any, place: Any, offsets: Any, weights: Any) -> Any:
+def read_four(typingctx: Any, field: Any, column: Any, first: Any, offsets: Any, weights: Any) -> Any:
     """Four numbers: sum over the corners of weight times field[place + offset, column : column + 4]."""
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
@@ -59,11 +59,11 @@ def read_four(typingctx: Any, field: Any, column: Any, place: Any, offsets: Any,
         parts = [builder.extract_element(total, ir.Constant(ir.IntType(32), k)) for k in range(4)]
         return context.make_tuple(builder, signature.return_type, parts)
 
-    return types.UniTuple(types.float64, 4)(field, column, place, offsets, weights), generate
+    return types.UniTuple(types.float64, 4)(field, column, first, offsets, weights), generate
 
 
 @compiled_in
-def add_four(typingctx: Any, field: Any, column: Any, place: Any, offsets: Any, weights: Any, values: Any) -> Any:
+def add_four(typingctx: Any, field: Any, column: Any, first: Any, offsets: Any, weights: Any, values: Any) -> Any:
     """Add weight times the four `values` to field[place + offset, column : column + 4] of every corner."""
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
@@ -77,18 +77,18 @@ def add_four(typingctx: Any, field: Any, column: Any, place: Any, offsets: Any, 
             builder.store(builder.fadd(row, share, flags=_FAST), address, align=8)
         return context.get_dummy_value()
 
-    return types.void(field, column, place, offsets, weights, values), generate
+    return types.void(field, column, first, offsets, weights, values), generate
 
 
 def _corners(context: Any, builder: Any, signature: Any, args: Any) -> Any:
     """For each corner its weight in four lanes and the address of its four values."""
-    field, column, place, offsets, weights = args[:5]
+    field, column, first, offsets, weights = args[:5]
     rows = context.make_array(signature.args[0])(context, builder, field)
     steps = context.make_array(signature.args[3])(context, builder, offsets)
     width = builder.extract_value(rows.shape, 1)
     for corner in range(8):
         step = builder.load(builder.gep(steps.data, [ir.Constant(ir.IntType(64), corner)]))
-        flat = builder.add(builder.mul(builder.add(place, step), width), column)
+        flat = builder.add(builder.mul(builder.add(first, step), width), column)
         address = builder.bitcast(builder.gep(rows.data, [flat]), _FOUR.as_pointer())
         weight = builder.insert_element(_UNSET, builder.extract_value(weights, corner), ir.Constant(ir.IntType(32), 0))
         yield builder.shuffle_vector(weight, _UNSET, _LANES), address

@@ -100,13 +100,13 @@ class Plan:
         blocks = comm.allgather((patch.low, patch.high))
         sends = [_find_images(owned, patch.grid.cells, *block) for block in blocks]
         triples = comm.alltoall([images for _, images in sends])
-        places = [_places(patch, cells) for cells in triples]
-        found = sum(map(len, places))
+        indices = [_places(patch, cells) for cells in triples]
+        found = sum(map(len, indices))
         wanted = int(np.prod(np.array(patch.high) - patch.low))
         if found != wanted:
             raise SolverError(f"rank {comm.rank}: {wanted} cells of its patch, {found} found among the gas cells")
         self._links = []
-        for rank, ((rows, _), held) in enumerate(zip(sends, places, strict=True)):
+        for rank, ((rows, _), held) in enumerate(zip(sends, indices, strict=True)):
             if rank == comm.rank:
                 once = _mark_first(rows)
                 self._own = _Layered(held, rows, patch)
@@ -218,9 +218,9 @@ def _find_runs(sources: np.ndarray, targets: np.ndarray) -> np.ndarray:
 class _Layered:
     """Places of the patch beside rows elsewhere, as runs sorted by layer, so that the lower layers copy alone."""
 
-    def __init__(self, places: np.ndarray, rows: np.ndarray, patch: Patch) -> None:
-        order = np.argsort(places, kind="stable")
-        self._from_patch = _find_runs(places[order], rows[order])
+    def __init__(self, indices: np.ndarray, rows: np.ndarray, patch: Patch) -> None:
+        order = np.argsort(indices, kind="stable")
+        self._from_patch = _find_runs(indices[order], rows[order])
         self._to_patch = self._from_patch[:, [1, 0, 2]]
         self._layers = self._from_patch[:, 0] // (patch.shape[0] * patch.shape[1])
 

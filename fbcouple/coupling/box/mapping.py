@@ -172,8 +172,8 @@ class _Gathered(Mapping):
             self._tables = np.empty((self._room, self._lengths.sum() if self._by_axes else self._lengths.prod()))
             self._rows: dict[tuple[int, str], np.ndarray] = {}
         self._base, self._table = self._bases[: self._count], self._tables[: self._count]
-        places = self.patch.grid.measure_from_corner(positions)
-        report_stray(self.patch, positions, self._fill(places, radii))
+        coordinates = self.patch.grid.measure_from_corner(positions)
+        report_stray(self.patch, positions, self._fill(coordinates, radii))
 
     @property
     def stencil(self) -> Stencil:

@@ -97,14 +97,14 @@ def divide(positions, radii, points, scale, low, high, walls, lengths, shape, ba
             start[axis] = _start(lowest, low[axis], high[axis], lengths[axis])
         table[p, :] = 0.0
         for k in range(len(points)):
-            place = 0
+            index = 0
             for axis in (2, 1, 0):
                 cell = int(np.floor((positions[p, axis] + radii[p] * points[k, axis]) * scale[axis]))
                 step = _reflect(cell, walls[0, axis], walls[1, axis]) - start[axis]
                 if not 0 <= step < lengths[axis]:
                     return p
-                place = place * lengths[axis] + step
-            table[p, place] += share
+                index = index * lengths[axis] + step
+            table[p, index] += share
         base[p] = ((start[2] - low[2]) * shape[1] + start[1] - low[1]) * shape[0] + start[0] - low[0]
     return -1
 
@@ -160,9 +160,9 @@ def scatter(base, offsets, lengths, by_axes, table, rows, field):
     for p in range(len(base)):
         _expand(table[p], lengths, by_axes, weights)
         for k in range(len(offsets)):
-            place = base[p] + offsets[k]
+            index = base[p] + offsets[k]
             for q in range(rows.shape[1]):
-                field[place, q] += weights[k] * rows[p, q]
+                field[index, q] += weights[k] * rows[p, q]
 
 
 @compiled
@@ -173,6 +173,6 @@ def gather(base, offsets, lengths, by_axes, table, field, rows):
         _expand(table[p], lengths, by_axes, weights)
         rows[p, :] = 0.0
         for k in range(len(offsets)):
-            place = base[p] + offsets[k]
+            index = base[p] + offsets[k]
             for q in range(rows.shape[1]):
-                rows[p, q] += weights[k] * field[place, q]
+                rows[p, q] += weights[k] * field[index, q]

@@ -41,10 +41,10 @@ class Weights:
             self._room = n + n // 4
             self._base, self._upper = np.empty(self._room, np.uint64), np.empty((self._room, 3))
         self.base, self.upper = self._base[:n], self._upper[:n]
-        places = np.ascontiguousarray(positions).ravel()
-        strays, self.highest = _locate(places, self._box, self.base, self.upper.ravel())
+        coordinates = np.ascontiguousarray(positions).ravel()
+        strays, self.highest = _locate(coordinates, self._box, self.base, self.upper.ravel())
         if strays:
-            report_stray(self._patch, positions, _find_stray(places, self._box, self.base, self.upper.ravel()))
+            report_stray(self._patch, positions, _find_stray(coordinates, self._box, self.base, self.upper.ravel()))
 
 
 def report_stray(patch: Patch, positions: np.ndarray, stray: int) -> None:
@@ -59,9 +59,9 @@ def report_stray(patch: Patch, positions: np.ndarray, stray: int) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def _locate(places, box, base, upper):
-    """Fill `base` (n,) and flat `upper` (3 n,) for the flat `places` (3 n,) [m]; returns how many coordinates do not
-    fit, and the largest base.
+def _locate(coordinates, box, base, upper):
+    """Fill `base` (n,) and flat `upper` (3 n,) for the flat `coordinates` (3 n,) [m]; returns how many coordinates
+    do not fit, and the largest base.
 
     The rows of `box` have an entry for each of a block's coordinates, x, y, z in turn, so that the loop over them is a
     SIMD loop: cells a metre, first and last cell between walls, edges of the patch, flat step in it.
@@ -69,9 +69,9 @@ def _locate(places, box, base, upper):
     scale, first, last, low, high, step = box[0], box[1], box[2], box[3], box[4], box[5]
     cell = np.empty(len(scale))
     strays, highest = 0, 0.0
-    for start in range(0, len(places), len(scale)):
-        n = min(len(scale), len(places) - start)
-        here, there = places[start : start + n], upper[start : start + n]
+    for start in range(0, len(coordinates), len(scale)):
+        n = min(len(scale), len(coordinates) - start)
+        here, there = coordinates[start : start + n], upper[start : start + n]
         for q in range(n):
             s = here[q] * scale[q] - 0.5
             held = first[q] if s < first[q] else s
@@ -85,15 +85,14 @@ def _locate(places, box, base, upper):
             cell[q] = (lower - low[q]) * step[q]
         block = base[start // 3 : (start + n) // 3]
         for q in range(n // 3):
-            place = cell[3 * q] + cell[3 * q + 1] + cell[3 * q + 2]
-            highest = place if place > highest else highest
-            block[q] = np.uint64(np.int64(place))
+            index = cell[3 * q] + cell[3 * q + 1] + cell[3 * q + 2]
+            highest = index if index > highest else highest
+            block[q] = np.uint64(np.int64(index))
     return strays, int(highest)
 
 
-def _find_stray(places, box, base, upper):
+def _find_stray(coordinates, box, base, upper):
     """The first particle that does not fit."""
-    strays = (
-        _locate(places[3 * p : 3 * p + 3], box, base[p : p + 1], upper[3 * p : 3 * p + 3])[0] for p in range(len(base))
-    )
+    rows = (slice(3 * p, 3 * p + 3) for p in range(len(base)))
+    strays = (_locate(coordinates[three], box, base[p : p + 1], upper[three])[0] for p, three in enumerate(rows))
     return next(p for p, count in enumerate(strays) if count)

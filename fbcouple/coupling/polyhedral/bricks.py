@@ -30,11 +30,11 @@ def find_grid(comm: MPI.Comm, cells: Polyhedra, volumes: np.ndarray) -> Grid | N
     spacing = spacing / count
     numbers = np.maximum(np.rint((high - low) / spacing), 1.0)
     spacing = (high - low) / numbers
-    places = (bottom - low) / spacing
+    offsets = (bottom - low) / spacing
     fits = (
         math.prod(numbers.tolist()) == count
         and bool(np.all(np.abs(edges / spacing - 1.0) <= ALIKE))
-        and bool(np.all(np.abs(places - np.rint(places)) <= ALIKE))
+        and bool(np.all(np.abs(offsets - np.rint(offsets)) <= ALIKE))
         and bool(np.all(np.abs(volumes / spacing.prod() - 1.0) <= 3.0 * ALIKE))
     )
     if not comm.allreduce(fits, MPI.LAND):

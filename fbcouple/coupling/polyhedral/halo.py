@@ -71,13 +71,13 @@ class CellPlan:
         parts = [(rank, *part) for rank, part in enumerate(given) if part is not None]
         cells = join([part for _, part, _ in parts])
         source = np.concatenate([np.full(len(rows), rank) for rank, _, rows in parts])
-        place = np.concatenate([rows for _, _, rows in parts])
+        rows_there = np.concatenate([rows for _, _, rows in parts])
         inner = _touches(*cells.find_bounds(), low, high)
         kept = np.flatnonzero(_grow(cells, inner, rings))
         kept = kept[np.argsort(cells.ids[kept])]
         self.patch = CellPatch(cells.select(kept), np.flatnonzero(inner[kept]))
-        source, place = source[kept], place[kept]
-        asked = comm.alltoall([place[source == rank] for rank in range(comm.size)])
+        source, rows_there = source[kept], rows_there[kept]
+        asked = comm.alltoall([rows_there[source == rank] for rank in range(comm.size)])
         links = [_Link(rank, asked[rank], np.flatnonzero(source == rank)) for rank in range(comm.size)]
         self._own = links[comm.rank]
         self._links = [link for link in links if link.rank != comm.rank and link.owned_count + link.held_count]
@@ -140,7 +140,7 @@ def _grow(cells: Polyhedra, marked: np.ndarray, rings: int) -> np.ndarray:
 
 
 @compiled
-def _put(source, rows, target, places):
+def _put(source, rows, target, target_rows):
     for n in range(len(rows)):
         for q in range(source.shape[1]):
-            target[places[n], q] = source[rows[n], q]
+            target[target_rows[n], q] = source[rows[n], q]

@@ -106,7 +106,7 @@ class CellMapping(ABC):
         self._room = -1
         self._count = 0
         self._corners = np.zeros(8, np.uint64)
-        self._marks = np.zeros(len(geometry.parts.places), bool)
+        self._marks = np.zeros(len(geometry.parts.nodes), bool)
 
     @property
     def layers(self) -> int:
@@ -262,15 +262,15 @@ def _add_back(starts, columns_of, values, some, rows, columns, field):
 
 
 @inlined
-def _add_share(weight, rows, row, columns, field, place):
+def _add_share(weight, rows, row, columns, field, cell):
     fours = columns - columns % 4
     for q in range(0, fours, 4):
-        given, taken = rows[row, q : q + 4], field[place, q : q + 4]
+        given, taken = rows[row, q : q + 4], field[cell, q : q + 4]
         a, b = taken[0] + weight * given[0], taken[1] + weight * given[1]
         c, d = taken[2] + weight * given[2], taken[3] + weight * given[3]
         taken[0], taken[1], taken[2], taken[3] = a, b, c, d
     for q in range(fours, columns):
-        field[place, q] += weight * rows[row, q]
+        field[cell, q] += weight * rows[row, q]
 
 
 @compiled

@@ -45,9 +45,9 @@ def _open_brick_finder(cells: Polyhedra, bricks: Grid) -> Find:
     rows[tuple(bricks.indices(cells.centres).T)] = np.arange(len(cells))
 
     def find(points: np.ndarray) -> np.ndarray:
-        places = np.floor(bricks.measure_from_corner(points) / bricks.spacing).astype(np.int64)
-        inside = np.all((places >= 0) & (places < bricks.cells), axis=1)
-        return np.where(inside, rows[tuple(np.clip(places, 0, np.array(bricks.cells) - 1).T)], OUTSIDE)
+        indices = np.floor(bricks.measure_from_corner(points) / bricks.spacing).astype(np.int64)
+        inside = np.all((indices >= 0) & (indices < bricks.cells), axis=1)
+        return np.where(inside, rows[tuple(np.clip(indices, 0, np.array(bricks.cells) - 1).T)], OUTSIDE)
 
     return find
 
@@ -76,12 +76,12 @@ class DepthMean:
         for layer in range(nz):
             found = find_samples(comm, find, ids, _cut_layer(grid, layer), PARTS).reshape(-1, ny * PARTS, nx, PARTS)
             counts[layer] = (found >= 0).sum(axis=(0, 1, 3))
-            place = np.broadcast_to(layer * nx + np.arange(nx)[:, None], found.shape)
+            sample = np.broadcast_to(layer * nx + np.arange(nx)[:, None], found.shape)
             at = np.searchsorted(ids[order], found)
             mine = np.zeros(found.shape, bool)
             inside = (found >= 0) & (at < len(ids))
             mine[inside] = ids[order][at[inside]] == found[inside]
-            rows.append(place[mine])
+            rows.append(sample[mine])
             columns.append(order[at[mine]])
         row, column = np.concatenate(rows), np.concatenate(columns)
         self._sums = sparse.csr_matrix((np.ones(len(row)), (row, column)), (nz * nx, len(ids)))

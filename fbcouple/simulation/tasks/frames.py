@@ -143,10 +143,10 @@ def track(sim: Simulation) -> dict[str, list[float]]:
     """Position [m] and velocity [m/s] of each tracked particle, by number: x, y, z, v_x, v_y, v_z, nan while it is not
     there (collective)."""
     liggghts, wanted = sim.liggghts, np.array(sim.case.output.tracked)
-    place, row = np.nonzero(wanted[:, None] == liggghts.numbers)
+    index, row = np.nonzero(wanted[:, None] == liggghts.numbers)
     motion = np.zeros((len(wanted), 7))
-    motion[place, :6] = np.hstack([liggghts.positions[row], liggghts.velocities[row]])
-    motion[place, 6] = 1.0
+    motion[index, :6] = np.hstack([liggghts.positions[row], liggghts.velocities[row]])
+    motion[index, 6] = 1.0
     motion = sim.comm.allreduce(motion)
     motion[motion[:, 6] == 0.0] = np.nan  # not in yet, or gone
     return {str(number): values for number, values in zip(wanted, motion[:, :6].tolist(), strict=True)}

@@ -59,8 +59,8 @@ def judge(sim: Simulation, numbers: Numbers) -> None:
     """Raise DivergedError, with the worst cell or particle, if one of `numbers` breaks its limit (collective)."""
     for option in find_breaches(sim, numbers):
         monitor = MONITORS[option]
-        place = max(sim.comm.allgather(monitor.find_worst(sim)))[1]
-        message = monitor.message.format(**numbers, limit=getattr(sim.case.monitors, option), place=place)
+        where = max(sim.comm.allgather(monitor.find_worst(sim)))[1]
+        message = monitor.message.format(**numbers, limit=getattr(sim.case.monitors, option), where=where)
         raise DivergedError(f"at t = {sim.time:.6g} s {message} (monitors.{option})")
 
 
@@ -116,7 +116,7 @@ MONITORS: dict[str, Monitor] = {
     ),
     "courant": Monitor(
         "courant_ratio",
-        "the Courant number is {courant_ratio:.4g} times gas.max_courant, allowed {limit:g}; fastest gas: {place}",
+        "the Courant number is {courant_ratio:.4g} times gas.max_courant, allowed {limit:g}; fastest gas: {where}",
         find_worst=_find_fastest_gas,
     ),
     "inflow": Monitor(
@@ -138,7 +138,7 @@ MONITORS: dict[str, Monitor] = {
     ),
     "overlap": Monitor(
         "max_overlap",
-        "two particles overlap by {max_overlap:.4g} of their mean diameter, allowed {limit:g}: one is {place}",
+        "two particles overlap by {max_overlap:.4g} of their mean diameter, allowed {limit:g}: one is {where}",
         find_worst=_find_overlap,
     ),
     "solids_volume": Monitor(

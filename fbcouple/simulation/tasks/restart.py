@@ -37,13 +37,11 @@ def write_checkpoint(sim: Simulation, tasks: Sequence[Task], run: Path, about: d
         folder = comm.bcast(checkpoint.begin(run, step) if comm.rank == 0 else None)
         sums = checkpoint.add_up(folder, _write_parts(sim, tasks, folder))
         gathered = comm.gather(sums)
-        place = None
+        path = None
         if gathered is not None:
             moment = {"step": step, "time": sim.clock.time, "ranks": comm.size}
-            place = checkpoint.finish(
-                folder, about | moment, {name: s for part in gathered for name, s in part.items()}
-            )
-        return comm.bcast(place)
+            path = checkpoint.finish(folder, about | moment, {name: s for part in gathered for name, s in part.items()})
+        return comm.bcast(path)
     except (OSError, SolverError) as error:
         checkpoint.abandon(run)
         stands = checkpoint.format_newest(run)
@@ -59,10 +57,10 @@ def _write_parts(sim: Simulation, tasks: Sequence[Task], folder: Path) -> list[P
     np.savez(folder / written[0], allow_pickle=False, **(cells | {"owned": sim.owned}))
     if sim.has_gas:
         fields = sim.gas.write()
-        place = Path("CFD") / (f"processor{rank}" if sim.comm.size > 1 else "") / fields.name
-        (folder / place).parent.mkdir(parents=True, exist_ok=True)
-        fields.rename(folder / place)
-        written.append(place)
+        relative = Path("CFD") / (f"processor{rank}" if sim.comm.size > 1 else "") / fields.name
+        (folder / relative).parent.mkdir(parents=True, exist_ok=True)
+        fields.rename(folder / relative)
+        written.append(relative)
     if sim.has_particles:
         _write_particles(sim, folder / RESTART)
     if rank == 0:
@@ -74,12 +72,12 @@ def _write_parts(sim: Simulation, tasks: Sequence[Task], folder: Path) -> list[P
     return written
 
 
-def _write_particles(sim: Simulation, place: Path) -> None:
+def _write_particles(sim: Simulation, path: Path) -> None:
     """LIGGGHTS writes into memory, and what it wrote to the disk: it does not notice a disk that is full."""
     memory = os.memfd_create("restart") if sim.comm.rank == 0 else -1
     sim.liggghts.command(f"write_restart /proc/self/fd/{sim.comm.bcast(memory)}")
     if sim.comm.rank == 0:
-        with os.fdopen(memory, "rb") as source, place.open("wb") as target:
+        with os.fdopen(memory, "rb") as source, path.open("wb") as target:
             longest = resource.getrlimit(resource.RLIMIT_FSIZE)[0]
             if longest != resource.RLIM_INFINITY and os.fstat(source.fileno()).st_size >= longest:
                 raise OSError(errno.EFBIG, f"the particles need more than the {longest} bytes that a file may have")
@@ -116,13 +114,13 @@ def _load_cells(sim: Simulation, folder: Path) -> dict[str, np.ndarray]:
         found = dict(np.load(own))
         if np.array_equal(found.pop("owned"), sim.owned):
             return found
-    places = np.full(sim.cells.shape, -1)
-    places[tuple(sim.owned.T)] = np.arange(len(sim.owned))
+    indices = np.full(sim.cells.shape, -1)
+    indices[tuple(sim.owned.T)] = np.arange(len(sim.owned))
     cells: dict[str, np.ndarray] = {}
     for file in files:
         found = dict(np.load(file))
-        place = places[tuple(found.pop("owned").T)]
+        index = indices[tuple(found.pop("owned").T)]
         for name, rows in found.items():
             mine = cells.setdefault(name, np.zeros((len(sim.owned), *rows.shape[1:])))
-            mine[place[place >= 0]] = rows[place >= 0]
+            mine[index[index >= 0]] = rows[index >= 0]
     return cells

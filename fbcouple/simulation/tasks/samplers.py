@@ -33,8 +33,8 @@ class SolidsSampler:
         patch: Patch = self._plan.patch
         self._field.fill(0.0)
         box = 1.0 / patch.grid.spacing, np.array(patch.low), np.array(patch.high), patch.walls
-        places = patch.grid.measure_from_corner(positions)
-        stray = _bin(places, velocities, radii, masses, *box, self._field)
+        coordinates = patch.grid.measure_from_corner(positions)
+        stray = _bin(coordinates, velocities, radii, masses, *box, self._field)
         if stray >= 0:
             raise DivergedError(f"a particle at {positions[stray]} m is outside the cells {patch.low} to {patch.high}")
         self._plan.deposit(self._field, self._rows)
@@ -111,9 +111,9 @@ def _add_up(cells, velocities, radii, masses, field):
 
 
 @njit(inline="always")
-def _find_cell(place, low, high, first, last):
+def _find_cell(coordinate, low, high, first, last):
     """Cell in the patch, or -1 if it is not in it; a centre on a wall belongs to the cell inside."""
-    if not (first - 1.0 < place <= last + 1.0):
+    if not (first - 1.0 < coordinate <= last + 1.0):
         return -1
-    cell = min(max(int(np.floor(place)), first), last)
+    cell = min(max(int(np.floor(coordinate)), first), last)
     return cell - low if low <= cell < high else -1

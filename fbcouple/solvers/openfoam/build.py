@@ -74,13 +74,13 @@ def _site_installation(project: Path) -> Installation:
     api = _require_supported(project)
     if not (project / "src" / "OpenFOAM" / "lnInclude").is_dir():
         raise SolverError(f"{project}/src/OpenFOAM has no lnInclude: run wmakeLnIncludeAll in {project}")
-    rules = [project / "wmake" / "rules" / place / "c++" for place in ("General/Gcc", "linux64Gcc")]
+    rules = [project / "wmake" / "rules" / rules_of / "c++" for rules_of in ("General/Gcc", "linux64Gcc")]
     words = " ".join(path.read_text(encoding="utf-8", errors="replace") for path in rules if path.is_file())
     standard = re.search(r"-std=\S+", words)
     settings = os.environ
     options = settings.get("WM_OPTIONS", "linux64GccDPInt32Opt")
     binaries = settings.get("FOAM_LIBBIN", str(project / "platforms" / options / "lib"))
-    places = (f"{binaries}/{settings.get('FOAM_MPI', 'sys-openmpi')}", binaries)
+    folders = (f"{binaries}/{settings.get('FOAM_MPI', 'sys-openmpi')}", binaries)
     return Installation(
         version=f"{api}-{options}",
         compile_flags=_compile_flags(
@@ -89,7 +89,7 @@ def _site_installation(project: Path) -> Installation:
             settings.get("WM_PRECISION_OPTION", "DP"),
             settings.get("WM_LABEL_SIZE", "32"),
         ),
-        link_flags=_link_flags(places),
+        link_flags=_link_flags(folders),
         project=project,
     )
 
@@ -128,9 +128,9 @@ def _compile_flags(standard: str, api: str, precision: str, label_size: str) -> 
     return (standard, "-O3", "-fPIC", "-pthread", "-ftemplate-depth-100", *(f"-D{define}" for define in defines))
 
 
-def _link_flags(places: tuple[str, ...]) -> tuple[str, ...]:
+def _link_flags(folders: tuple[str, ...]) -> tuple[str, ...]:
     """Return link flags; DT_RPATH, unlike DT_RUNPATH, also serves the libraries that OpenFOAM's libraries need."""
-    search = [flag for place in places for flag in (f"-L{place}", f"-Wl,-rpath,{place}")]
+    search = [flag for folder in folders for flag in (f"-L{folder}", f"-Wl,-rpath,{folder}")]
     libraries = [f"-l{library}" for library in LIBRARIES]
     return ("-shared", "-Wl,--no-as-needed,--disable-new-dtags,-z,defs", *search, *libraries)
 
@@ -158,10 +158,10 @@ def adapter_path() -> Path:
             require_trusted(cache_folder(), built[:1])
             return built[0]
         raise
-    place = cache_folder() / f"{stem}-{_short_hash(compiler.encode())}.so"
-    if os.path.lexists(place.parent):
-        require_trusted(place.parent, [place] if os.path.exists(place) else [])
-    return place
+    library = cache_folder() / f"{stem}-{_short_hash(compiler.encode())}.so"
+    if os.path.lexists(library.parent):
+        require_trusted(library.parent, [library] if os.path.exists(library) else [])
+    return library
 
 
 def build_adapter(force: bool = False) -> Path:

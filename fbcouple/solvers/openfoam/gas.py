@@ -112,12 +112,12 @@ class Gas:
         sizes = np.empty(4, np.int64)
         self._check(self._library.gas_mesh_sizes(_point_whole(sizes)))
         points, faces, inner, corners = sizes.tolist()
-        places = np.empty((points, 3))
+        coordinates = np.empty((points, 3))
         counts = faces, corners, faces, inner, len(self.volumes), points
         lengths, values, owner, neighbour, cells, ids = (np.empty(count, np.int64) for count in counts)
         wholes = map(_point_whole, (lengths, values, owner, neighbour, cells, ids))
-        self._check(self._library.gas_mesh(_pointer(places), *wholes))
-        mesh = PolyMesh(places, pile_up(lengths, values), owner, neighbour, {})
+        self._check(self._library.gas_mesh(_pointer(coordinates), *wholes))
+        mesh = PolyMesh(coordinates, pile_up(lengths, values), owner, neighbour, {})
         return take_apart(mesh, self.centres, cells, ids)
 
     def start(self, voidage: np.ndarray) -> None:

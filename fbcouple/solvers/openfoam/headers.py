@@ -94,15 +94,15 @@ def _private_apt(scratch: Path) -> list[str]:
                 encoding="utf-8",
                 errors="surrogateescape",
             )
-    places = {
+    folders = {
         "Dir::Etc::sourcelist": "/dev/null",
         "Dir::Etc::sourceparts": parts,
         "Dir::State::Lists": scratch / "lists",
         "Dir::Cache": scratch / "cache",
     }
     if os.geteuid() == 0:
-        places["APT::Sandbox::User"] = "root"
-    return [word for key, value in places.items() for word in ("-o", f"{key}={value}")]
+        folders["APT::Sandbox::User"] = "root"
+    return [word for key, value in folders.items() for word in ("-o", f"{key}={value}")]
 
 
 def as_source_list(text: str, suffix: str) -> str:
