@@ -167,6 +167,7 @@ def _describe_comparison(runs: Sequence[Results], lines: Sequence[Measured]) -> 
         "settings": tables.tabulate_settings(runs) if several else [],
         "profile_height": _tell_height(runs[0]) if several else "",
         "differences": [_tell_difference(row) for row in differences],
+        "means": means if compared else {},
         "references": [_tell_comparison(row, means[row.run]) for row in compared],
         "errors": [_tell_point(point) for point in points],
         "claims": claims,
@@ -246,7 +247,8 @@ def _tell_comparison(row: Comparison, mean: str) -> Content:
     return {
         "run": row.run,
         "time mean of the run": mean,
-        "line": row.reference,
+        "line": row.name.removesuffix(", measured"),
+        "file": row.reference.partition("=")[2],
         "unit": row.unit,
         "points": row.points,
         "rms": row.rms,

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from typing import Any
 
 from jinja2 import Environment
 
 SHORT = 24
 """Letters up to which a text stays on one line."""
+LISTED = 4
+"""Entries up to which a list is written out; the JSON file beside the page has all of them."""
 _UNIT = re.compile(r"\[[^\[\]]*\]|(?<=\d) (?=(?:[kM]?g|[mk]?m|s|Pa|Hz|K)\b)|(?<=\b[msa]) (?=[a-zA-Z]{1,2}-\d)")
 _FIXED = "\u00a0"
 
@@ -29,8 +32,13 @@ def show(value: Any, heading: str = "") -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, list | tuple):
-        return ", ".join(show(entry) for entry in value) or "none"
+        return _show_list(value)
     return f"{value:.{3 if heading.endswith('[s]') else 4}g}" if isinstance(value, float) else str(value)
+
+
+def _show_list(values: Sequence[Any]) -> str:
+    """The entries of a list, or how many there are."""
+    return f"{len(values)} values" if len(values) > LISTED else ", ".join(map(show, values)) or "none"
 
 
 def keep_units(text: str) -> str:

@@ -116,9 +116,9 @@ def test_a_run_is_compared_with_the_lines_of_its_own_case_only(results, tmp_path
         ("voidage", {"other"}),
     ]
     rows = report.describe(runs, lines)["references"]
-    assert [(row["run"], row["line"].partition("@")[0]) for row in rows] == [
-        ("run", "solids_velocity"),
-        ("other", "voidage"),
+    assert [(row["run"], row["line"]) for row in rows] == [
+        ("run", "solids velocity at z = 25 mm"),
+        ("other", "voidage at z = 25 mm"),
     ]
     drawn = [[line.get_label() for line in axes.lines] for axes in draw_measured_lines(runs, lines).axes]
     assert ["run" in labels for labels in drawn] == [True, False]

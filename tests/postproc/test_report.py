@@ -307,6 +307,12 @@ def test_values_are_shown_in_four_digits(value, text):
     assert show(value) == text
 
 
+def test_a_long_list_is_counted():
+    """Twenty-five zero crossings of a young run made a column of the printed page 25 lines high."""
+    assert show([0.001, 0.002, 0.003, 0.004]) == "0.001, 0.002, 0.003, 0.004"
+    assert show([0.001 * n for n in range(1, 26)]) == "25 values"
+
+
 def test_times_are_shown_in_three_digits():
     """The last step ends a little behind end_time."""
     assert show(0.05001, "simulated [s]") == "0.05" and show(11.0004, "simulated time [s]") == "11"
