@@ -1,4 +1,4 @@
-"""Messages and bytes of the exchange plan on any number of ranks, by making every rank's plan in this process."""
+"""Messages and bytes of the exchange halo on any number of ranks, by making every rank's halo in this process."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from fbcouple.case.bed.derived import wraps
 from fbcouple.case.bed.particle_types import largest_diameter
 from fbcouple.case.schema.sections import Case
-from fbcouple.coupling.box.halo import Plan, find_patch
+from fbcouple.coupling.box.halo import HaloExchange, find_local_grid
 from fbcouple.geometry.grid import Grid
 from fbcouple.geometry.partition import find_rank_grid, locate_rank
 
@@ -29,9 +29,9 @@ class _Board:
 
 
 class StandIn:
-    """A rank's communicator in a thread: what a plan asks of one while it is made.
+    """A rank's communicator in a thread: what a halo asks of one while it is made.
 
-    `sent[r]` is the number of cells that this rank owns and rank r's patch holds.
+    `sent[r]` is the number of cells that this rank owns and rank r's local grid holds.
     """
 
     def __init__(self, board: _Board, rank: int) -> None:
@@ -77,19 +77,19 @@ def cut_box(grid: Grid, ranks: int) -> list[tuple[np.ndarray, np.ndarray]]:
 def count_traffic(case: Case, ranks: int) -> dict[str, Any]:
     """Messages and bytes that a rank sends in a coupling step, the most and the mean over the ranks.
 
-    Bytes are those of whole patches: a run sends only the layers up to the top of its bed.
+    Bytes are those of whole local cells: a run sends only the layers up to the top of its bed.
     """
     assert case.particles is not None and case.exchange is not None
     grid = Grid(case.domain.cells, case.domain.size, wraps(case.domain))
     board = _Board(ranks)
     stand_ins = [StandIn(board, rank) for rank in range(ranks)]
-    plans: dict[int, Plan] = {}
+    halos: dict[int, HaloExchange] = {}
     reach, widen = largest_diameter(case.particles), case.exchange.filter_passes
     parts = list(zip(stand_ins, cut_cells(grid, ranks), cut_box(grid, ranks), strict=True))
 
     def make(comm: StandIn, owned: np.ndarray, box: tuple[np.ndarray, np.ndarray]) -> None:
         try:
-            plans[comm.rank] = Plan(comm, find_patch(grid, *box, reach, widen), owned)  # type: ignore[arg-type]
+            halos[comm.rank] = HaloExchange(comm, find_local_grid(grid, *box, reach, widen), owned)  # type: ignore[arg-type]
         except BaseException:
             board.barrier.abort()
             raise
@@ -100,8 +100,8 @@ def count_traffic(case: Case, ranks: int) -> dict[str, Any]:
     for thread in threads:
         thread.join()
     cells = [sum(n for rank, n in enumerate(one.sent) if rank != one.rank) for one in stand_ins]
-    messages = [plans[rank].messages for rank in range(ranks)]
-    # A fetch gives owned cells, a deposit the held ones back; what one rank owns another holds.
+    messages = [halos[rank].messages for rank in range(ranks)]
+    # Forward gives owned cells, reverse the held ones back; what one rank owns another holds.
     held = [sum(one.sent[rank] for one in stand_ins if one.rank != rank) for rank in range(ranks)]
     numbers = [7 * owned + (_COMPONENTS - 7) * back for owned, back in zip(cells, held, strict=True)]
     return {

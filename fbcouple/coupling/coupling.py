@@ -27,7 +27,7 @@ class Coupling:
     def __init__(self, case: Case, space: Space) -> None:
         """`space` has the cells; a drag file lies in the current folder (collective)."""
         assert case.gas is not None and case.exchange is not None
-        self.space, self.plan, self.mapping = space, space.plan, space.mapping
+        self.space, self.halo, self.mapping = space, space.halo, space.mapping
         self._law = choose_law(case.exchange, Path())
         self._explicit = case.exchange.scheme == "explicit"
         addresses = find_address(self._law.kernel), find_address(DRAG_SCHEMES[case.exchange.scheme])
@@ -39,7 +39,7 @@ class Coupling:
         if names := choose_forces(case):
             self.forces = Forces(case, names, space)
             self._buoyancy += self.forces.weight
-        cells = self.plan.owned_count
+        cells = self.halo.owned_count
         self.voidage, self._solids, self.drag_sums = np.ones(cells), np.zeros((cells, 1)), np.zeros((cells, 4))
         self._fields = {c: space.make_field(c) for c in (1, 4, 6)}
         self._scratch = {c: space.make_field(c) for c in (1, 4, 6)} if space.needs_scratch else self._fields
@@ -81,13 +81,13 @@ class Coupling:
         in it is known; 0: as long as the next.
         """
         if self._layers > self._read_layers:
-            self.plan.refill(self._state, self._fields[6][: self._layers], "gas")
+            self.halo.refill(self._state, self._fields[6][: self._layers], "gas")
             self._line_up_gas()
         voidage = self._fields[1][: self._layers]
-        self.plan.fetch(self.voidage[:, None], voidage)
+        self.halo.forward(self.voidage[:, None], voidage)
         self._gas_rows[: self._layers, ..., 3] = voidage[..., 0]
         if self._polydisperse:
-            self.plan.fetch(self._areas, voidage)
+            self.halo.forward(self._areas, voidage)
             self._gas_rows[: self._layers, ..., 7] = voidage[..., 0]
         self.beta = self._beta[: len(particles.positions)]
         field = self._fields[4][: self._layers]
@@ -130,9 +130,9 @@ class Coupling:
         return drag
 
     def read_gas(self, gas: np.ndarray) -> None:
-        """Bring velocity and pressure gradient (cells, 6) to the particles' patch, filtered (collective)."""
+        """Bring velocity and pressure gradient (cells, 6) to the particles' local grid, filtered (collective)."""
         self._state = gas
-        self.plan.fetch(gas, self._fields[6][: self._layers], "gas")
+        self.halo.forward(gas, self._fields[6][: self._layers], "gas")
         self._line_up_gas()
 
     def _line_up_gas(self) -> None:
@@ -141,14 +141,14 @@ class Coupling:
         self._read_layers = self._layers
 
     def _cut_fields(self, components: int) -> tuple[np.ndarray, np.ndarray]:
-        """A patch field and one to work in, as far up as they hold something."""
+        """A local field and one to work in, as far up as they hold something."""
         return self._fields[components][: self._layers], self._scratch[components][: self._layers]
 
     def _count_layers(self) -> int:
-        """Lowest layers of the patch that hold all that particles write, and exact values where they read.
+        """Lowest layers of the local grid that hold all that particles write, and exact values where they read.
 
         Filter and diffusion carry what they write up, by a layer a pass and by a margin, and the reflection at the cut
-        down by as much what they read; the last layer is the extra one of a patch.
+        down by as much what they read; the last layer is the extra one of a local grid.
         """
         return min(self.mapping.layers + self.space.rise + 1, len(self._gas_rows))
 
@@ -168,10 +168,10 @@ class Coupling:
         return loss - (self.forces.moved if self.forces else 0.0)
 
     def _add_up(self, sums: np.ndarray) -> None:
-        """Smooth the patch field of as many components as `sums` (cells, c) and add it up at the owners of the cells,
+        """Smooth the local field of as many components as `sums` (cells, c) and add it up at the owners of the cells,
         in `sums` (collective)."""
         # The last layer, the extra one, holds nothing that counts: what a higher bed left there.
-        self.plan.deposit(self.space.spread(*self._cut_fields(sums.shape[1]))[:-1], sums)
+        self.halo.reverse(self.space.spread(*self._cut_fields(sums.shape[1]))[:-1], sums)
 
     def _make_room(self, count: int) -> None:
         if count > self._room:

@@ -1,7 +1,7 @@
 """The two kinds of cells that particles meet: those of a box, and those of a mesh of polyhedra.
 
-A space has all that a coupling needs to know of its cells: who needs which of them (`plan`, with its patch), how
-particles share themselves among them (`mapping`), how patch fields are smoothed, and what volume a cell has.
+A space has all that a coupling needs to know of its cells: who needs which of them (`halo`, with its local), how
+particles share themselves among them (`mapping`), how local fields are smoothed, and what volume a cell has.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from fbcouple.case.schema.sections import Case
 from fbcouple.coupling.box.cells import BoxCells
 from fbcouple.coupling.box.diffusion import Diffusion, find_margin
 from fbcouple.coupling.box.filter import filtered
-from fbcouple.coupling.box.halo import Plan, find_patch
+from fbcouple.coupling.box.halo import HaloExchange, find_local_grid
 from fbcouple.coupling.box.mapping import VOIDAGE_METHODS, Mapping, find_spread
 from fbcouple.coupling.polyhedral.cells import MeshCells
-from fbcouple.coupling.polyhedral.halo import CellPlan
+from fbcouple.coupling.polyhedral.halo import CellHaloExchange
 from fbcouple.coupling.polyhedral.mapping import CELL_METHODS, CellFilter, CellGeometry, CellMapping
 from fbcouple.geometry.grid import Grid
 from fbcouple.geometry.polyhedra import Polyhedra
@@ -46,20 +46,20 @@ class BoxSpace:
         method, spread = VOIDAGE_METHODS[case.exchange.voidage], find_spread(case)
         reach += method.find_reach(spread)
         widen = case.exchange.filter_passes + find_margin(grid.spacing, spread.diffusion)
-        patch = find_patch(grid, bounds[0], bounds[1], reach, widen)
+        local = find_local_grid(grid, bounds[0], bounds[1], reach, widen)
         self.rise = int(widen[2])
         """Layers that smoothing carries values up."""
-        self.plan = Plan(comm, patch, grid.indices(centres))
-        self.mapping: Mapping = method(patch, spread)
+        self.halo = HaloExchange(comm, local, grid.indices(centres))
+        self.mapping: Mapping = method(local, spread)
         self.volumes = bricks[1] if bricks else np.full(len(centres), grid.cell_volume)
-        self.make_field = patch.make_field
-        self._diffusion = Diffusion(patch, spread.diffusion) if spread.diffusion else None
+        self.make_field = local.make_field
+        self._diffusion = Diffusion(local, spread.diffusion) if spread.diffusion else None
         self._passes = case.exchange.filter_passes
         self.needs_scratch = self._passes > 0
         self.spread = self.average
 
     def average(self, field: np.ndarray, scratch: np.ndarray) -> np.ndarray:
-        """Diffuse and filter a patch field as far as the case asks for it; the operators commute."""
+        """Diffuse and filter a local field as far as the case asks for it; the operators commute."""
         if self._diffusion:
             self._diffusion.smooth(field)
         return filtered(field, self._passes, scratch)
@@ -77,11 +77,11 @@ class MeshSpace:
         """`own`: this rank's gas cells, of `volumes` (cells,) [m3] (collective)."""
         assert case.exchange is not None
         passes = case.exchange.filter_passes
-        self.plan = CellPlan(comm, own, bounds[0] - reach, bounds[1] + reach, LINEAR_RING + passes)
-        geometry = CellGeometry(self.plan.patch)
+        self.halo = CellHaloExchange(comm, own, bounds[0] - reach, bounds[1] + reach, LINEAR_RING + passes)
+        geometry = CellGeometry(self.halo.local)
         self.mapping: CellMapping = CELL_METHODS[case.exchange.voidage](geometry)
         self.volumes = volumes
-        self.make_field = self.plan.patch.make_field
+        self.make_field = self.halo.local.make_field
         self._filter = CellFilter(geometry, passes)
 
     def average(self, field: np.ndarray, scratch: np.ndarray) -> np.ndarray:

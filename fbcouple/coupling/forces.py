@@ -122,15 +122,15 @@ class Forces:
         self._added = ADDED_MASS * self._density if "virtual_mass" in names else 0.0
         self.weight = self._added * case.gravity
         """Weight of the gas that a particle carries along over its volume [N/m3]: the particle must not feel it."""
-        self._plan, self._smooth = space.plan, space.average
+        self._halo, self._smooth = space.halo, space.average
         self._field, self._scratch = (space.make_field(3 * len(names)) for _ in range(2))
         self._ready = self._field
         self.moved = np.zeros(3)
         """Force [N] of the gas on this rank's particles in their last move, by their own acceleration."""
 
     def read(self, values: np.ndarray) -> None:
-        """Bring `fields` (cells, 3 fields) of the gas to the particles' patch, filtered (collective)."""
-        self._plan.fetch(values, self._field, "forces")
+        """Bring `fields` (cells, 3 fields) of the gas to the particles' local grid, filtered (collective)."""
+        self._halo.forward(values, self._field, "forces")
         self._ready = self._smooth(self._field, self._scratch)
 
     def deposit(

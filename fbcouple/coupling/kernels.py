@@ -76,7 +76,7 @@ class GasForce(NamedTuple):
 
 @inlined
 def _share(stencil, p, amount, field):
-    """Add what particle `p` has to its corners of patch `field` (places, 1)."""
+    """Add what particle `p` has to its corners of local `field` (places, 1)."""
     weights = corner_weights(stencil.upper[p, 0], stencil.upper[p, 1], stencil.upper[p, 2])
     for c in range(8):
         field[stencil.base[p] + stencil.offsets[c], 0] += weights[c] * amount
@@ -84,14 +84,14 @@ def _share(stencil, p, amount, field):
 
 @compiled
 def write_volume(stencil: Stencil, radii, field):
-    """Add the particles' volumes [m3] to patch `field` (places, 1)."""
+    """Add the particles' volumes [m3] to local `field` (places, 1)."""
     for p in range(len(stencil.base)):
         _share(stencil, p, 4.0 / 3.0 * np.pi * radii[p] ** 3, field)
 
 
 @compiled
 def write_area(stencil: Stencil, radii, field):
-    """Add volume over diameter [m2] of the particles to patch `field` (places, 1)."""
+    """Add volume over diameter [m2] of the particles to local `field` (places, 1)."""
     for p in range(len(stencil.base)):
         _share(stencil, p, 2.0 / 3.0 * np.pi * radii[p] ** 2, field)
 
@@ -149,7 +149,7 @@ def predict(velocities, drag_only, ratio, dt_over_tau, effective):
 
 @compiled
 def deposit_drag(drag: Drag, stencil: Stencil, bed: Bed, gas, dt, beta, prediction: Prediction, field):
-    """Add beta~ [kg/s] and beta~ w [N] of every particle to patch `field` (places, 4); beta~ stays in `beta` (n,).
+    """Add beta~ [kg/s] and beta~ w [N] of every particle to local `field` (places, 4); beta~ stays in `beta` (n,).
 
     w is the velocity that the drag acts on: v, or, where `prediction.drag_only` is given, what makes beta~ exact for
     other forces too (see `predict`), which goes into `prediction.effective`. `gas` (places, >= 4) starts with the

@@ -15,7 +15,7 @@ from mpi4py import MPI
 from fbcouple.case.schema.sections import Case
 from fbcouple.coupling.box.diffusion import Diffusion
 from fbcouple.coupling.box.filter import filtered
-from fbcouple.coupling.box.halo import Patch
+from fbcouple.coupling.box.halo import LocalGrid
 from fbcouple.coupling.box.mapping import VOIDAGE_METHODS
 from fbcouple.coupling.coupling import Coupling, Particles
 from fbcouple.coupling.discretisation import BoxSpace
@@ -34,7 +34,7 @@ Smooth = Callable[[np.ndarray], np.ndarray]
 
 
 def _patch_field(values: float) -> np.ndarray:
-    return np.full_like(Patch(_GRID, (0, 0, 0), _GRID.cells).make_field(1), values)
+    return np.full_like(LocalGrid(_GRID, (0, 0, 0), _GRID.cells).make_field(1), values)
 
 
 def _inside(field: np.ndarray) -> np.ndarray:
@@ -76,7 +76,7 @@ def conservative_filter(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
 def diffusion(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """A bandwidth of b: variance b^2/2 along each axis; 1e-9 of it lies beyond the walls of the box."""
     bandwidth = _WIDTH * _DIAMETER
-    smoother = Diffusion(Patch(_GRID, (0, 0, 0), _GRID.cells), bandwidth)
+    smoother = Diffusion(LocalGrid(_GRID, (0, 0, 0), _GRID.cells), bandwidth)
 
     def smooth(field: np.ndarray) -> np.ndarray:
         smoother.smooth(field)

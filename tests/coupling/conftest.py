@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from fbcouple.coupling.box.halo import Patch
+from fbcouple.coupling.box.halo import LocalGrid
 from fbcouple.geometry.grid import Grid
 
 Hats = Callable[[Grid, np.ndarray], np.ndarray]
@@ -21,19 +21,19 @@ def rng() -> np.random.Generator:
 
 
 @pytest.fixture
-def whole() -> Callable[..., Patch]:
-    """The patch that covers a whole grid of cells (0.02, 0.03, 0.05) m: `whole((4, 3, 5))`."""
+def whole() -> Callable[..., LocalGrid]:
+    """The local grid that covers a whole grid of cells (0.02, 0.03, 0.05) m: `whole((4, 3, 5))`."""
 
-    def make(cells: tuple[int, int, int]) -> Patch:
+    def make(cells: tuple[int, int, int]) -> LocalGrid:
         size = tuple(n * edge for n, edge in zip(cells, (0.02, 0.03, 0.05), strict=True))
-        return Patch(Grid(cells, size), (0, 0, 0), cells)
+        return LocalGrid(Grid(cells, size), (0, 0, 0), cells)
 
     return make
 
 
 @pytest.fixture
 def inside() -> Inside:
-    """View (x, y, z, c) of a patch field's cells, without the extra upper layers."""
+    """View (x, y, z, c) of a local field's cells, without the extra upper layers."""
     return lambda field: field[:-1, :-1, :-1].transpose(2, 1, 0, 3)
 
 

@@ -10,7 +10,7 @@ import pytest
 from mpi4py import MPI
 
 from fbcouple.coupling.box.filter import filtered
-from fbcouple.coupling.polyhedral.halo import CellPlan
+from fbcouple.coupling.polyhedral.halo import CellHaloExchange
 from fbcouple.coupling.polyhedral.mapping import CELL_METHODS, CellFilter, CellGeometry
 from fbcouple.errors import DivergedError
 from fbcouple.geometry.cylinder import make_cylinder
@@ -23,9 +23,9 @@ from test_meshes import make_bricks
 COMM = MPI.COMM_SELF
 
 
-def open_plan(mesh, rings=1):
+def open_halo(mesh, rings=1):
     cells = take_apart(mesh, find_centres(mesh), np.arange(mesh.count), np.arange(len(mesh.points)))
-    return CellPlan(COMM, cells, mesh.low, mesh.high, rings)
+    return CellHaloExchange(COMM, cells, mesh.low, mesh.high, rings)
 
 
 @pytest.fixture(params=["tetrahedra", "prisms", "bricks"])
@@ -34,11 +34,11 @@ def geometry(request):
         mesh = make_bricks((4, 3, 5), (0.04, 0.03, 0.05))
     else:
         mesh = make_cylinder(0.04, 0.05, 6, 5, request.param)
-    return CellGeometry(open_plan(mesh).patch)
+    return CellGeometry(open_halo(mesh).local)
 
 
 def scatter_points(geometry, count=3000):
-    parts, rng = cut(geometry.patch.cells), np.random.default_rng(3)
+    parts, rng = cut(geometry.local.cells), np.random.default_rng(3)
     chosen = rng.choice(len(parts.volumes), count, p=parts.volumes / parts.volumes.sum())
     weights = rng.dirichlet(np.ones(4), count)
     return np.einsum("pk,pkd->pd", weights, parts.nodes[parts.corners[chosen]])
@@ -49,7 +49,7 @@ def test_writing_keeps_totals_and_reading_is_its_transpose(geometry, method):
     points, rng = scatter_points(geometry), np.random.default_rng(4)
     mapping, smooth = CELL_METHODS[method](geometry), CellFilter(geometry, 2)
     mapping.locate(points, np.full(len(points), 1e-4))
-    field = geometry.patch.make_field(3)
+    field = geometry.local.make_field(3)
     rows = mapping.open(field)
     given = rows[:] = rng.random(rows.shape)
     given = np.array(given)
@@ -69,7 +69,7 @@ def test_even_particles_give_every_cell_the_same(geometry):
     parts = geometry.parts
     mapping = CELL_METHODS["trilinear"](geometry)
     mapping.locate(parts.nodes[parts.corners].mean(axis=1), np.zeros(len(parts.volumes)))
-    field = geometry.patch.make_field(1)
+    field = geometry.local.make_field(1)
     rows = mapping.open(field)
     rows[:, 0] = parts.volumes
     mapping.write(rows, field)
@@ -79,7 +79,7 @@ def test_even_particles_give_every_cell_the_same(geometry):
 def test_weights_do_not_jump_between_cells(geometry):
     """What is read on both sides of the faces of a cell agrees."""
     points = scatter_points(geometry, 300)
-    mapping, values = CELL_METHODS["trilinear"](geometry), geometry.patch.make_field(1)
+    mapping, values = CELL_METHODS["trilinear"](geometry), geometry.local.make_field(1)
     values[:] = np.random.default_rng(5).random(values.shape)
     line = points[:1] + np.linspace(0.0, 1.0, 20001)[:, None] * (points[1:2] - points[:1])
     mapping.locate(line, np.zeros(len(line)))
@@ -92,8 +92,8 @@ def test_weights_do_not_jump_between_cells(geometry):
 
 def test_filter_on_bricks_is_that_of_the_box():
     cells = (4, 3, 5)
-    geometry = CellGeometry(open_plan(make_bricks(cells, (0.04, 0.03, 0.05))).patch)
-    field = geometry.patch.make_field(2)
+    geometry = CellGeometry(open_halo(make_bricks(cells, (0.04, 0.03, 0.05))).local)
+    field = geometry.local.make_field(2)
     field[:-1] = np.random.default_rng(6).random((60, 2))
     box = np.zeros((6, 4, 5, 2))
     box[:-1, :-1, :-1] = field[:-1].reshape(5, 3, 4, 2)
@@ -104,20 +104,20 @@ def test_filter_on_bricks_is_that_of_the_box():
 def test_a_rank_whose_box_touches_no_cell_has_an_empty_patch():
     mesh = make_cylinder(0.04, 0.05, 6, 5, "tetrahedra")
     cells = take_apart(mesh, find_centres(mesh), np.arange(mesh.count), np.arange(len(mesh.points)))
-    plan = CellPlan(COMM, cells, np.array([1.0, 1.0, 1.0]), np.array([1.1, 1.1, 1.1]), 2)
-    geometry = CellGeometry(plan.patch)
-    assert len(plan.patch.cells) == 0
+    halo = CellHaloExchange(COMM, cells, np.array([1.0, 1.0, 1.0]), np.array([1.1, 1.1, 1.1]), 2)
+    geometry = CellGeometry(halo.local)
+    assert len(halo.local.cells) == 0
     for method in CELL_METHODS.values():
         mapping, smooth = method(geometry), CellFilter(geometry, 1)
         mapping.locate(np.empty((0, 3)), np.empty(0))
-        field = plan.patch.make_field(4)
+        field = halo.local.make_field(4)
         rows = mapping.open(field)
         mapping.write(rows, field)
         smooth.spread(field)
         assert mapping.read(smooth.average(field), 4).shape == (0, 4)
         given = np.ones((mesh.count, 4))
-        plan.deposit(field[:-1], given)
+        halo.reverse(field[:-1], given)
         assert not given.any()
-        plan.fetch(given, field)
+        halo.forward(given, field)
         with pytest.raises(DivergedError, match="no cell of the mesh"):
             mapping.locate(np.ones((1, 3)), np.ones(1))

@@ -260,7 +260,7 @@ def test_the_impulse_that_the_gas_lost_is_the_particles_impulse_over_the_same_st
 
 @every_method
 def test_a_rank_without_particles_takes_part(method):
-    """Its patch is still needed for the others' sake: nothing is written, and nothing fails."""
+    """Its local grid is still needed for the others' sake: nothing is written, and nothing fails."""
     bed = Bed(np.random.default_rng(0), **method)
     nobody = Particles(np.empty((0, 3)), np.empty((0, 3)), np.empty(0), np.empty(0))
     bed.particles, bed.volumes = nobody, np.empty(0)

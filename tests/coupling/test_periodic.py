@@ -5,7 +5,7 @@ import pytest
 from mpi4py import MPI
 
 from fbcouple.case.schema.sections import Case
-from fbcouple.coupling.box.halo import Plan, find_patch
+from fbcouple.coupling.box.halo import HaloExchange, find_local_grid
 from fbcouple.coupling.coupling import Coupling, Particles
 from fbcouple.coupling.discretisation import BoxSpace
 from fbcouple.errors import DivergedError
@@ -109,9 +109,9 @@ def test_one_axis_alone_may_be_periodic(rng, axis):
 def test_the_averages_find_the_cell_of_a_particle_that_is_not_yet_back(rng):
     cells = (6, 3, 7)
     grid = Grid(cells, tuple((cells * EDGES).tolist()), (True, True, False))
-    patch = find_patch(grid, np.zeros(3), np.array(grid.size), 1e-3, 0)
+    local = find_local_grid(grid, np.zeros(3), np.array(grid.size), 1e-3, 0)
     owned = np.stack(np.meshgrid(*map(np.arange, cells), indexing="ij"), axis=-1).reshape(-1, 3)
-    sampler = SolidsSampler(Plan(MPI.COMM_SELF, patch, owned))
+    sampler = SolidsSampler(HaloExchange(MPI.COMM_SELF, local, owned))
     place = np.array([[-1e-4, grid.size[1] + 1e-4, 0.006]])
     rows = sampler.sample(place, np.ones((1, 3)), np.array([1e-4]), np.ones(1))
     assert owned[np.flatnonzero(rows[:, 0])].tolist() == [[5, 0, 2]]

@@ -10,8 +10,8 @@ import json
 import sys
 
 import numpy as np
+from halo_program import CELLS, DT, REACH, SIZE, differ, give_up, make_case, run_coupling
 from mpi4py import MPI
-from plan_program import CELLS, DT, REACH, SIZE, differ, give_up, make_case, run_coupling
 
 from fbcouple.coupling.coupling import Particles
 from fbcouple.geometry.grid import Grid

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from test_plan_ranks import ENVIRONMENT
+from test_halo_ranks import ENVIRONMENT
 
 PROGRAM = Path(__file__).with_name("periodic_program.py")
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from fbcouple.coupling.box.halo import Patch, Plan
+from fbcouple.coupling.box.halo import HaloExchange, LocalGrid
 from fbcouple.geometry.grid import Grid
 from fbcouple.simulation.tasks.means import GAS_COLUMNS, SOLIDS_COLUMNS, Means
 from fbcouple.simulation.tasks.samplers import SolidsSampler, sample_gas
@@ -26,7 +26,7 @@ def owned(rng):
 
 @pytest.fixture
 def sampler(owned):
-    return SolidsSampler(Plan(MPI.COMM_SELF, Patch(GRID, (0, 0, 0), GRID.cells), owned))
+    return SolidsSampler(HaloExchange(MPI.COMM_SELF, LocalGrid(GRID, (0, 0, 0), GRID.cells), owned))
 
 
 def make_gas(rng, samples, cells=5):
@@ -240,8 +240,8 @@ def test_a_centre_on_a_wall_counts_in_the_cell_inside(sampler, owned):
 
 
 def test_a_part_of_the_grid_samples_its_particles_in_the_same_cells(rng, owned, sampler):
-    patch = Patch(GRID, (1, 0, 1), (3, 2, 3))
+    local = LocalGrid(GRID, (1, 0, 1), (3, 2, 3))
     positions = np.array([0.01, 0.0, 0.02]) + rng.random((40, 3)) * [0.02, 0.04, 0.04]
     velocities, radii = rng.standard_normal((40, 3)), np.full(40, 5e-4)
-    part = SolidsSampler(Plan(MPI.COMM_SELF, patch, owned)).sample(positions, velocities, radii, radii)
+    part = SolidsSampler(HaloExchange(MPI.COMM_SELF, local, owned)).sample(positions, velocities, radii, radii)
     assert part == pytest.approx(sampler.sample(positions, velocities, radii, radii), rel=1e-13)

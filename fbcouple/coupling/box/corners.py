@@ -12,7 +12,7 @@ import numpy as np
 from llvmlite import ir
 from numba.core import types
 
-from fbcouple.coupling.box.halo import Patch
+from fbcouple.coupling.box.halo import LocalGrid
 from fbcouple.physics.jit import compiled_in, inlined
 
 _FOUR = ir.VectorType(ir.DoubleType(), 4)
@@ -32,9 +32,9 @@ class Stencil(NamedTuple):
     """(8,): steps from the lower cell to the corners."""
 
 
-def corner_offsets(patch: Patch) -> np.ndarray:
+def corner_offsets(local: LocalGrid) -> np.ndarray:
     """Flat steps (8,) from the lower cell of a stencil to its corners 0-7 (bits: x, y, z)."""
-    nx, ny, _ = patch.shape
+    nx, ny, _ = local.shape
     return np.array([(c >> 2 & 1) * ny * nx + (c >> 1 & 1) * nx + (c & 1) for c in range(8)], dtype=np.uint64)
 
 

@@ -1,34 +1,34 @@
-"""Diffusion of patch fields for a prescribed width: implicit, conservative, reflected at walls.
+"""Diffusion of local fields for a prescribed width: implicit, conservative, reflected at walls.
 
 Sun and Xiao 2015 (Int. J. Multiphase Flow 77, 142): diffusion over the time b^2/4 (diffusivity 1) is a Gaussian kernel
 exp(-r^2/b^2). Here it takes `STEPS` backward Euler steps, each split into one tridiagonal solve an axis; on a box of
 equal cells the three commute, so that nothing is lost by that. A step adds the variance b^2/(2 STEPS) along each axis,
 to rounding. Like the filter the operator keeps totals and is symmetric, which makes reading through it the transpose of
-writing through it; both hold on each rank's patch by itself, whatever the patch does not see.
+writing through it; both hold on each rank's local grid by itself, whatever the local does not see.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from fbcouple.coupling.box.halo import Patch
+from fbcouple.coupling.box.halo import LocalGrid
 from fbcouple.physics.jit import compiled, inlined
 
 STEPS = 6
 """Six steps differ from the Gaussian by 6 % of its content, one by 29 %, eight by 5 % (b of 6 cells)."""
 UNSEEN = 1e-13
-"""Part of what a particle writes that may lie beyond the patch: so much depends on the number of ranks."""
+"""Part of what a particle writes that may lie beyond the local grid: so much depends on the number of ranks."""
 
 
 class Diffusion:
-    """Smooths fields of a patch by the bandwidth b [m]."""
+    """Smooths fields of a local grid by the bandwidth b [m]."""
 
-    def __init__(self, patch: Patch, bandwidth: float) -> None:
-        ratios = _find_ratios(patch.grid.spacing, bandwidth)
-        self._axes = [(ratio, _find_pivots(layers, ratio)) for ratio, layers in zip(ratios, patch.shape, strict=True)]
+    def __init__(self, local: LocalGrid, bandwidth: float) -> None:
+        ratios = _find_ratios(local.grid.spacing, bandwidth)
+        self._axes = [(ratio, _find_pivots(layers, ratio)) for ratio, layers in zip(ratios, local.shape, strict=True)]
 
     def smooth(self, field: np.ndarray) -> None:
-        """Smooth patch `field` (z + 1, y + 1, x + 1, c), or its lowest layers and one extra, in place.
+        """Smooth local `field` (z + 1, y + 1, x + 1, c), or its lowest layers and one extra, in place.
 
         The extra upper layers keep no meaning.
         """

@@ -13,10 +13,10 @@ from fbcouple.physics.jit import compiled, inlined
 
 
 def filtered(field: np.ndarray, passes: int, scratch: np.ndarray) -> np.ndarray:
-    """Patch `field` (z + 1, y + 1, x + 1, c) filtered `passes` times: in it or in `scratch`, another of its shape.
+    """Local `field` (z + 1, y + 1, x + 1, c) filtered `passes` times: in it or in `scratch`, another of its shape.
 
-    Both are overwritten. Walls reflect. An edge of the patch inside the domain reflects too, which is wrong there: the
-    patch is widened by one cell a pass for that reason.
+    Both are overwritten. Walls reflect. An edge of the local grid inside the domain reflects too, which is wrong there:
+    the local is widened by one cell a pass for that reason.
     """
     _filter(field.ravel(), scratch.ravel(), field.shape, passes)
     return scratch if passes % 2 else field

@@ -1,11 +1,11 @@
 """Who needs which cells: made once, neighbour to neighbour, no global arrays.
 
 Gas cells belong to ranks by OpenFOAM's decomposition, particles by LIGGGHTS' boxes; the two differ. Each rank keeps a
-`Patch`, the block of cells that its LIGGGHTS box touches, widened for the stencil and the filter. `fetch` fills the
-patch from the cells' owners, `deposit` adds the patch to the cells' owners.
+`LocalGrid`, the block of cells that its LIGGGHTS box touches, widened for the stencil and the filter. `forward` fills
+the local from the cells' owners, `reverse` adds the local grid to the cells' owners.
 
-Along a periodic axis a patch goes on past the domain: its cells there are images of the domain's, further copies of
-what it may hold already. Only the plan knows whose images they are.
+Along a periodic axis a local grid goes on past the domain: its cells there are images of the domain's, further copies
+of what it may hold already. Only the halo knows whose images they are.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from fbcouple.errors import SolverError
 from fbcouple.geometry.grid import Grid
 from fbcouple.physics.jit import compiled
 
-_FETCH, _DEPOSIT = 17, 18
+_FORWARD, _REVERSE = 17, 18
 _NEVER = 2**40
-"""A cell number that no patch reaches."""
+"""A cell number that no local grid reaches."""
 
 
 @dataclass(frozen=True)
-class Patch:
+class LocalGrid:
     """A block of cells: the cells `low` to `high` (exclusive) of `grid` or their images, index triples.
 
     Fields on it are arrays (z + 1, y + 1, x + 1, components): one more layer at the upper ends, so that a stencil at
@@ -56,26 +56,26 @@ class Patch:
         return np.zeros((*self.shape[::-1], components))
 
 
-def find_patch(grid: Grid, low: np.ndarray, high: np.ndarray, reach: float, widen: int | np.ndarray) -> Patch:
-    """Patch for particles in the box `low` to `high` [m] that may stray by `reach` [m], widened by `widen` cells (all
-    axes or (3,))."""
+def find_local_grid(grid: Grid, low: np.ndarray, high: np.ndarray, reach: float, widen: int | np.ndarray) -> LocalGrid:
+    """Local grid for particles in the box `low` to `high` [m] that may stray by `reach` [m], widened by `widen` cells
+    (all axes or (3,))."""
     low, high = grid.measure_from_corner(low), grid.measure_from_corner(high)
     first = np.floor((low - reach) / grid.spacing - 0.5).astype(int) - widen
     last = np.floor((high + reach) / grid.spacing - 0.5).astype(int) + 2 + widen
     inside = np.clip([first, last], 0, grid.cells)
     first, last = np.where(grid.periodic, [first, last], inside)
-    return Patch(grid, tuple(first.tolist()), tuple(last.tolist()))
+    return LocalGrid(grid, tuple(first.tolist()), tuple(last.tolist()))
 
 
 class _Link:
-    """Cells shared with one rank: `owned` rows here that its patch holds, `held` patch places that it owns."""
+    """Cells shared with one rank: `owned` rows here that its local grid holds, `held` local cells that it owns."""
 
-    def __init__(self, rank: int, owned: np.ndarray, held: np.ndarray, patch: Patch) -> None:
+    def __init__(self, rank: int, owned: np.ndarray, held: np.ndarray, local: LocalGrid) -> None:
         self.rank = rank
         self.owned_count, self.held_count = len(owned), len(held)
         self.pack_owned = _find_runs(owned, np.arange(len(owned)))
         self.unpack_owned = self.pack_owned[:, [1, 0, 2]]
-        self.held = _Layered(held, np.arange(len(held)), patch)
+        self.held = _Layered(held, np.arange(len(held)), local)
 
 
 @dataclass(frozen=True)
@@ -89,42 +89,42 @@ class Traffic:
     give_held: list[MPI.Prequest]
 
 
-class Plan:
+class HaloExchange:
     """The exchange of cell fields between this rank and the ranks that share cells with it."""
 
-    def __init__(self, comm: MPI.Comm, patch: Patch, owned: np.ndarray) -> None:
+    def __init__(self, comm: MPI.Comm, local: LocalGrid, owned: np.ndarray) -> None:
         """`owned` (n, 3): index triples of this rank's gas cells, in their own order (collective)."""
-        self.patch = patch
+        self.local = local
         self.owned_count = len(owned)
         self._comm = comm
-        blocks = comm.allgather((patch.low, patch.high))
-        sends = [_find_images(owned, patch.grid.cells, *block) for block in blocks]
+        blocks = comm.allgather((local.low, local.high))
+        sends = [_find_images(owned, local.grid.cells, *block) for block in blocks]
         triples = comm.alltoall([images for _, images in sends])
-        indices = [_places(patch, cells) for cells in triples]
+        indices = [_places(local, cells) for cells in triples]
         found = sum(map(len, indices))
-        wanted = int(np.prod(np.array(patch.high) - patch.low))
+        wanted = int(np.prod(np.array(local.high) - local.low))
         if found != wanted:
-            raise SolverError(f"rank {comm.rank}: {wanted} cells of its patch, {found} found among the gas cells")
+            raise SolverError(f"rank {comm.rank}: {wanted} cells of its local grid, {found} found among the gas cells")
         self._links = []
         for rank, ((rows, _), held) in enumerate(zip(sends, indices, strict=True)):
             if rank == comm.rank:
                 once = _mark_first(rows)
-                self._own = _Layered(held, rows, patch)
-                self._first, self._images = (_Layered(held[which], rows[which], patch) for which in (once, ~once))
+                self._own = _Layered(held, rows, local)
+                self._first, self._images = (_Layered(held[which], rows[which], local) for which in (once, ~once))
             elif len(rows) or len(held):
-                self._links.append(_Link(rank, rows, held, patch))
+                self._links.append(_Link(rank, rows, held, local))
         self._traffic: dict[tuple[int, str], Traffic] = {}
 
     @property
     def messages(self) -> int:
-        """Messages that this rank sends in one fetch or deposit."""
+        """Messages that this rank sends one way."""
         return len(self._links)
 
-    def fetch(self, cells: np.ndarray, field: np.ndarray, name: str = "") -> None:
-        """Fill patch `field` (z, .., .., c) from the cell values `cells` (n, c) of their owners (collective).
+    def forward(self, cells: np.ndarray, field: np.ndarray, name: str = "") -> None:
+        """Fill local `field` (z, .., .., c) from the cell values `cells` (n, c) of their owners (collective).
 
-        `field` may be cut to the lowest layers of the patch; each rank may take another number of them. What came by
-        `name` can be had again from `refill`.
+        `field` may be cut to the lowest layers of the local grid; each rank may take another number of them. What came
+        by `name` can be had again from `refill`.
         """
         traffic = self._find_traffic(cells.shape[1], name)
         MPI.Prequest.Startall(traffic.take_held)
@@ -135,16 +135,16 @@ class Plan:
         self.refill(cells, field, name)
 
     def refill(self, cells: np.ndarray, field: np.ndarray, name: str = "") -> None:
-        """Fill `field`, now of more or fewer layers, as the last `fetch` of `name` did; no message is sent."""
+        """Fill `field`, now of more or fewer layers, as the last `forward` of `name` did; no message is sent."""
         flat, layers = field.reshape(-1, cells.shape[1]), len(field)
         _copy(cells, flat, self._own.to_patch(layers))
         for link, (_, held) in zip(self._links, self._find_traffic(cells.shape[1], name).buffers, strict=True):
             _copy(held, flat, link.held.to_patch(layers))
 
-    def deposit(self, field: np.ndarray, cells: np.ndarray) -> None:
-        """Set `cells` (n, c) to the sum of every rank's patch `field` (z, .., .., c) over the cells (collective).
+    def reverse(self, field: np.ndarray, cells: np.ndarray) -> None:
+        """Set `cells` (n, c) to the sum of every rank's local grid `field` (z, .., .., c) over the cells (collective).
 
-        `field` may be cut to the lowest layers of the patch: those above it count as zero.
+        `field` may be cut to the lowest layers of the local grid: those above it count as zero.
         """
         flat, layers = field.reshape(-1, cells.shape[1]), len(field)
         traffic = self._find_traffic(cells.shape[1])
@@ -173,10 +173,10 @@ def open_traffic(comm: MPI.Comm, links: Sequence[Any], components: int) -> Traff
     pairs = list(zip(links, buffers, strict=True))
     return Traffic(
         buffers,
-        take_held=[comm.Recv_init(held, link.rank, _FETCH) for link, (_, held) in pairs],
-        give_owned=[comm.Send_init(owned, link.rank, _FETCH) for link, (owned, _) in pairs],
-        take_owned=[comm.Recv_init(owned, link.rank, _DEPOSIT) for link, (owned, _) in pairs],
-        give_held=[comm.Send_init(held, link.rank, _DEPOSIT) for link, (_, held) in pairs],
+        take_held=[comm.Recv_init(held, link.rank, _FORWARD) for link, (_, held) in pairs],
+        give_owned=[comm.Send_init(owned, link.rank, _FORWARD) for link, (owned, _) in pairs],
+        take_owned=[comm.Recv_init(owned, link.rank, _REVERSE) for link, (owned, _) in pairs],
+        give_held=[comm.Send_init(held, link.rank, _REVERSE) for link, (_, held) in pairs],
     )
 
 
@@ -199,9 +199,9 @@ def _mark_first(rows: np.ndarray) -> np.ndarray:
     return first
 
 
-def _places(patch: Patch, cells: np.ndarray) -> np.ndarray:
-    x, y, z = (cells - patch.low).T
-    nx, ny, _ = patch.shape
+def _places(local: LocalGrid, cells: np.ndarray) -> np.ndarray:
+    x, y, z = (cells - local.low).T
+    nx, ny, _ = local.shape
     return (z * ny + y) * nx + x
 
 
@@ -216,21 +216,22 @@ def _find_runs(sources: np.ndarray, targets: np.ndarray) -> np.ndarray:
 
 
 class _Layered:
-    """Places of the patch beside rows elsewhere, as runs sorted by layer, so that the lower layers copy alone."""
+    """Cells of the local grid grid beside rows elsewhere, as runs sorted by layer, so that the lower layers copy
+    alone."""
 
-    def __init__(self, indices: np.ndarray, rows: np.ndarray, patch: Patch) -> None:
+    def __init__(self, indices: np.ndarray, rows: np.ndarray, local: LocalGrid) -> None:
         order = np.argsort(indices, kind="stable")
-        self._from_patch = _find_runs(indices[order], rows[order])
-        self._to_patch = self._from_patch[:, [1, 0, 2]]
-        self._layers = self._from_patch[:, 0] // (patch.shape[0] * patch.shape[1])
+        self._from_local = _find_runs(indices[order], rows[order])
+        self._to_local = self._from_local[:, [1, 0, 2]]
+        self._layers = self._from_local[:, 0] // (local.shape[0] * local.shape[1])
 
     def from_patch(self, layers: int) -> np.ndarray:
-        """Runs whose source is in the lowest `layers` of the patch."""
-        return self._from_patch[: np.searchsorted(self._layers, layers)]
+        """Runs whose source is in the lowest `layers` of the local grid."""
+        return self._from_local[: np.searchsorted(self._layers, layers)]
 
     def to_patch(self, layers: int) -> np.ndarray:
-        """Runs whose target is in the lowest `layers` of the patch."""
-        return self._to_patch[: np.searchsorted(self._layers, layers)]
+        """Runs whose target is in the lowest `layers` of the local grid."""
+        return self._to_local[: np.searchsorted(self._layers, layers)]
 
 
 @compiled

@@ -1,8 +1,8 @@
 """The ways to share a particle among cells, by the word of `exchange.voidage`.
 
-A method writes particle values to the cells of a patch and reads cell values back with the same weights, so that one
-is the transpose of the other and what is written adds up to what the particles have, next to walls too. The kernels of
-the forces (momentum.py) know trilinear stencils only. A method whose weights are none reads the cells into one row a
+A method writes particle values to the cells of a local grid and reads cell values back with the same weights, so that
+one is the transpose of the other and what is written adds up to what the particles have, next to walls too. The kernels
+of the forces (momentum.py) know trilinear stencils only. A method whose weights are none reads the cells into one row a
 particle before a kernel runs, lets the kernel write such rows, and shares them among the cells itself: for the kernel,
 each particle then stands on a cell of its own.
 """
@@ -18,7 +18,7 @@ import numpy as np
 from fbcouple.case.bed.particle_types import largest_diameter
 from fbcouple.case.schema.sections import Case
 from fbcouple.coupling.box.corners import Stencil, corner_offsets
-from fbcouple.coupling.box.halo import Patch
+from fbcouple.coupling.box.halo import LocalGrid
 from fbcouple.coupling.box.stencils import CUT, block_offsets, divide, gather, satellites, scatter, spread_out
 from fbcouple.coupling.box.trilinear import Weights, report_stray
 
@@ -47,10 +47,10 @@ def find_spread(case: Case) -> Spread:
 
 
 class Mapping(ABC):
-    """How particles and the cells of a patch exchange values."""
+    """How particles and the cells of a local grid exchange values."""
 
-    def __init__(self, patch: Patch, spread: Spread) -> None:
-        self.patch = patch
+    def __init__(self, local: LocalGrid, spread: Spread) -> None:
+        self.local = local
 
     @staticmethod
     def find_reach(spread: Spread) -> float:
@@ -61,7 +61,7 @@ class Mapping(ABC):
     def locate(self, positions: np.ndarray, radii: np.ndarray) -> None:
         """Find the weights of particles at `positions` (n, 3) [m] with `radii` (n,) [m].
 
-        Raises DivergedError, with the place, if a particle has left the patch.
+        Raises DivergedError, with the place, if a particle has left the local grid.
         """
 
     @property
@@ -72,11 +72,11 @@ class Mapping(ABC):
     @property
     @abstractmethod
     def layers(self) -> int:
-        """Layers of the patch, from its lowest, that this rank's particles have weight in."""
+        """Layers of the local grid, from its lowest, that this rank's particles have weight in."""
 
     @abstractmethod
     def read(self, field: np.ndarray, columns: int) -> np.ndarray:
-        """Rows (places, >= columns) for the kernels to read: the first columns of patch `field` (.., .., .., c).
+        """Rows (places, >= columns) for the kernels to read: the first columns of local `field` (.., .., .., c).
 
         Valid until the next call with as many columns.
         """
@@ -87,12 +87,12 @@ class Mapping(ABC):
 
     @abstractmethod
     def write(self, rows: np.ndarray, field: np.ndarray) -> None:
-        """Add the rows of `open` to patch `field`."""
+        """Add the rows of `open` to local `field`."""
 
 
-def find_layers(patch: Patch, highest: int, height: int) -> int:
-    """Layers of `patch` up to the top of the highest block, of `height` layers from the place `highest` on."""
-    nx, ny, _ = patch.shape
+def find_layers(local: LocalGrid, highest: int, height: int) -> int:
+    """Layers of `local` up to the top of the highest block, of `height` layers from the place `highest` on."""
+    nx, ny, _ = local.shape
     return highest // (nx * ny) + height
 
 
@@ -113,12 +113,12 @@ def voidage_method(name: str) -> Callable[[type[Mapping]], type[Mapping]]:
 class Trilinear(Mapping):
     """To the eight cells around the centre (paper, eq. 28)."""
 
-    def __init__(self, patch: Patch, spread: Spread) -> None:
-        super().__init__(patch, spread)
-        self._weights, self._offsets = Weights(patch), corner_offsets(patch)
+    def __init__(self, local: LocalGrid, spread: Spread) -> None:
+        super().__init__(local, spread)
+        self._weights, self._offsets = Weights(local), corner_offsets(local)
 
     def locate(self, positions: np.ndarray, radii: np.ndarray) -> None:
-        self._weights.locate(self.patch.grid.measure_from_corner(positions))
+        self._weights.locate(self.local.grid.measure_from_corner(positions))
 
     @property
     def stencil(self) -> Stencil:
@@ -126,7 +126,7 @@ class Trilinear(Mapping):
 
     @property
     def layers(self) -> int:
-        return find_layers(self.patch, self._weights.highest, 2)
+        return find_layers(self.local, self._weights.highest, 2)
 
     def read(self, field: np.ndarray, columns: int) -> np.ndarray:
         return field.reshape(-1, field.shape[-1])
@@ -145,15 +145,15 @@ class _Gathered(Mapping):
     _by_axes = False
     """Is the weight of a cell the product of one of each axis?"""
 
-    def __init__(self, patch: Patch, spread: Spread) -> None:
-        super().__init__(patch, spread)
+    def __init__(self, local: LocalGrid, spread: Spread) -> None:
+        super().__init__(local, spread)
         self._room = -1
         self._count = 0
         self._corners = np.zeros(8, np.uint64)
-        grid = patch.grid
-        self._box = 1.0 / grid.spacing, np.array(patch.low), np.array(patch.high), patch.walls
-        self._lengths = np.minimum(self._count_cells(spread), np.subtract(patch.high, patch.low))
-        self._offsets = block_offsets(patch, self._lengths)
+        grid = local.grid
+        self._box = 1.0 / grid.spacing, np.array(local.low), np.array(local.high), local.walls
+        self._lengths = np.minimum(self._count_cells(spread), np.subtract(local.high, local.low))
+        self._offsets = block_offsets(local, self._lengths)
 
     @abstractmethod
     def _count_cells(self, spread: Spread) -> np.ndarray:
@@ -161,7 +161,7 @@ class _Gathered(Mapping):
 
     @abstractmethod
     def _fill(self, positions: np.ndarray, radii: np.ndarray) -> int:
-        """Fill `_base` and `_table`; returns the first particle that does not fit into the patch, or -1."""
+        """Fill `_base` and `_table`; returns the first particle that does not fit into the local grid, or -1."""
 
     def locate(self, positions: np.ndarray, radii: np.ndarray) -> None:
         self._count = len(positions)
@@ -172,8 +172,8 @@ class _Gathered(Mapping):
             self._tables = np.empty((self._room, self._lengths.sum() if self._by_axes else self._lengths.prod()))
             self._rows: dict[tuple[int, str], np.ndarray] = {}
         self._base, self._table = self._bases[: self._count], self._tables[: self._count]
-        coordinates = self.patch.grid.measure_from_corner(positions)
-        report_stray(self.patch, positions, self._fill(coordinates, radii))
+        coordinates = self.local.grid.measure_from_corner(positions)
+        report_stray(self.local, positions, self._fill(coordinates, radii))
 
     @property
     def stencil(self) -> Stencil:
@@ -181,7 +181,7 @@ class _Gathered(Mapping):
 
     @property
     def layers(self) -> int:
-        return find_layers(self.patch, int(self._base.max(initial=0)), int(self._lengths[2]))
+        return find_layers(self.local, int(self._base.max(initial=0)), int(self._lengths[2]))
 
     def read(self, field: np.ndarray, columns: int) -> np.ndarray:
         rows = self._find_rows(columns, "read")
@@ -217,7 +217,7 @@ class Centre(_Gathered):
 
     def _fill(self, positions: np.ndarray, radii: np.ndarray) -> int:
         return divide(
-            positions, radii, np.zeros((1, 3)), *self._box, self._lengths, self.patch.shape, self._base, self._table
+            positions, radii, np.zeros((1, 3)), *self._box, self._lengths, self.local.shape, self._base, self._table
         )
 
 
@@ -234,7 +234,7 @@ class Divided(_Gathered):
 
     def _fill(self, positions: np.ndarray, radii: np.ndarray) -> int:
         points = satellites()
-        return divide(positions, radii, points, *self._box, self._lengths, self.patch.shape, self._base, self._table)
+        return divide(positions, radii, points, *self._box, self._lengths, self.local.shape, self._base, self._table)
 
 
 @voidage_method("gaussian")
@@ -253,8 +253,8 @@ class Gaussian(_Gathered):
     def find_reach(spread: Spread) -> float:
         return CUT * spread.bandwidth
 
-    def __init__(self, patch: Patch, spread: Spread) -> None:
-        super().__init__(patch, spread)
+    def __init__(self, local: LocalGrid, spread: Spread) -> None:
+        super().__init__(local, spread)
         self._bandwidth = spread.bandwidth
 
     def _count_cells(self, spread: Spread) -> np.ndarray:
@@ -262,5 +262,5 @@ class Gaussian(_Gathered):
 
     def _fill(self, positions: np.ndarray, radii: np.ndarray) -> int:
         return spread_out(
-            positions, self._bandwidth, *self._box, self._lengths, self.patch.shape, self._base, self._table
+            positions, self._bandwidth, *self._box, self._lengths, self.local.shape, self._base, self._table
         )

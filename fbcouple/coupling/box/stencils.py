@@ -12,7 +12,7 @@ from functools import cache
 
 import numpy as np
 
-from fbcouple.coupling.box.halo import Patch
+from fbcouple.coupling.box.halo import LocalGrid
 from fbcouple.physics.compiler import njit
 from fbcouple.physics.jit import compiled, inlined
 
@@ -20,9 +20,9 @@ CUT = 3.0
 """Bandwidths at which the Gaussian kernel ends."""
 
 
-def block_offsets(patch: Patch, lengths: np.ndarray) -> np.ndarray:
+def block_offsets(local: LocalGrid, lengths: np.ndarray) -> np.ndarray:
     """Flat steps (cells of the block,) from its first cell, x fastest."""
-    nx, ny, _ = patch.shape
+    nx, ny, _ = local.shape
     x, y, z = (np.arange(n) for n in lengths)
     return ((z[:, None, None] * ny + y[:, None]) * nx + x).ravel().astype(np.uint64)
 
@@ -71,7 +71,8 @@ def _reflect(cell, first, last):
 
 @njit(inline="always")
 def _start(lowest, low, high, length):
-    """First cell of a block that holds the cell `lowest` or, next to an edge of the patch, what is reflected there."""
+    """First cell of a block that holds the cell `lowest` or, next to an edge of the local grid, what is reflected
+    there."""
     return min(max(lowest, low), high - length)
 
 
@@ -85,7 +86,7 @@ def _lies_in(s, first, last):
 def divide(positions, radii, points, scale, low, high, walls, lengths, shape, base, table):
     """An equal part of each particle to the cell of each of `points` (k, 3) [radii]: fills base (n,), table (n, m).
 
-    Returns the first particle that does not fit into the patch, or -1.
+    Returns the first particle that does not fit into the local grid, or -1.
     """
     share = 1.0 / len(points)
     start = np.empty(3, np.int64)
@@ -113,7 +114,7 @@ def divide(positions, radii, points, scale, low, high, walls, lengths, shape, ba
 def spread_out(positions, bandwidth, scale, low, high, walls, lengths, shape, base, table):
     """The parts of exp(-r^2/b^2) over layers of cells along each axis: fills base (n,) and table (n, layers).
 
-    Returns the first particle that does not fit into the patch, or -1.
+    Returns the first particle that does not fit into the local grid, or -1.
     """
     start = np.empty(3, np.int64)
     whole = 2.0 * math.erf(CUT)

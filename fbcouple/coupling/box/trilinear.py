@@ -1,4 +1,4 @@
-"""Where a particle stands in the patch, and the trilinear weights that carry values both ways (paper, eq. 28).
+"""Where a particle stands in the local grid, and the trilinear weights that carry values both ways (paper, eq. 28).
 
 Fields live at cell centres. Between the outermost centres and a wall the value of the wall's cell holds; along a
 periodic axis the cells go on.
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fbcouple.coupling.box.halo import Patch
+from fbcouple.coupling.box.halo import LocalGrid
 from fbcouple.errors import DivergedError
 from fbcouple.physics.compiler import njit
 
@@ -19,10 +19,10 @@ _BLOCK = 128
 class Weights:
     """Stencils of this rank's particles: `base` (n,) flat place of the lower cell, `upper` (n, 3) weight above it."""
 
-    def __init__(self, patch: Patch) -> None:
-        self._patch = patch
-        nx, ny, _ = patch.shape
-        axes = 1.0 / patch.grid.spacing, *patch.walls, patch.low, patch.high, (1, nx, nx * ny)
+    def __init__(self, local: LocalGrid) -> None:
+        self._local = local
+        nx, ny, _ = local.shape
+        axes = 1.0 / local.grid.spacing, *local.walls, local.low, local.high, (1, nx, nx * ny)
         self._box = np.array([np.tile(values, _BLOCK) for values in axes], dtype=float)
         self._room: int = 0
         self._base = np.empty(0, np.uint64)
@@ -34,7 +34,7 @@ class Weights:
     def locate(self, positions: np.ndarray) -> None:
         """Find the stencils of `positions` (n, 3) [m].
 
-        Raises DivergedError, with the place, if a particle has left the patch: it moved too far in one step.
+        Raises DivergedError, with the place, if a particle has left the local grid: it moved too far in one step.
         """
         n = len(positions)
         if n > self._room:
@@ -44,16 +44,16 @@ class Weights:
         coordinates = np.ascontiguousarray(positions).ravel()
         strays, self.highest = _locate(coordinates, self._box, self.base, self.upper.ravel())
         if strays:
-            report_stray(self._patch, positions, _find_stray(coordinates, self._box, self.base, self.upper.ravel()))
+            report_stray(self._local, positions, _find_stray(coordinates, self._box, self.base, self.upper.ravel()))
 
 
-def report_stray(patch: Patch, positions: np.ndarray, stray: int) -> None:
+def report_stray(local: LocalGrid, positions: np.ndarray, stray: int) -> None:
     """Raise DivergedError with the place of the particle `stray` of `positions` (n, 3) [m]; -1 is none."""
     if stray >= 0:
         x, y, z = positions[stray]
         raise DivergedError(
             f"a particle at ({x:.6g}, {y:.6g}, {z:.6g}) m is outside the cells its rank knows "
-            f"({patch.low} to {patch.high}): "
+            f"({local.low} to {local.high}): "
             "it left the box or moved too far in one fluid step; use a smaller step"
         )
 
@@ -64,7 +64,7 @@ def _locate(coordinates, box, base, upper):
     do not fit, and the largest base.
 
     The rows of `box` have an entry for each of a block's coordinates, x, y, z in turn, so that the loop over them is a
-    SIMD loop: cells a metre, first and last cell between walls, edges of the patch, flat step in it.
+    SIMD loop: cells a metre, first and last cell between walls, edges of the local grid, flat step in it.
     """
     scale, first, last, low, high, step = box[0], box[1], box[2], box[3], box[4], box[5]
     cell = np.empty(len(scale))

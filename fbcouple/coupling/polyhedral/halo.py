@@ -1,8 +1,8 @@
 """Who needs which cells of a mesh of polyhedra: made once, neighbour to neighbour, no global arrays.
 
-Gas cells belong to ranks by OpenFOAM's decomposition, particles by LIGGGHTS' boxes. Each rank keeps a patch: the cells
-that its LIGGGHTS box touches, and rings of cells around them for weights and filter. At the start each rank hands the
-cells near a box to the box's rank, which chooses from them by the points that they share.
+Gas cells belong to ranks by OpenFOAM's decomposition, particles by LIGGGHTS' boxes. Each rank keeps `LocalCells`: the
+cells that its LIGGGHTS box touches, and rings of cells around them for weights and filter. At the start each rank hands
+the cells near a box to the box's rank, which chooses from them by the points that they share.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from fbcouple.physics.jit import compiled
 
 @dataclass(frozen=True)
 class _Link:
-    """Cells shared with one rank: `owned` rows here that its patch holds, `held` rows of the patch that it owns."""
+    """Cells shared with one rank: `owned` rows here that are local to it, `held` rows here that it owns."""
 
     rank: int
     owned: np.ndarray
@@ -35,11 +35,11 @@ class _Link:
 
 
 @dataclass(frozen=True)
-class CellPatch:
+class LocalCells:
     """The cells that this rank's particles may touch, in the order of their numbers.
 
     `inner` are the rows of those that a particle may lie in. Fields on it are arrays (cells + 1, components): one more
-    row, as a patch of a box has one more layer.
+    row, as a box's local grid has one more layer.
     """
 
     cells: Polyhedra
@@ -50,12 +50,12 @@ class CellPatch:
         return np.zeros((len(self.cells) + 1, components))
 
 
-class CellPlan:
+class CellHaloExchange:
     """The exchange of cell fields between this rank and the ranks that share cells with it."""
 
     def __init__(self, comm: MPI.Comm, own: Polyhedra, low: np.ndarray, high: np.ndarray, rings: int) -> None:
         """`own`: this rank's gas cells; particles lie in the box `low` to `high` [m]; `rings` of cells around those
-        that the box touches belong to the patch (collective)."""
+        that the box touches belong to the local cells (collective)."""
         self._comm = comm
         self.owned_count = len(own)
         bottom, top = own.find_bounds()
@@ -75,7 +75,7 @@ class CellPlan:
         inner = _touches(*cells.find_bounds(), low, high)
         kept = np.flatnonzero(_grow(cells, inner, rings))
         kept = kept[np.argsort(cells.ids[kept])]
-        self.patch = CellPatch(cells.select(kept), np.flatnonzero(inner[kept]))
+        self.local = LocalCells(cells.select(kept), np.flatnonzero(inner[kept]))
         source, rows_there = source[kept], rows_there[kept]
         asked = comm.alltoall([rows_there[source == rank] for rank in range(comm.size)])
         links = [_Link(rank, asked[rank], np.flatnonzero(source == rank)) for rank in range(comm.size)]
@@ -85,11 +85,11 @@ class CellPlan:
 
     @property
     def messages(self) -> int:
-        """Messages that this rank sends in one fetch or deposit."""
+        """Messages that this rank sends one way."""
         return len(self._links)
 
-    def fetch(self, cells: np.ndarray, field: np.ndarray, name: str = "") -> None:
-        """Fill patch `field` (patch + 1, c) from the cell values `cells` (n, c) of their owners (collective)."""
+    def forward(self, cells: np.ndarray, field: np.ndarray, name: str = "") -> None:
+        """Fill local `field` (local + 1, c) from the cell values `cells` (n, c) of their owners (collective)."""
         traffic = self._find_traffic(cells.shape[1], name)
         MPI.Prequest.Startall(traffic.take_held)
         for link, (owned, _) in zip(self._links, traffic.buffers, strict=True):
@@ -101,10 +101,10 @@ class CellPlan:
             field[link.held] = held
 
     def refill(self, cells: np.ndarray, field: np.ndarray, name: str = "") -> None:
-        """Nothing is to be done: a `fetch` of a mesh fills all of its patch."""
+        """Nothing is to be done: a `forward` of a mesh fills all local cells."""
 
-    def deposit(self, field: np.ndarray, cells: np.ndarray) -> None:
-        """Set `cells` (n, c) to the sum of every rank's patch `field` (>= patch, c) over the cells (collective)."""
+    def reverse(self, field: np.ndarray, cells: np.ndarray) -> None:
+        """Set `cells` (n, c) to the sum of every rank's local `field` (>= local, c) over the cells (collective)."""
         traffic = self._find_traffic(cells.shape[1])
         MPI.Prequest.Startall(traffic.take_owned)
         for link, (_, held) in zip(self._links, traffic.buffers, strict=True):

@@ -20,7 +20,7 @@ from scipy import sparse
 
 from fbcouple.coupling.box.corners import Stencil
 from fbcouple.coupling.particles import report_outside
-from fbcouple.coupling.polyhedral.halo import CellPatch
+from fbcouple.coupling.polyhedral.halo import LocalCells
 from fbcouple.geometry.locator import Locator
 from fbcouple.geometry.tetrahedra import cut, share_volumes
 from fbcouple.physics.jit import compiled, inlined
@@ -53,11 +53,11 @@ class Rows:
 
 
 class CellGeometry:
-    """What weights and filter are made of: the tetrahedra of a patch, m, V and D."""
+    """What weights and filter are made of: the local tetrahedra, m, V and D."""
 
-    def __init__(self, patch: CellPatch) -> None:
-        self.patch = patch
-        self.parts = cut(patch.cells)
+    def __init__(self, local: LocalCells) -> None:
+        self.local = local
+        self.parts = cut(local.cells)
         shares = share_volumes(self.parts)
         self.volumes = np.asarray(shares.sum(axis=1)).ravel()
         around = np.asarray(shares.sum(axis=0)).ravel()
@@ -66,9 +66,9 @@ class CellGeometry:
 
 
 class CellFilter:
-    """The conservative filter on the cells of a patch, `passes` times.
+    """The conservative filter on the local cells, `passes` times.
 
-    The outermost rings of a patch get wrong values, a ring a pass: it is widened by so many.
+    The outermost rings of local cells get wrong values, a ring a pass: so many are added.
     """
 
     def __init__(self, geometry: CellGeometry, passes: int) -> None:
@@ -97,11 +97,11 @@ class CellFilter:
 
 
 class CellMapping(ABC):
-    """How particles and the cells of a patch exchange values; the interface of voidage.Mapping."""
+    """How particles and the local cells exchange values; the interface of voidage.Mapping."""
 
     def __init__(self, geometry: CellGeometry) -> None:
-        self._patch = geometry.patch
-        inner = geometry.patch.inner
+        self._local = geometry.local
+        inner = geometry.local.inner
         self._locator = Locator(geometry.parts, inner) if len(inner) else None
         self._room = -1
         self._count = 0
@@ -110,8 +110,8 @@ class CellMapping(ABC):
 
     @property
     def layers(self) -> int:
-        """All rows of the patch may hold something."""
-        return len(self._patch.cells)
+        """All local rows may hold something."""
+        return len(self._local.cells)
 
     @property
     def stencil(self) -> Stencil:
@@ -120,7 +120,7 @@ class CellMapping(ABC):
 
     @property
     def cells(self) -> np.ndarray:
-        """Row of the patch, (n,), of the cell that each particle lies in."""
+        """Local row, (n,), of the cell that each particle lies in."""
         return self.sites[:, 0]
 
     def locate(self, positions: np.ndarray, radii: np.ndarray) -> None:
@@ -149,7 +149,7 @@ class CellMapping(ABC):
 
     @abstractmethod
     def read(self, field: np.ndarray, columns: int) -> np.ndarray:
-        """Rows (n, columns) of the particles from patch `field`, valid until the next call with as many columns."""
+        """Rows (n, columns) of the particles from local `field`, valid until the next call with as many columns."""
 
     def open(self, field: np.ndarray) -> np.ndarray:
         """Rows (n, c) for the kernels to add to, before `write`; sets `field` to 0."""
@@ -160,7 +160,7 @@ class CellMapping(ABC):
 
     @abstractmethod
     def write(self, rows: np.ndarray, field: np.ndarray) -> None:
-        """Add the rows of `open` to patch `field`."""
+        """Add the rows of `open` to local `field`."""
 
     def _find_rows(self, components: int, purpose: str) -> np.ndarray:
         key = components, purpose

@@ -8,7 +8,7 @@ import numpy as np
 
 from fbcouple.case.bed.particle_types import largest_diameter
 from fbcouple.case.schema.output import Averages as Options
-from fbcouple.coupling.box.halo import Plan, find_patch
+from fbcouple.coupling.box.halo import HaloExchange, find_local_grid
 from fbcouple.simulation.clock import ALMOST, Cadence
 from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.tasks.means import Means
@@ -75,7 +75,7 @@ def _open_sampler(sim: Simulation) -> SolidsSampler | CellSampler:
     if not sim.is_coupled:
         reach = largest_diameter(sim.case.particles)
         low, high = sim.liggghts.bounds
-        return SolidsSampler(Plan(sim.comm, find_patch(sim.grid, low, high, reach, 0), sim.owned))
+        return SolidsSampler(HaloExchange(sim.comm, find_local_grid(sim.grid, low, high, reach, 0), sim.owned))
     return SAMPLERS[type(sim.coupling.space)](sim.coupling.space)
 
 

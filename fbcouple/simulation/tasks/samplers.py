@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from fbcouple.coupling.box.halo import Patch, Plan
+from fbcouple.coupling.box.halo import HaloExchange, LocalGrid
 from fbcouple.coupling.discretisation import BoxSpace, MeshSpace
-from fbcouple.coupling.polyhedral.halo import CellPlan
+from fbcouple.coupling.polyhedral.halo import CellHaloExchange
 from fbcouple.coupling.polyhedral.mapping import CellMapping
 from fbcouple.errors import DivergedError
 from fbcouple.physics.compiler import njit
@@ -19,36 +19,36 @@ from fbcouple.simulation.tasks.means import SOLIDS_COLUMNS
 class SolidsSampler:
     """Puts this rank's particles into cells and sums the cells over the ranks."""
 
-    def __init__(self, plan: Plan, volumes: np.ndarray | None = None) -> None:
+    def __init__(self, halo: HaloExchange, volumes: np.ndarray | None = None) -> None:
         """`volumes` (cells,) [m3] of this rank's cells; None: those of the grid."""
-        self._plan = plan
-        self._volumes = plan.patch.grid.cell_volume if volumes is None else volumes[:, None]
-        self._field = plan.patch.make_field(SOLIDS_COLUMNS - 1)
-        self._rows = np.empty((plan.owned_count, SOLIDS_COLUMNS - 1))
+        self._halo = halo
+        self._volumes = halo.local.grid.cell_volume if volumes is None else volumes[:, None]
+        self._field = halo.local.make_field(SOLIDS_COLUMNS - 1)
+        self._rows = np.empty((halo.owned_count, SOLIDS_COLUMNS - 1))
 
     def sample(
         self, positions: np.ndarray, velocities: np.ndarray, radii: np.ndarray, masses: np.ndarray
     ) -> np.ndarray:
         """Rows (cells, SOLIDS_COLUMNS) of this rank's cells (collective)."""
-        patch: Patch = self._plan.patch
+        local: LocalGrid = self._halo.local
         self._field.fill(0.0)
-        box = 1.0 / patch.grid.spacing, np.array(patch.low), np.array(patch.high), patch.walls
-        coordinates = patch.grid.measure_from_corner(positions)
+        box = 1.0 / local.grid.spacing, np.array(local.low), np.array(local.high), local.walls
+        coordinates = local.grid.measure_from_corner(positions)
         stray = _bin(coordinates, velocities, radii, masses, *box, self._field)
         if stray >= 0:
-            raise DivergedError(f"a particle at {positions[stray]} m is outside the cells {patch.low} to {patch.high}")
-        self._plan.deposit(self._field, self._rows)
+            raise DivergedError(f"a particle at {positions[stray]} m is outside the cells {local.low} to {local.high}")
+        self._halo.reverse(self._field, self._rows)
         return _row_up(self._rows) / self._volumes
 
 
 class CellSampler:
     """Puts this rank's particles into the cells of a mesh of polyhedra and sums the cells over the ranks."""
 
-    def __init__(self, mapping: CellMapping, plan: CellPlan, volumes: np.ndarray) -> None:
+    def __init__(self, mapping: CellMapping, halo: CellHaloExchange, volumes: np.ndarray) -> None:
         """`mapping` finds the cells of particles; `volumes` (cells,) [m3] of this rank's cells."""
-        self._mapping, self._plan, self._volumes = mapping, plan, volumes[:, None]
-        self._field = plan.patch.make_field(SOLIDS_COLUMNS - 1)
-        self._rows = np.empty((plan.owned_count, SOLIDS_COLUMNS - 1))
+        self._mapping, self._halo, self._volumes = mapping, halo, volumes[:, None]
+        self._field = halo.local.make_field(SOLIDS_COLUMNS - 1)
+        self._rows = np.empty((halo.owned_count, SOLIDS_COLUMNS - 1))
 
     def sample(
         self, positions: np.ndarray, velocities: np.ndarray, radii: np.ndarray, masses: np.ndarray
@@ -57,13 +57,13 @@ class CellSampler:
         self._mapping.locate(positions, radii)
         self._field.fill(0.0)
         _add_up(self._mapping.cells, velocities, radii, masses, self._field)
-        self._plan.deposit(self._field, self._rows)
+        self._halo.reverse(self._field, self._rows)
         return _row_up(self._rows) / self._volumes
 
 
 SAMPLERS: dict[type, Callable[[Any], SolidsSampler | CellSampler]] = {
-    BoxSpace: lambda space: SolidsSampler(space.plan, space.volumes),
-    MeshSpace: lambda space: CellSampler(space.mapping, space.plan, space.volumes),
+    BoxSpace: lambda space: SolidsSampler(space.halo, space.volumes),
+    MeshSpace: lambda space: CellSampler(space.mapping, space.halo, space.volumes),
 }
 """Who samples the particles in the cells of each discretisation."""
 
@@ -112,7 +112,7 @@ def _add_up(cells, velocities, radii, masses, field):
 
 @njit(inline="always")
 def _find_cell(coordinate, low, high, first, last):
-    """Cell in the patch, or -1 if it is not in it; a centre on a wall belongs to the cell inside."""
+    """Cell in the local grid, or -1 if it is not in it; a centre on a wall belongs to the cell inside."""
     if not (first - 1.0 < coordinate <= last + 1.0):
         return -1
     cell = min(max(int(np.floor(coordinate)), first), last)

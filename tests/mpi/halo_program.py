@@ -1,4 +1,4 @@
-"""Run under mpirun by test_plan_ranks.py: `plan_program.py SCATTER EXCHANGE` prints one JSON object of differences.
+"""Run under mpirun by test_halo_ranks.py: `halo_program.py SCATTER EXCHANGE` prints one JSON object of differences.
 
 The exchange on all ranks against the same exchange in one process. SCATTER is `random` (every cell belongs to a random
 rank) or `slabs` (cells in slabs along x that differ from the particles' slabs). EXCHANGE is that section as JSON. The
@@ -14,7 +14,7 @@ import numpy as np
 from mpi4py import MPI
 
 from fbcouple.case.schema.sections import Case
-from fbcouple.coupling.box.halo import Patch, Plan
+from fbcouple.coupling.box.halo import HaloExchange, LocalGrid
 from fbcouple.coupling.coupling import Coupling, Particles
 from fbcouple.coupling.discretisation import BoxSpace
 from fbcouple.errors import FbcoupleError
@@ -73,45 +73,45 @@ def differ(comm: MPI.Comm, mine: np.ndarray, serial: np.ndarray) -> float:
 
 
 def get_inside(field: np.ndarray) -> np.ndarray:
-    """View (x, y, z, c) of a patch field's cells, without the extra upper layers."""
+    """View (x, y, z, c) of a local field's cells, without the extra upper layers."""
     return field[:-1, :-1, :-1].transpose(2, 1, 0, 3)
 
 
-def compare_plan(comm: MPI.Comm, grid: Grid, owned: np.ndarray, patch: Patch) -> dict[str, float]:
-    """Random patch fields, deposited and fetched again, against sums of all ranks' patches on the whole grid."""
-    written = patch.make_field(2)
+def compare_halo(comm: MPI.Comm, grid: Grid, owned: np.ndarray, local: LocalGrid) -> dict[str, float]:
+    """Random local fields, sent back and forward again, against sums of all ranks' local cells on the whole grid."""
+    written = local.make_field(2)
     written[:] = np.random.default_rng(comm.rank).standard_normal(written.shape)
     everywhere = np.zeros((*grid.cells, 2))
-    for low, high, field in comm.allgather((patch.low, patch.high, get_inside(written))):
+    for low, high, field in comm.allgather((local.low, local.high, get_inside(written))):
         everywhere[tuple(slice(a, b) for a, b in zip(low, high, strict=True))] += field
-    plan, cells = Plan(comm, patch, owned), np.empty((len(owned), 2))
-    plan.deposit(written, cells)
+    halo, cells = HaloExchange(comm, local, owned), np.empty((len(owned), 2))
+    halo.reverse(written, cells)
     i, j, k = owned.T
-    found = {"deposit": differ(comm, cells, everywhere[i, j, k])}
-    fetched = patch.make_field(2)
-    plan.fetch(cells, fetched)
-    here = tuple(slice(a, b) for a, b in zip(patch.low, patch.high, strict=True))
-    found["fetch"] = differ(comm, get_inside(fetched).reshape(-1, 2), everywhere[here].reshape(-1, 2))
-    inner = np.sum(get_inside(fetched * written))
+    found = {"reverse": differ(comm, cells, everywhere[i, j, k])}
+    forwarded = local.make_field(2)
+    halo.forward(cells, forwarded)
+    here = tuple(slice(a, b) for a, b in zip(local.low, local.high, strict=True))
+    found["forward"] = differ(comm, get_inside(forwarded).reshape(-1, 2), everywhere[here].reshape(-1, 2))
+    inner = np.sum(get_inside(forwarded * written))
     left, right = comm.allreduce(float(inner)), comm.allreduce(float(np.sum(cells**2)))
     found["transpose"] = abs(left - right) / right
     return found
 
 
-def count_messages(comm: MPI.Comm, owned: np.ndarray, patch: Patch) -> dict[str, list]:
+def count_messages(comm: MPI.Comm, owned: np.ndarray, local: LocalGrid) -> dict[str, list]:
     """Messages of each rank, and the ranks that it has to share cells with."""
 
     def overlap(cells: np.ndarray, block: tuple) -> bool:
         return bool(np.all((cells >= block[0]) & (cells < block[1]), axis=1).any())
 
-    everyone = comm.allgather((owned, (patch.low, patch.high)))
+    everyone = comm.allgather((owned, (local.low, local.high)))
     shared = [
         rank
         for rank, (cells, block) in enumerate(everyone)
-        if rank != comm.rank and (overlap(owned, block) or overlap(cells, (patch.low, patch.high)))
+        if rank != comm.rank and (overlap(owned, block) or overlap(cells, (local.low, local.high)))
     ]
-    plan = Plan(comm, patch, owned)
-    return {"messages": comm.allgather(plan.messages), "shared": comm.allgather(shared)}
+    halo = HaloExchange(comm, local, owned)
+    return {"messages": comm.allgather(halo.messages), "shared": comm.allgather(shared)}
 
 
 def compare(comm: MPI.Comm, scatter: str, exchange: dict) -> dict:
@@ -149,7 +149,7 @@ def compare(comm: MPI.Comm, scatter: str, exchange: dict) -> dict:
     conservation.give(coupling.find_gas_loss(momentum_loss), my_drag, DT)
     conservation.receive(my_forces, DT)
     solids = comm.allreduce(float(np.sum(1.0 - coupling.voidage))) * grid.cell_volume
-    patch = coupling.plan.patch
+    local = coupling.halo.local
     owned = all_cells[my_cells]
     return {
         "ranks": comm.size,
@@ -161,17 +161,17 @@ def compare(comm: MPI.Comm, scatter: str, exchange: dict) -> dict:
         "drag": abs(total / drag - 1.0),
         "volume": abs(solids / float(np.sum(4 / 3 * np.pi * radii**3)) - 1.0),
         "momentum": conservation.momentum_error,
-        **compare_plan(comm, grid, owned, patch),
-        **count_messages(comm, owned, patch),
-        "first cell": comm.allgather(patch.low == (0, 0, 0)),
-        "missing cell": name_missing_cell(comm, owned, patch),
+        **compare_halo(comm, grid, owned, local),
+        **count_messages(comm, owned, local),
+        "first cell": comm.allgather(local.low == (0, 0, 0)),
+        "missing cell": name_missing_cell(comm, owned, local),
     }
 
 
-def name_missing_cell(comm: MPI.Comm, owned: np.ndarray, patch: Patch) -> list[str]:
+def name_missing_cell(comm: MPI.Comm, owned: np.ndarray, local: LocalGrid) -> list[str]:
     """What each rank says if nobody owns the cell (0, 0, 0)."""
     try:
-        Plan(comm, patch, owned[np.any(owned != 0, axis=1)])
+        HaloExchange(comm, local, owned[np.any(owned != 0, axis=1)])
     except FbcoupleError as error:
         words = str(error)
     else:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-PROGRAM = Path(__file__).with_name("plan_program.py")
+PROGRAM = Path(__file__).with_name("halo_program.py")
 ENVIRONMENT = {
     "OMPI_ALLOW_RUN_AS_ROOT": "1",
     "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
@@ -48,7 +48,7 @@ def found(request):
     return results | {"scatter": scatter}
 
 
-@pytest.mark.parametrize("what", ["voidage and drag", "forces", "drag", "deposit", "fetch", "transpose"])
+@pytest.mark.parametrize("what", ["voidage and drag", "forces", "drag", "reverse", "forward", "transpose"])
 def test_ranks_do_not_change_the_exchange(found, what):
     assert found[what] < 1e-13
 
@@ -79,5 +79,5 @@ def test_messages_go_only_where_cells_are_shared(found):
 
 
 def test_a_cell_that_nobody_owns_is_told_by_the_ranks_that_want_it(found):
-    assert "cells of its patch" in found["missing cell"][0] and "rank 0" in found["missing cell"][0]
+    assert "cells of its local grid" in found["missing cell"][0] and "rank 0" in found["missing cell"][0]
     assert [bool(words) for words in found["missing cell"]] == found["first cell"]
