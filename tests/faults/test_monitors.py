@@ -18,7 +18,7 @@ STEP = 12
 ROW, MOMENT = 14, 15
 STEPS = {"nan_velocity": ROW, "overlap": ROW, "solids_volume": ROW, "gas_flux": ROW}
 """Steps of poisons that do not last, or that LIGGGHTS fixes."""
-MORE = {"courant": ["monitors.courant=1.025"], "substeps": ["monitors.substeps=5"]}
+MORE = {"courant": ["monitors.courant=1.025"], "substeps": ["monitors.substeps=4"]}
 """Limits that a poison breaks before the run is over."""
 FAST = ("nan_drag", "outside")
 POINT = r"\([-\d.e]+, [-\d.e]+, [-\d.e]+\) m"
@@ -38,7 +38,7 @@ WORDS = {
     "solids_volume": r"the solids that the gas sees are .* of their volume off",
     "gas_flux": r"the gas flux at z = [\d.]+ m is 0\.\d+ of the inflow off",
     "courant": rf"the Courant number is 1\.\d+ times gas.max_courant, allowed 1.025; fastest gas: .* m/s in {CELL}",
-    "substeps": r"a fluid step has 6 DEM steps, allowed 5",
+    "substeps": r"a fluid step has 5 DEM steps, allowed 4",
 }
 
 
