@@ -171,7 +171,7 @@ class Coupling:
         """Smooth the local field of as many components as `sums` (cells, c) and add it up at the owners of the cells,
         in `sums` (collective)."""
         # The last layer, the extra one, holds nothing that counts: what a higher bed left there.
-        self.halo.reverse(self.space.spread(*self._cut_fields(sums.shape[1]))[:-1], sums)
+        self.halo.reverse(self.space.filter_written(*self._cut_fields(sums.shape[1]))[:-1], sums)
 
     def _make_room(self, count: int) -> None:
         if count > self._room:

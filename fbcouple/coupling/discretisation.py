@@ -15,7 +15,7 @@ from fbcouple.coupling.box.cells import BoxCells
 from fbcouple.coupling.box.diffusion import Diffusion, find_margin
 from fbcouple.coupling.box.filter import filtered
 from fbcouple.coupling.box.halo import HaloExchange, find_local_grid
-from fbcouple.coupling.box.mapping import VOIDAGE_METHODS, Mapping, find_spread
+from fbcouple.coupling.box.mapping import VOIDAGE_METHODS, Mapping, find_widths
 from fbcouple.coupling.polyhedral.cells import MeshCells
 from fbcouple.coupling.polyhedral.halo import CellHaloExchange
 from fbcouple.coupling.polyhedral.mapping import CELL_METHODS, CellFilter, CellGeometry, CellMapping
@@ -43,20 +43,20 @@ class BoxSpace:
         box (collective)."""
         assert case.exchange is not None
         grid = bricks[0] if bricks else Grid(case.domain.cells, case.domain.size, wraps(case.domain))
-        method, spread = VOIDAGE_METHODS[case.exchange.voidage], find_spread(case)
-        reach += method.find_reach(spread)
-        widen = case.exchange.filter_passes + find_margin(grid.spacing, spread.diffusion)
+        method, widths = VOIDAGE_METHODS[case.exchange.voidage], find_widths(case)
+        reach += method.find_reach(widths)
+        widen = case.exchange.filter_passes + find_margin(grid.spacing, widths.diffusion)
         local = find_local_grid(grid, bounds[0], bounds[1], reach, widen)
         self.rise = int(widen[2])
         """Layers that smoothing carries values up."""
         self.halo = HaloExchange(comm, local, grid.indices(centres))
-        self.mapping: Mapping = method(local, spread)
+        self.mapping: Mapping = method(local, widths)
         self.volumes = bricks[1] if bricks else np.full(len(centres), grid.cell_volume)
         self.make_field = local.make_field
-        self._diffusion = Diffusion(local, spread.diffusion) if spread.diffusion else None
+        self._diffusion = Diffusion(local, widths.diffusion) if widths.diffusion else None
         self._passes = case.exchange.filter_passes
         self.needs_scratch = self._passes > 0
-        self.spread = self.average
+        self.filter_written = self.average
 
     def average(self, field: np.ndarray, scratch: np.ndarray) -> np.ndarray:
         """Diffuse and filter a local field as far as the case asks for it; the operators commute."""
@@ -88,9 +88,9 @@ class MeshSpace:
         """Filter what particles read."""
         return self._filter.average(field)
 
-    def spread(self, field: np.ndarray, scratch: np.ndarray) -> np.ndarray:
+    def filter_written(self, field: np.ndarray, scratch: np.ndarray) -> np.ndarray:
         """Filter what particles wrote."""
-        return self._filter.spread(field)
+        return self._filter.average_transposed(field)
 
 
 Space = BoxSpace | MeshSpace

@@ -50,7 +50,7 @@ class Grid:
             raise ValueError(f"a point lies outside the box of {self.size} m")
         return found
 
-    def spread(self, parts: Iterable[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
+    def assemble(self, parts: Iterable[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
         """Put values of cells in their places: pairs of index triples (n, 3) and values (n, components) of a part of
         the cells each -> (components, z, y, x), nan in cells of none; without the first axis if it has one component.
         """

@@ -55,7 +55,7 @@ def test_writing_keeps_totals_and_reading_is_its_transpose(geometry, method):
     given = np.array(given)
     mapping.write(rows, field)
     assert field.sum(axis=0) == pytest.approx(given.sum(axis=0), rel=1e-13)
-    smooth.spread(field)
+    smooth.average_transposed(field)
     assert field.sum(axis=0) == pytest.approx(given.sum(axis=0), rel=1e-13)
     values = rng.random(field.shape)
     read = mapping.read(smooth.average(values.copy()), 3)
@@ -98,7 +98,7 @@ def test_filter_on_bricks_is_that_of_the_box():
     box = np.zeros((6, 4, 5, 2))
     box[:-1, :-1, :-1] = field[:-1].reshape(5, 3, 4, 2)
     wanted = filtered(box, 3, np.zeros_like(box))[:-1, :-1, :-1].reshape(60, 2)
-    assert np.abs(CellFilter(geometry, 3).spread(field)[:-1] - wanted).max() < 1e-14
+    assert np.abs(CellFilter(geometry, 3).average_transposed(field)[:-1] - wanted).max() < 1e-14
 
 
 def test_a_rank_whose_box_touches_no_cell_has_an_empty_patch():
@@ -113,7 +113,7 @@ def test_a_rank_whose_box_touches_no_cell_has_an_empty_patch():
         field = halo.local.make_field(4)
         rows = mapping.open(field)
         mapping.write(rows, field)
-        smooth.spread(field)
+        smooth.average_transposed(field)
         assert mapping.read(smooth.average(field), 4).shape == (0, 4)
         given = np.ones((mesh.count, 4))
         halo.reverse(field[:-1], given)

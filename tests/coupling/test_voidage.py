@@ -9,13 +9,13 @@ import pytest
 from fbcouple.case.schema.sections import Exchange
 from fbcouple.coupling.box.corners import corner_weights
 from fbcouple.coupling.box.halo import LocalGrid, find_local_grid
-from fbcouple.coupling.box.mapping import VOIDAGE_METHODS, Spread
+from fbcouple.coupling.box.mapping import VOIDAGE_METHODS, Widths
 from fbcouple.coupling.box.stencils import satellites
 from fbcouple.errors import DivergedError
 from fbcouple.geometry.grid import Grid
 
 RADIUS, BANDWIDTH = 0.012, 0.05
-SPREAD = Spread(RADIUS, BANDWIDTH)
+WIDTHS = Widths(RADIUS, BANDWIDTH)
 SHAPES = [(6, 5, 7), (5, 1, 6), (1, 2, 3), (1, 1, 1)]
 
 every_method = pytest.mark.parametrize("name", VOIDAGE_METHODS)
@@ -29,9 +29,9 @@ def scatter(grid, rng, count=100):
     return places
 
 
-def locate(name, local, positions, spread=SPREAD, radii=None):
-    mapping = VOIDAGE_METHODS[name](local, spread)
-    mapping.locate(positions, np.full(len(positions), spread.radius) if radii is None else radii)
+def locate(name, local, positions, widths=WIDTHS, radii=None):
+    mapping = VOIDAGE_METHODS[name](local, widths)
+    mapping.locate(positions, np.full(len(positions), widths.radius) if radii is None else radii)
     return mapping
 
 
@@ -95,7 +95,7 @@ def test_a_part_of_the_grid_does_as_the_whole(name, inside, rng):
     """The local grid of a rank's box is wide enough for whatever its particles touch."""
     grid = Grid((30, 20, 24), (0.6, 0.6, 1.2))
     low, high = np.array([0.21, 0.0, 0.4]), np.array([0.25, 0.2, 0.6])
-    local = find_local_grid(grid, low, high, 0.01 + VOIDAGE_METHODS[name].find_reach(SPREAD), 0)
+    local = find_local_grid(grid, low, high, 0.01 + VOIDAGE_METHODS[name].find_reach(WIDTHS), 0)
     domain = LocalGrid(grid, (0, 0, 0), grid.cells)
     assert local.low[0] > 0 and local.low[1] == 0 and all(np.less(local.high, grid.cells)), "edges inside the domain"
     positions = rng.uniform(low - 0.01, high + 0.01, (100, 3))
@@ -113,7 +113,7 @@ def test_across_periodic_sides_it_goes_on(name, inside, rng):
     cells, size = (8, 4, 6), (0.24, 0.2, 0.12)
     grid = Grid(cells, size, (True, False, False))
     box = np.zeros(3), np.array(size)
-    local = find_local_grid(grid, *box, 0.005 + find_reach(name, SPREAD), 0)
+    local = find_local_grid(grid, *box, 0.005 + find_reach(name, WIDTHS), 0)
     assert local.low[0] < 0 and local.high[0] > 8 and local.low[1] == 0
     positions = rng.uniform(*box, (60, 3))
     positions[:20, 0] = rng.choice([-0.004, 0.0011, 0.2393, 0.244], 20)
@@ -134,7 +134,7 @@ def test_across_periodic_sides_it_goes_on(name, inside, rng):
 @every_method
 def test_counts_may_grow_shrink_and_vanish(name, whole, rng):
     local = whole((5, 4, 6))
-    mapping = VOIDAGE_METHODS[name](local, SPREAD)
+    mapping = VOIDAGE_METHODS[name](local, WIDTHS)
     for count in (3, 50, 0, 7):
         positions = scatter(local.grid, rng, max(count, 6))[:count]
         mapping.locate(positions, np.full(count, RADIUS))
@@ -156,16 +156,16 @@ def test_a_particle_that_left_the_box_is_named_by_its_place(name, whole, place):
 @every_method
 def test_a_particle_in_the_box_but_out_of_the_patch_is_named_too(name):
     grid = Grid((30, 4, 4), (0.3, 0.04, 0.04))
-    spread = Spread(0.005, 0.01)
-    local = find_local_grid(grid, np.array([0.1, 0.0, 0.0]), np.array([0.2, 0.04, 0.04]), find_reach(name, spread), 0)
-    locate(name, local, np.array([[0.1, 0.02, 0.02], [0.2, 0.02, 0.02]]), spread)
+    widths = Widths(0.005, 0.01)
+    local = find_local_grid(grid, np.array([0.1, 0.0, 0.0]), np.array([0.2, 0.04, 0.04]), find_reach(name, widths), 0)
+    locate(name, local, np.array([[0.1, 0.02, 0.02], [0.2, 0.02, 0.02]]), widths)
     for x in (0.02, 0.27):
         with pytest.raises(DivergedError, match=f"{x:.6g}, 0.02, 0.02"):
-            locate(name, local, np.array([[x, 0.02, 0.02]]), spread)
+            locate(name, local, np.array([[x, 0.02, 0.02]]), widths)
 
 
-def find_reach(name, spread):
-    return VOIDAGE_METHODS[name].find_reach(spread)
+def find_reach(name, widths):
+    return VOIDAGE_METHODS[name].find_reach(widths)
 
 
 def profile(field, inside, axis):
@@ -240,7 +240,7 @@ def test_gaussian_is_reflected_at_a_wall(inside):
 
 
 def test_a_narrow_gaussian_is_the_centre_method(whole, rng):
-    local, spread = whole((6, 5, 7)), Spread(RADIUS, 1e-9)
+    local, widths = whole((6, 5, 7)), Widths(RADIUS, 1e-9)
     positions = rng.uniform(0.01, 0.99, (50, 3)) * local.grid.size
-    narrow = write(locate("gaussian", local, positions, spread), np.ones((50, 1)))
+    narrow = write(locate("gaussian", local, positions, widths), np.ones((50, 1)))
     assert narrow == pytest.approx(write(locate("centre", local, positions), np.ones((50, 1))), abs=1e-14)

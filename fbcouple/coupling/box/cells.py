@@ -28,7 +28,7 @@ class BoxCells:
 
     def arrange(self, parts: list[Part]) -> np.ndarray:
         """The values of all ranks, (z, y, x) or (component, z, y, x)."""
-        return self.grid.spread(parts)
+        return self.grid.assemble(parts)
 
     def prepare_samples(self, comm: MPI.Comm) -> None:
         """Nothing is to be found: the cells are the places of the grid."""

@@ -22,11 +22,11 @@ from fbcouple.coupling.box.halo import LocalGrid
 from fbcouple.coupling.box.stencils import CUT, block_offsets, divide, gather, satellites, scatter, spread_out
 from fbcouple.coupling.box.trilinear import Weights, report_stray
 
-"""Of the kernels in momentum.py: lower place (n,), weights of the upper places (n, 3), steps to the corners (8,)."""
+"""Of the kernels in kernels.py: lower cell (n,), weights of the upper cells (n, 3), steps to the corners (8,)."""
 
 
 @dataclass(frozen=True)
-class Spread:
+class Widths:
     """How far a particle reaches: the largest radius, the bandwidths of the Gaussian kernel and of the diffusion [m].
 
     A bandwidth is 0 where there is none.
@@ -37,23 +37,23 @@ class Spread:
     diffusion: float = 0.0
 
 
-def find_spread(case: Case) -> Spread:
+def find_widths(case: Case) -> Widths:
     """The largest radius of the case's particles and the bandwidths that it asks for."""
     assert case.exchange is not None
     if case.particles is None:
-        return Spread(0.0, 0.0)
-    widths = case.exchange.kernel_width or 0.0, case.exchange.diffusion_width or 0.0
-    return Spread(largest_diameter(case.particles) / 2.0, *(width * case.particles.diameter for width in widths))
+        return Widths(0.0, 0.0)
+    relative = case.exchange.kernel_width or 0.0, case.exchange.diffusion_width or 0.0
+    return Widths(largest_diameter(case.particles) / 2.0, *(part * case.particles.diameter for part in relative))
 
 
 class Mapping(ABC):
     """How particles and the cells of a local grid exchange values."""
 
-    def __init__(self, local: LocalGrid, spread: Spread) -> None:
+    def __init__(self, local: LocalGrid, widths: Widths) -> None:
         self.local = local
 
     @staticmethod
-    def find_reach(spread: Spread) -> float:
+    def find_reach(widths: Widths) -> float:
         """Distance [m] from its centre at which a particle still has weight in the cell there."""
         return 0.0
 
@@ -113,8 +113,8 @@ def voidage_method(name: str) -> Callable[[type[Mapping]], type[Mapping]]:
 class Trilinear(Mapping):
     """To the eight cells around the centre (paper, eq. 28)."""
 
-    def __init__(self, local: LocalGrid, spread: Spread) -> None:
-        super().__init__(local, spread)
+    def __init__(self, local: LocalGrid, widths: Widths) -> None:
+        super().__init__(local, widths)
         self._weights, self._offsets = Weights(local), corner_offsets(local)
 
     def locate(self, positions: np.ndarray, radii: np.ndarray) -> None:
@@ -145,18 +145,18 @@ class _Gathered(Mapping):
     _by_axes = False
     """Is the weight of a cell the product of one of each axis?"""
 
-    def __init__(self, local: LocalGrid, spread: Spread) -> None:
-        super().__init__(local, spread)
+    def __init__(self, local: LocalGrid, widths: Widths) -> None:
+        super().__init__(local, widths)
         self._room = -1
         self._count = 0
         self._corners = np.zeros(8, np.uint64)
         grid = local.grid
         self._box = 1.0 / grid.spacing, np.array(local.low), np.array(local.high), local.walls
-        self._lengths = np.minimum(self._count_cells(spread), np.subtract(local.high, local.low))
+        self._lengths = np.minimum(self._count_cells(widths), np.subtract(local.high, local.low))
         self._offsets = block_offsets(local, self._lengths)
 
     @abstractmethod
-    def _count_cells(self, spread: Spread) -> np.ndarray:
+    def _count_cells(self, widths: Widths) -> np.ndarray:
         """The most cells (3,) that a particle touches along each axis."""
 
     @abstractmethod
@@ -212,7 +212,7 @@ class _Gathered(Mapping):
 class Centre(_Gathered):
     """All of a particle to the cell that holds its centre (particle centre method)."""
 
-    def _count_cells(self, spread: Spread) -> np.ndarray:
+    def _count_cells(self, widths: Widths) -> np.ndarray:
         return np.ones(3, np.int64)
 
     def _fill(self, positions: np.ndarray, radii: np.ndarray) -> int:
@@ -226,11 +226,11 @@ class Divided(_Gathered):
     """In 29 equal parts, each to the cell that holds its satellite point (`stencils.satellites`)."""
 
     @staticmethod
-    def find_reach(spread: Spread) -> float:
-        return spread.radius
+    def find_reach(widths: Widths) -> float:
+        return widths.radius
 
-    def _count_cells(self, spread: Spread) -> np.ndarray:
-        return np.ceil(2.0 * spread.radius * self._box[0]).astype(np.int64) + 1
+    def _count_cells(self, widths: Widths) -> np.ndarray:
+        return np.ceil(2.0 * widths.radius * self._box[0]).astype(np.int64) + 1
 
     def _fill(self, positions: np.ndarray, radii: np.ndarray) -> int:
         points = satellites()
@@ -250,15 +250,15 @@ class Gaussian(_Gathered):
     _by_axes = True
 
     @staticmethod
-    def find_reach(spread: Spread) -> float:
-        return CUT * spread.bandwidth
+    def find_reach(widths: Widths) -> float:
+        return CUT * widths.bandwidth
 
-    def __init__(self, local: LocalGrid, spread: Spread) -> None:
-        super().__init__(local, spread)
-        self._bandwidth = spread.bandwidth
+    def __init__(self, local: LocalGrid, widths: Widths) -> None:
+        super().__init__(local, widths)
+        self._bandwidth = widths.bandwidth
 
-    def _count_cells(self, spread: Spread) -> np.ndarray:
-        return np.ceil(2.0 * CUT * spread.bandwidth * self._box[0]).astype(np.int64) + 1
+    def _count_cells(self, widths: Widths) -> np.ndarray:
+        return np.ceil(2.0 * CUT * widths.bandwidth * self._box[0]).astype(np.int64) + 1
 
     def _fill(self, positions: np.ndarray, radii: np.ndarray) -> int:
         return spread_out(

@@ -87,7 +87,7 @@ class CellFilter:
             self._to_cells.multiply(self._points[columns], columns, field)
         return field
 
-    def spread(self, field: np.ndarray) -> np.ndarray:
+    def average_transposed(self, field: np.ndarray) -> np.ndarray:
         """Filter amounts, (cells + 1, c), in place: what particles write. The transpose of `average`; totals stay."""
         if self._passes:
             field[:-1] /= self._volumes
