@@ -53,6 +53,12 @@ def _describe(name: Hashable, dataset: xr.Dataset) -> dict[str, Any]:
     return attributes
 
 
-def leave_unfilled(dataset: xr.Dataset, encoding: dict[str, Any]) -> dict[str, Any]:
-    """Return `encoding` with no fill value for coordinates, which have no missing data."""
-    return encoding | {str(name): encoding.get(str(name), {}) | {"_FillValue": None} for name in dataset.coords}
+def encode_coordinates(dataset: xr.Dataset, encoding: dict[str, Any]) -> dict[str, Any]:
+    """Return `encoding` with no fill value for coordinates, which have no missing data, and with labels as rows of
+    letters, as a coordinate variable of the conventions is a number. xarray reads them as texts again."""
+    found = dict(encoding)
+    for name in map(str, dataset.coords):
+        is_label = dataset[name].dtype.kind in "UO"
+        letters = {"dtype": "S1", "char_dim_name": f"{name}_letters"} if is_label else {"_FillValue": None}
+        found[name] = found.get(name, {}) | letters
+    return found

@@ -14,7 +14,7 @@ import xarray as xr
 from fbcouple.geometry.grid import Grid
 from fbcouple.geometry.ragged import Ragged
 from fbcouple.machine.whole_files import replacing
-from fbcouple.results.conventions import follow_conventions, leave_unfilled
+from fbcouple.results.conventions import encode_coordinates, follow_conventions
 
 STAGES = ("dem", "cfd", "map", "drag", "react", "average", "record", "wait")
 
@@ -147,7 +147,10 @@ def write_results(
         walls,
         {"units": "s", "long_name": "wall time of the slowest rank since the last row"},
     )
-    coordinates: dict[str, Any] = {"stage": list(STAGES), "component": ["x", "y", "z"]}
+    coordinates: dict[str, Any] = {
+        "stage": ("stage", list(STAGES), {"long_name": "stage of a step"}),
+        "component": ("component", ["x", "y", "z"], {"long_name": "component of a vector"}),
+    }
     for axis, name in enumerate("xyz"):
         coordinates[name] = (name, grid.centres(axis), {"units": "m", "long_name": f"cell centre {name}"})
     if centres is not None:
@@ -195,7 +198,7 @@ def write_dataset(path: Path, dataset: xr.Dataset, encoding: dict[str, Any]) -> 
     """Write `dataset` as netCDF, all of it or nothing. Raises: OSError."""
     try:
         with replacing(path) as fresh:
-            dataset.to_netcdf(fresh, encoding=leave_unfilled(dataset, encoding))
+            dataset.to_netcdf(fresh, encoding=encode_coordinates(dataset, encoding))
     except (OSError, RuntimeError) as error:  # the latter are the netCDF library's
         raise OSError(f"{error}; is the disk full?") from error
 

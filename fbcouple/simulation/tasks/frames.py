@@ -81,7 +81,10 @@ class Frames(Task):
 
     def _save(self, time: float, data: dict[str, Any]) -> None:
         self._folder.mkdir(exist_ok=True)
-        coordinates: dict[str, Any] = {"component": ["x", "y", "z"], "time": time}
+        coordinates: dict[str, Any] = {
+            "component": ("component", ["x", "y", "z"], {"long_name": "component of a vector"}),
+            "time": time,
+        }
         grid = self._cells.grid
         for axis, name in enumerate("xyz"):
             coordinates[name] = (name, grid.centres(axis), {"units": "m", "long_name": f"cell centre {name}"})
