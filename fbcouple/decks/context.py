@@ -52,6 +52,7 @@ def build_context(case: Case, needs: dict[str, bool], folder: Path = Path()) -> 
     context: dict[str, Any] = {"case": case, "needs": needs}
     if case.gas:
         context |= _gas_context(case, case.gas, find_region(case, folder), needs)
+        context["oblique_faces"] = needs["mesh_of_polyhedra"] and not _is_rectilinear(case, folder)
         if needs["openings"]:
             context["streams"] = _list_streams(case, folder)
     if case.particles and case.contact:
@@ -63,6 +64,11 @@ def build_context(case: Case, needs: dict[str, bool], folder: Path = Path()) -> 
     if opening := find_opening(case):
         context["floor_triangles"] = _cut_floor(case, opening)
     return context
+
+
+def _is_rectilinear(case: Case, folder: Path) -> bool:
+    """Is the mesh from a file one of bricks along the axes, for which the gas has the schemes of a box?"""
+    return case.domain.shape == "file" and read_mesh(case, folder).is_rectilinear
 
 
 def find_box(case: Case, mesh: PolyMesh | None) -> np.ndarray:

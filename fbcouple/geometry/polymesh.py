@@ -9,6 +9,8 @@ import numpy as np
 from fbcouple.geometry.ragged import Ragged
 
 Patches = dict[str, tuple[int, int]]
+_FLAT = 1e-6
+"""Part of a face's width by which its points may be off a plane: files hold them with ten digits, or six."""
 
 
 @dataclass(frozen=True)
@@ -74,6 +76,16 @@ class PolyMesh:
     def find_area(self, name: str) -> float:
         """Area [m2] of the patch `name`: the sum over its faces, also where it is curved."""
         return float(np.linalg.norm(self.find_vectors(self.list_patch(name)), axis=1).sum())
+
+    @property
+    def is_rectilinear(self) -> bool:
+        """Are all cells bricks along the axes: six faces, each of four points in a plane across an axis?"""
+        if not np.all(self.faces.lengths == 4):
+            return False
+        corners = self.points[self.faces.values].reshape(-1, 4, 3)
+        widths = np.ptp(corners, axis=1)
+        faces = np.bincount(self.owner, minlength=self.count) + np.bincount(self.neighbour, minlength=self.count)
+        return bool(np.all(widths.min(axis=1) <= _FLAT * widths.max(axis=1)) and np.all(faces == 6))
 
     @property
     def volume(self) -> float:

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+import sys
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,9 +15,13 @@ from fbcouple.case.bed.particle_types import particle_count
 from fbcouple.case.bed.region import read_mesh
 from fbcouple.decks.needs import find_needs
 from fbcouple.decks.render import render_decks, set_up
+from fbcouple.geometry.block import make_block
 from fbcouple.geometry.cylinder import count_cells, find_section
-from fbcouple.geometry.foam_files import read_polymesh
+from fbcouple.geometry.foam_files import read_polymesh, write_polymesh
 from fbcouple.launcher.openfoam_mesh import prepare_mesh
+
+sys.path.append(str(Path(__file__).parents[1] / "geometry"))
+from test_meshes import make_bricks
 
 
 @pytest.fixture(scope="module")
@@ -34,6 +41,21 @@ def test_no_trace_of_it_in_a_box():
     assert not find_needs(build())["mesh_of_polyhedra"]
     for word in ("stl", "leastSquares", "corrected", "n_meshes", "velocityFromMomentum"):
         assert word not in join(render_decks(build()))
+
+
+@pytest.mark.parametrize("form", ["bricks", "graded", "prisms"])
+def test_bricks_of_a_file_have_the_schemes_of_a_box(tmp_path, form):
+    size, cells = (0.04, 0.03, 0.05), (4, 3, 5)
+    mesh = make_block(size, cells, "prisms") if form == "prisms" else make_bricks(cells, size)
+    if form == "graded":
+        mesh = replace(mesh, points=mesh.points * (0.5 + 10.0 * mesh.points))
+    write_polymesh(mesh, tmp_path / "polyMesh")
+    named = {"domain__shape": "file", "domain__mesh": "polyMesh", "domain__size": (mesh.high - mesh.low).tolist()}
+    case = build(**named, domain__cells=list(cells), gas__closed_nozzle=None)
+    box = build(domain__size=list(size), domain__cells=list(cells), gas__closed_nozzle=None)
+    decks, wanted = render_decks(case, tmp_path), render_decks(box)
+    for name in ("CFD/system/fvSchemes", "CFD/system/fvSolution"):
+        assert (decks[name] == wanted[name]) == (form != "prisms"), name
 
 
 def test_a_box_of_tetrahedra_has_plane_walls(tmp_path):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import meshio
 import numpy as np
 import pytest
@@ -48,6 +50,18 @@ def mesh(request):
     if request.param == "bricks":
         return make_bricks((4, 3, 5), (0.04, 0.03, 0.05))
     return make_cylinder(0.04, 0.08, 8, 10, request.param)
+
+
+def test_bricks_along_the_axes_are_told_from_other_cells(mesh, request):
+    """Graded bricks, too; none that are turned, sheared, or cut by a slanted face."""
+    is_brick = request.node.callspec.params["mesh"] == "bricks"
+    assert mesh.is_rectilinear == is_brick
+    if is_brick:
+        x, y, z = mesh.points.T
+        graded = replace(mesh, points=np.stack([x**2, y, np.round(np.exp(20 * z), 9)], axis=1))
+        assert graded.is_rectilinear
+        for points in ([x + 1e-3 * z, y, z], [x, y + 1e-3 * x, z], [0.6 * x - 0.8 * z, y, 0.8 * x + 0.6 * z]):
+            assert not replace(mesh, points=np.stack(points, axis=1)).is_rectilinear
 
 
 @pytest.mark.parametrize(("kind", "each"), [("tetrahedra", 6), ("prisms", 2)])
