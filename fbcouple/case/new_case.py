@@ -9,6 +9,7 @@ from pydantic import ValidationError
 
 import fbcouple.case.kinds.bubbling
 import fbcouple.case.kinds.column
+import fbcouple.case.kinds.riser
 import fbcouple.case.kinds.spout  # noqa: F401  (each registers its kind)
 from fbcouple.case.bed.adopt_inlets import adopt_inlets
 from fbcouple.case.bed.number import Number

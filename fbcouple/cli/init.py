@@ -28,7 +28,7 @@ class Metres(click.FloatRange):
 
 DIAMETER, LENGTH = Metres(1e-6, 0.05), Metres(1e-5, 30.0)
 DENSITY, VELOCITY = click.FloatRange(10.0, 1e5), click.FloatRange(1e-4, 1e3)
-KIND_NAMES = ("bubbling", "column", "spout")
+KIND_NAMES = ("bubbling", "column", "riser", "spout")
 
 
 @click.command()
@@ -38,7 +38,7 @@ KIND_NAMES = ("bubbling", "column", "spout")
     type=click.Choice(KIND_NAMES),
     default="bubbling",
     show_default=True,
-    help="A bubbling bed in a box or a round column, or a spouted bed.",
+    help="A bubbling bed in a box or a round column, a riser, or a spouted bed.",
 )
 @click.option(
     "--diameter",
@@ -60,18 +60,19 @@ KIND_NAMES = ("bubbling", "column", "spout")
     nargs=3,
     metavar="WIDTH DEPTH HEIGHT",
     help="Inner size of the box [m], of a column its diameter, twice, and height; by default 40, 8 and 100 particle "
-    "diameters, of a column 20, 20 and 100, of a spout 60, 8 and 200.",
+    "diameters, of a column 20, 20 and 100, of a riser 20, 20 and 200, of a spout 60, 8 and 200.",
 )
 @click.option(
     "--velocity",
     type=VELOCITY,
-    help="Superficial gas velocity [m s-1], of a spout that of its jet; by default twice U_mf, of a spout 1.3 U_mf in "
-    "the column.",
+    help="Superficial gas velocity [m s-1], of a spout that of its jet; by default twice U_mf, of a riser 1.5 times "
+    "the terminal velocity, of a spout 1.3 U_mf in the column.",
 )
 @click.option(
     "--bed-height",
     type=LENGTH,
-    help="Height of the bed at rest [m], for its mass; by default a quarter of the box, of a spout a fifth.",
+    help="Height of the bed at rest [m], for its mass; by default a quarter of the box, of a spout a fifth. "
+    "A riser starts empty.",
 )
 def init(
     folder: Path,
@@ -97,6 +98,7 @@ def init(
         click.echo(f"{number.verdict}: {number.name} is {number.value:.3g} {number.unit}, wanted {number.limit}")
     case, run = quote(str(folder)), quote(f"runs/{name_run(str(folder), folder / 'case.toml')}")
     count = next(int(number.value) for number in numbers if number.name == "particles")
-    click.echo(f"{folder / 'case.toml'}: written, {count} particles of {1e3 * diameter:g} mm; next:")
+    bed = f"{count} particles" if count else "starts empty, fed with particles"
+    click.echo(f"{folder / 'case.toml'}: written, {bed} of {1e3 * diameter:g} mm; next:")
     for command in (f"check {case}", f"setup {case}", f"run {run} -n 2", f"post {run}"):
         click.echo(f"  fbcouple {command}")

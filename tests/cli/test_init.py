@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 from fbcouple.case.bed.derived import cell_size, fastest_inlet
-from fbcouple.case.bed.drag_balance import minimum_fluidization
+from fbcouple.case.bed.drag_balance import minimum_fluidization, terminal_velocity
 from fbcouple.case.bed.region import find_region
 from fbcouple.case.kinds.registry import KINDS
 from fbcouple.case.load import load_case
@@ -139,6 +139,39 @@ def test_new_case_runs(call, kind, size, count):
     data = open_results(Path("runs/mine")).data
     assert data.attrs["complete"] == 1 and data.time[-1] >= 0.01
     assert float(data.pressure_drop[-1]) > 0.0 and set(data.particles.values) == {count}
+
+
+@pytest.mark.parametrize("diameter", [0.3e-3, 1e-3, 3e-3])
+def test_new_riser_is_fit(call, diameter):
+    result = call("init", "riser", "--kind", "riser", "--diameter", diameter)
+    assert result.exit_code == 0 and "starts empty, fed with particles" in result.stdout, result.stderr
+    case = load_case("riser")
+    assert [number for number in estimate(case) if number.verdict not in (None, "fit")] == []
+    settling, (feed,) = terminal_velocity(case), case.particles.feeds
+    assert case.gas.inlet_velocity == pytest.approx(1.5 * settling, rel=0.05)
+    width, depth, _ = case.domain.size
+    fraction = feed.mass_flow / (2500.0 * width * depth * (case.gas.inlet_velocity - settling))
+    assert fraction == pytest.approx(0.02, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [(("--velocity", 2.0), r"more than 6\.76\d* m s-1 is allowed"), (("--bed-height", 0.05), "a riser starts empty")],
+)
+def test_a_riser_that_carries_nothing_is_refused(call, tmp_path, arguments, told):
+    result = call("init", "riser", "--kind", "riser", *arguments)
+    assert result.exit_code == 1 and re.search(told, result.stderr) and list_files(tmp_path) == []
+
+
+def test_new_riser_runs(call):
+    """A short one, until the first particles leave by its top."""
+    assert call("init", "mine", "--kind", "riser", "--size", 0.01, 0.01, 0.02).exit_code == 0
+    assert call("setup", "mine", "--set", "end_time=0.02", "--set", "output.record_every=0.005").exit_code == 0
+    result = call("run", "runs/mine")
+    assert result.exit_code == 0, result.output
+    data = open_results(Path("runs/mine")).data
+    fed, gone = data.particles_fed.values[-1], data.particles_removed.values[-1]
+    assert fed > gone > 0 and fed - gone == data.particles.values[-1] and data.ledger_error.max() < 1e-13
 
 
 def test_new_spout_runs(call):

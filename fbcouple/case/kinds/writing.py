@@ -19,14 +19,15 @@ HEAD = """\
 # For completion in an editor with Taplo, write the schema beside this file with
 # `fbcouple options --schema > fbcouple.schema.json` and make this the first line: #:schema ./fbcouple.schema.json
 """
-BED = """
+PARTICLES = """
 [particles]
 diameter = {diameter:.6g}               # m
 density = {density:.6g}                  # kg m-3, of the material
 # Mass for a bed at rest that is {bed:.4g} m high, at a solids fraction of {settled:g}.
 mass = {mass:.4g}               # kg
 rotation = true
-
+"""
+CONTACT = """
 [contact]
 # Normal spring: soft, for long steps, with an overlap of two particles of about {overlap:g} diameters at the
 # fastest speed that is expected (`fbcouple check` gives both).
@@ -35,9 +36,11 @@ restitution = 0.9
 wall_restitution = 0.9
 friction = 0.3
 wall_friction = 0.3
-
+"""
+START = """
 [start]                         # a loose lattice, shifted at random; it settles in the first 0.2 s
-
+"""
+OUTPUT = """
 [exchange]
 drag = "huilin-gidaspow"
 filter_passes = 1               # smooths what particles give to cells that are less than 3 diameters wide
@@ -48,7 +51,8 @@ start = 0.5                     # s: what happens before is the start-up
 [output]
 record_every = 0.01             # s, between rows of the history: bed height, pressure drop ...
 """
-"""From the particles to the output, the same for all kinds."""
+BED = PARTICLES + CONTACT + START + OUTPUT
+"""From the particles to the output, the same for all kinds of beds that start at rest."""
 COLUMN = 32
 """Column of the comments behind values."""
 HIGHEST = 0.8
