@@ -67,9 +67,8 @@ def check_outlets(case: Case, folder: Path) -> Iterator[Problem]:
     if sum(outlet.face == "floor" for outlet in case.particles.outlets) > 1:
         problems.append(Problem(_OUTLETS, "two have face = floor; one opening in the floor is allowed."))
     yield from problems
-    is_feed_wrong = next(check_feeds(case, folder), None) is not None
     corners = _find_corners(case, folder)
-    if problems or is_feed_wrong or corners is None:
+    if problems or corners is None:
         return
     for number, zone in enumerate(list_zones(case, *corners), start=1):
         for other, feed in enumerate(case.particles.feeds, start=1):
