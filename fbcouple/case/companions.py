@@ -54,5 +54,6 @@ def list_companions(case: Case) -> list[str]:
     names += [case.particles.positions] if case.particles and case.particles.positions else []
     names += list_code(case).values()
     names += [case.domain.mesh] if case.domain.mesh else []
-    names += [inlet.ramp_file for inlet in case.gas.inlets if inlet.ramp_file] if case.gas else []
+    for inlet in case.gas.inlets if case.gas else ():
+        names += [name for name in (inlet.ramp_file, inlet.profile_file) if name]
     return sorted(set(names))

@@ -14,7 +14,7 @@ from fbcouple.case.bed.contact_coefficients import find_pair, find_wall
 from fbcouple.case.bed.feeds import find_depth, find_opening
 from fbcouple.case.bed.particle_types import Kind, largest_diameter, list_kinds
 from fbcouple.case.bed.region import Region, find_openings, find_region, read_mesh
-from fbcouple.case.bed.streams import list_streams
+from fbcouple.case.bed.streams import list_streams, list_tables
 from fbcouple.case.schema.feeds import Outlet
 from fbcouple.case.schema.gas import Gas
 from fbcouple.case.schema.particles import Contact, Particles
@@ -105,9 +105,8 @@ def _gas_context(case: Case, gas: Gas, region: Region, needs: dict[str, bool]) -
         "cyclic_faces": {axis: faces for axis, faces in _SIDES.items() if axis in case.domain.periodic},
         "multigrid": region.cells >= _MULTIGRID_FROM,
         "first_step": 1e-6,
+        "inlet_rows": list_tables(case)[0],
     }
-    share = derived.open_share(case)
-    context["inlet_rows"] = [(time, velocity * share) for time, velocity in derived.inlet_ramp(gas)]
     if gas.turbulence != "none":
         context |= {"les_model": _LES_MODELS[gas.turbulence], "start_lm": _START_LM, "start_mm": _START_MM}
     if gas.top == "closed":

@@ -76,7 +76,7 @@ def measure_cover(polygon: np.ndarray, shape: Shape, above: Sequence[Shape] = ()
     """Area [m2] that `shape` covers of the polygon, less what the shapes `above` cover. No two circles may cross."""
     pieces = [polygon]
     if isinstance(shape, Rectangle):
-        pieces = [piece for piece in [_clip_to(polygon, shape)] if len(piece)]
+        pieces = [piece for piece in [clip_to(polygon, shape)] if len(piece)]
     for rectangle in (other for other in above if isinstance(other, Rectangle)):
         pieces = [part for piece in pieces for part in _take_away(piece, rectangle)]
     circles = _keep_outermost([other for other in above if isinstance(other, Circle)])
@@ -94,7 +94,7 @@ def integrate_parabola(polygon: np.ndarray, shape: Shape) -> float:
     if isinstance(shape, Circle):
         area, moment = _cut_circle(polygon, shape)
         return 2.0 * (area - moment / shape.radius**2)
-    piece = _clip_to(polygon, shape)
+    piece = clip_to(polygon, shape)
     if not len(piece):
         return 0.0
     low, high = np.array(shape.low), np.array(shape.high)
@@ -110,6 +110,11 @@ def integrate_parabola(polygon: np.ndarray, shape: Shape) -> float:
                 x, y = shares @ corners
                 total += size * weight * (1.0 - x * x) * (1.0 - y * y)
     return 2.25 * total * shape.area / 4.0
+
+
+def find_disc_area(polygon: np.ndarray, circle: Circle) -> float:
+    """Area [m2] of the polygon within the circle."""
+    return _cut_circle(polygon, circle)[0]
 
 
 def _cross(a: np.ndarray, b: np.ndarray) -> float:
@@ -138,7 +143,8 @@ def _halve(polygon: np.ndarray, axis: int, limit: float, sign: float) -> np.ndar
     return np.array(kept)
 
 
-def _clip_to(polygon: np.ndarray, rectangle: Rectangle) -> np.ndarray:
+def clip_to(polygon: np.ndarray, rectangle: Rectangle) -> np.ndarray:
+    """The part of the polygon in the rectangle; empty where none of its area is."""
     for axis in (0, 1):
         for limit, sign in ((rectangle.low[axis], -1.0), (rectangle.high[axis], 1.0)):
             polygon = _halve(polygon, axis, limit, sign) if len(polygon) else polygon

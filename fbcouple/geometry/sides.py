@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from fbcouple.geometry.plane_cover import Shape, integrate_parabola, measure_cover
+from fbcouple.geometry.plane_cover import Shape, measure_cover
 from fbcouple.geometry.polymesh import PolyMesh
 
 SIDES = {"floor": (2, 0), "top": (2, 1), "left": (0, 0), "right": (0, 1), "front": (1, 0), "back": (1, 1)}
 """Side -> the axis across it, and whether it is at its low (0) or high (1) end."""
 _NEAR = 1e-9
+Integrate = Callable[[np.ndarray], float]
 
 
 def find_axes(side: str) -> tuple[int, int]:
@@ -49,19 +50,19 @@ def _turn(polygon: np.ndarray) -> float:
 
 
 def cover_faces(
-    polygons: Sequence[np.ndarray], shape: Shape | None, above: Sequence[Shape], is_parabolic: bool
+    polygons: Sequence[np.ndarray], shape: Shape | None, above: Sequence[Shape], integrate: Integrate | None
 ) -> np.ndarray:
     """Part of each polygon that `shape`, or without one all of the side, covers, less what those `above` cover.
 
-    is_parabolic: weighted with a profile whose mean over the shape is 1.
+    integrate: gives the integral over a polygon of a profile whose mean over the shape is 1, which weights it.
     """
     shares = np.zeros(len(polygons))
     for n, polygon in enumerate(polygons):
         if shape is not None and not _touches(polygon, shape):
             continue
         near = [other for other in above if _touches(polygon, other)]
-        if is_parabolic and shape is not None:
-            shares[n] = integrate_parabola(polygon, shape) / (0.5 * _turn(polygon))
+        if integrate is not None:
+            shares[n] = integrate(polygon) / (0.5 * _turn(polygon))
         elif not near and (shape is None or bool(shape.has(polygon).all())):
             shares[n] = 1.0
         else:

@@ -8,7 +8,7 @@ import re
 import numpy as np
 import pytest
 
-from fbcouple.case.bed import derived
+from fbcouple.case.bed import adopt_inlets, derived
 from fbcouple.case.load import load_case, write_case
 from fbcouple.case.preflight import estimate
 from fbcouple.decks.render import render_decks
@@ -145,6 +145,65 @@ MISTAKES = {
         "a cylinder has them on its floor and its top",
     ),
 }
+
+
+PROFILE = '[[gas.inlets]]\ncircle = [0.04, 0.01, 0.012]\nprofile_file = "jet.csv"\n'
+SLOT = '[[gas.inlets]]\nrectangle = [[0.02, 0.0], [0.04, 0.02]]\nprofile_file = "jet.csv"\n'
+RADII = "radius [mm],velocity\n0,3\n6,0\n"
+"""A cone: its mean is a third of its top."""
+
+
+def test_a_profile_is_as_its_file_says_or_scaled(tmp_path):
+    (tmp_path / "jet.csv").write_text(RADII)
+    case = load_case(write(tmp_path, PROFILE))
+    (inlet,) = case.gas.inlets
+    assert inlet.velocity == pytest.approx(1.0, rel=1e-14) and inlet.peak == pytest.approx(3.0, rel=1e-14)
+    assert derived.open_velocity(case) == pytest.approx(3.0)
+    write_case(case, tmp_path / "case.toml")
+    assert load_case(str(tmp_path)) == case
+    scaled = load_case(write(tmp_path, PROFILE + "ramp = [[0.0, 0.0], [0.1, 4.0]]\n"))
+    assert scaled.gas.inlets[0].velocity is None and derived.open_velocity(scaled) == pytest.approx(12.0)
+
+
+@pytest.mark.parametrize(
+    ("table", "text", "words"),
+    [
+        (PROFILE, None, "inlet 1: jet.csv cannot be read"),
+        (
+            PROFILE,
+            "radius,velocity\n0,3\n0.005,0\n",
+            "jet.csv: radii from 0 to 0.005 m are given, and the circle has 0 to",
+        ),
+        (PROFILE, "radius [in],velocity\n0,3\n1,0\n", "units that are read: m, cm, mm"),
+        (PROFILE, "x,velocity\n0,3\n1,0\n", "has no column radius"),
+        (PROFILE, RADII.replace("6,0", "6,-1"), "jet.csv has a velocity of -1 m/s"),
+        (PROFILE, RADII.replace("0,3", "0,0"), "jet.csv lets no gas in: its mean over the inlet is 0"),
+        (PROFILE, RADII.replace("0,3", "0,x"), "jet.csv: line 2 has `x` for velocity; give a number"),
+        (PROFILE + "peak = 2.0\n", RADII, "peak = 2 is given and it is 3; remove it"),
+        (PROFILE + 'profile = "parabolic"\n', RADII, "profile_file are both given; give one of them"),
+        (PROFILE.replace("circle = [0.04, 0.01, 0.012]", 'patches = ["a"]'), RADII, "patches is given"),
+        (PROFILE + JET.replace("0.012", "0.004"), RADII, "inlet 1: it has a profile and another inlet lies on it"),
+        (PROFILE + "velocity = 1.0\nramp = [[0.0, 1.0]]\n", RADII, "velocity and a ramp are both given"),
+        (SLOT, "velocity\n1\n2\n", "jet.csv has no coordinate; a rectangle on floor takes x and y, or one of them"),
+        (SLOT, "x,velocity\n0.02,1\n0.03,2\n", "the rectangle has 0.02 to 0.04 m; give the velocity on its edges"),
+        (SLOT, "x,y,velocity\n0.02,0,1\n0.04,0,1\n0.02,0.02,1\n", "leave 0.5 of the rectangle without a velocity"),
+        (SLOT, "x,velocity\n" + "".join(f"{n},1\n" for n in range(5001)), "has 5001 rows, at most 5000 are allowed"),
+        (BACKGROUND + "peak = 2.0\n", None, "peak is given without profile_file"),
+    ],
+)
+def test_a_mistake_in_the_file_of_a_profile_is_told(tmp_path, table, text, words):
+    if text:
+        (tmp_path / "jet.csv").write_text(text)
+    problems = problems_of(tmp_path, table)
+    assert [problem for problem in problems if words in problem], problems
+
+
+def test_the_file_of_a_ramp_is_read_once_a_load(tmp_path, monkeypatch):
+    (tmp_path / "jet.csv").write_text("time,velocity\n0,0\n0.05,10\n")
+    read, asked = adopt_inlets.read_table, []
+    monkeypatch.setattr(adopt_inlets, "read_table", lambda *given: asked.append(given) or read(*given))
+    load_case(write(tmp_path, JET.replace("ramp = [[0.0, 0.0], [0.05, 10.0]]", 'ramp_file = "jet.csv"')))
+    assert len(asked) == 1
 
 
 @pytest.mark.parametrize("name", MISTAKES)

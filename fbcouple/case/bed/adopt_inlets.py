@@ -1,14 +1,16 @@
-"""What the tables [[gas.inlets]] leave to their files and to the mesh: rows of time and velocity, areas."""
+"""What the tables [[gas.inlets]] leave to their files and to the mesh: rows of time and velocity, profiles, areas."""
 
 from __future__ import annotations
 
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
+from fbcouple.case.bed.inlet_profile import read_profile
 from fbcouple.case.bed.openings import find_stream_areas
 from fbcouple.case.bed.region import find_openings
-from fbcouple.case.bed.streams import find_area, list_streams
+from fbcouple.case.bed.streams import find_area, find_opening, list_streams
 from fbcouple.case.companions import find_companion
 from fbcouple.case.schema.inlets import Inlet
 from fbcouple.case.schema.sections import Case
@@ -32,7 +34,7 @@ def adopt_inlets(case: Case, folder: Path = Path()) -> Case:
     files lie in `folder`. What it says already stays, and what cannot be had is left out: the checks tell."""
     if case.gas is None or not case.gas.inlets:
         return case
-    inlets = tuple(_adopt_ramp(case, inlet, folder) for inlet in case.gas.inlets)
+    inlets = tuple(_adopt_profile(case, _adopt_ramp(case, inlet, folder), folder) for inlet in case.gas.inlets)
     case = case.model_copy(update={"gas": case.gas.model_copy(update={"inlets": inlets})})
     assert case.gas is not None
     try:
@@ -70,8 +72,15 @@ def find_inlet_section(case: Case, areas: np.ndarray) -> float:
 def read_ramp(case: Case, inlet: Inlet, folder: Path) -> Rows:
     """Rows of the file that an inlet names. Raises: CaseError (one text, without the key)."""
     assert inlet.ramp_file is not None
-    base_folder = case.find_folder(folder, inlet.ramp_file)
-    table = read_table(find_companion(base_folder, inlet.ramp_file, ".csv"), _FORM).columns
+    path = find_companion(case.find_folder(folder, inlet.ramp_file), inlet.ramp_file, ".csv")
+    about = path.stat()
+    return _read_rows(path, (about.st_mtime_ns, about.st_size))
+
+
+@lru_cache(maxsize=8)
+def _read_rows(path: Path, stamp: tuple[int, int]) -> Rows:
+    """`stamp`: when the file was written, and its size; a load asks for it twice, to fill it in and to check it."""
+    table = read_table(path, _FORM).columns
     return tuple(zip(table["time"].tolist(), table["velocity"].tolist(), strict=True))
 
 
@@ -82,3 +91,16 @@ def _adopt_ramp(case: Case, inlet: Inlet, folder: Path) -> Inlet:
         return inlet.model_copy(update={"ramp": read_ramp(case, inlet, folder)})
     except CaseError:
         return inlet  # told by check_inlets
+
+
+def _adopt_profile(case: Case, inlet: Inlet, folder: Path) -> Inlet:
+    if inlet.profile_file is None or find_opening(inlet).shape is None:
+        return inlet
+    try:
+        profile = read_profile(case, inlet, folder)
+    except CaseError:
+        return inlet  # told by check_inlets
+    update = {"peak": profile.peak if inlet.peak is None else inlet.peak}
+    if inlet.velocity is None and inlet.ramp is None and inlet.ramp_file is None:
+        update["velocity"] = profile.mean
+    return inlet.model_copy(update=update)

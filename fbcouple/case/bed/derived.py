@@ -228,6 +228,8 @@ def open_range(case: Case) -> tuple[float, float]:
 
 def _find_peak(inlet: Inlet) -> float:
     """Velocity in the middle of an inlet over its mean."""
+    if inlet.profile_file is not None:
+        return inlet.peak or 1.0
     if inlet.profile == "flat":
         return 1.0
     return 2.0 if inlet.circle else 2.25

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from fbcouple.case.bed.streams import Opening, Stream, list_above
 from fbcouple.errors import CaseError
 from fbcouple.geometry.imported import ImportedMesh, arrange_patches, take_surfaces
+from fbcouple.geometry.plane_cover import integrate_parabola
 from fbcouple.geometry.polymesh import PolyMesh
-from fbcouple.geometry.sides import cover_faces, list_polygons, list_side
+from fbcouple.geometry.sides import Integrate, cover_faces, list_polygons, list_side
 
 _LEAST = 1e-9
 """Part of a face below which an inlet does not have it."""
@@ -62,7 +64,18 @@ def _cover(
         return faces, np.ones(len(faces))
     faces = list_side(mesh, opening.face)
     polygons = list_polygons(mesh, faces, opening.face)
-    return faces, cover_faces(polygons, opening.shape, list_above(streams, number), stream.is_parabolic)
+    return faces, cover_faces(polygons, opening.shape, list_above(streams, number), _find_integral(stream))
+
+
+def _find_integral(stream: Stream) -> Integrate | None:
+    """How the stream's profile is integrated over a face; None where it is flat."""
+    shape = stream.opening.shape
+    if stream.is_flat or shape is None:
+        return None
+    if stream.profile == "parabolic":
+        return partial(integrate_parabola, shape=shape)
+    assert not isinstance(stream.profile, str), "find_openings reads it"
+    return stream.profile.integrate
 
 
 def _find_outlet(mesh: PolyMesh, outlet: Opening, number: int, found: ImportedMesh | None) -> np.ndarray:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fbcouple.case.bed.inlet_profile import read_profiles
 from fbcouple.case.bed.openings import Openings, open_mesh
 from fbcouple.case.bed.streams import Opening, Stream, has_openings, list_outlets, list_streams
 from fbcouple.case.companions import find_mesh
@@ -94,7 +95,7 @@ def has_own_mesh(case: Case) -> bool:
 def find_openings(case: Case, folder: Path = Path()) -> Openings:
     """The mesh of a case with openings, and what each stream has of its inlet's faces. Raises: CaseError as
     `read_mesh`."""
-    streams, outlets = list_streams(case), list_outlets(case)
+    streams, outlets = read_profiles(case, list_streams(case), folder), list_outlets(case)
     if case.domain.shape != "file":
         return _open_made(case.domain, streams, outlets)
     found = find_imported(case.domain, case.find_folder(folder, case.domain.mesh))

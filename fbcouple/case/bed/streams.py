@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Literal
 
 import numpy as np
 
-from fbcouple.case.bed.derived import inlet_ramp, inlet_rows
+from fbcouple.case.bed.derived import has_ramp, inlet_ramp, inlet_rows, open_share
 from fbcouple.case.schema.gas import Domain
 from fbcouple.case.schema.inlets import Inlet, Outlet
 from fbcouple.case.schema.sections import Case
 from fbcouple.geometry.cylinder import make_floor
 from fbcouple.geometry.plane_cover import Circle, Rectangle, Shape, measure_cover
 from fbcouple.geometry.sides import find_axes
+from fbcouple.geometry.velocity_profile import Profile
 
 FLOOR, TOP = "floor", "top"
 INLET, OUTLET = "inlet", "outlet"
@@ -37,7 +39,13 @@ class Stream:
 
     opening: Opening
     rows: Rows
-    is_parabolic: bool = False
+    profile: Literal["flat", "parabolic"] | Profile = "flat"
+    """Over the opening; what a file says is read where its folder is known (`find_openings`)."""
+
+    @property
+    def is_flat(self) -> bool:
+        """Is the velocity the same all over the opening?"""
+        return self.profile == "flat"
 
     @property
     def is_closed(self) -> bool:
@@ -63,9 +71,7 @@ def list_streams(case: Case) -> tuple[Stream, ...]:
     """The streams of a case; of one without `inlets` that of the whole inlet, and of the closed nozzle."""
     assert case.gas is not None
     if case.gas.inlets:
-        return tuple(
-            Stream(find_opening(inlet), inlet_rows(inlet), inlet.profile == "parabolic") for inlet in case.gas.inlets
-        )
+        return tuple(Stream(find_opening(inlet), inlet_rows(inlet), inlet.profile) for inlet in case.gas.inlets)
     if case.domain.shape == "file":
         return (Stream(Opening(patches=(case.domain.inlet or INLET,)), inlet_ramp(case.gas)),)
     if case.gas.closed_nozzle_size is None:
@@ -75,6 +81,22 @@ def list_streams(case: Case) -> tuple[Stream, ...]:
     share = floor / (floor - nozzle.area)
     rows = tuple((time, velocity * share) for time, velocity in inlet_ramp(case.gas))
     return Stream(Opening(), rows), Stream(Opening(shape=nozzle), _CLOSED)
+
+
+def has_own_condition(case: Case) -> bool:
+    """Is the velocity at the inlet of the gas a table of times, of fbcouple's own boundary condition?"""
+    return case.gas is not None and (has_openings(case) or case.domain.shape == "file" or has_ramp(case.gas))
+
+
+def list_tables(case: Case) -> list[Rows]:
+    """Rows of each table of the boundary condition at the inlet: of the streams that ever let gas in or, without
+    openings, of the one velocity through the open faces."""
+    assert case.gas is not None
+    if has_openings(case):
+        streams = list_streams(case)
+        return [stream.rows for stream in streams if not stream.is_closed] or [streams[0].rows]
+    share = open_share(case)
+    return [tuple((time, velocity * share) for time, velocity in inlet_ramp(case.gas))]
 
 
 def list_outlets(case: Case) -> tuple[Opening, ...]:

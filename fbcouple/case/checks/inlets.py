@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from fbcouple.case.bed.adopt_inlets import find_areas, find_inlet_section, read_ramp
+from fbcouple.case.bed.inlet_profile import read_profile
 from fbcouple.case.bed.region import find_openings
 from fbcouple.case.bed.streams import find_opening, find_outline, has_openings, list_above, list_streams
 from fbcouple.case.checks.registry import check, examine_times
@@ -110,9 +111,11 @@ def _is_on_face(domain: Domain, face: str, shape: Shape) -> bool:
 
 
 def _check_velocity(case: Case, inlet: Inlet, folder: Path) -> Iterator[str]:
+    yield from _check_profile(case, inlet, folder)
     ways = [inlet.velocity, inlet.ramp_file if inlet.ramp_file is not None else inlet.ramp]
-    if sum(way is not None for way in ways) != 1:
-        found = "velocity and a ramp are both" if any(way is not None for way in ways) else "no velocity is"
+    given = sum(way is not None for way in ways)
+    if given > 1 or (given == 0 and inlet.profile_file is None):
+        found = "velocity and a ramp are both" if given else "no velocity is"
         yield f"{found} given; give velocity, ramp or ramp_file, one of them (in m/s)."
     if inlet.ramp_file is not None:
         try:
@@ -126,8 +129,28 @@ def _check_velocity(case: Case, inlet: Inlet, folder: Path) -> Iterator[str]:
         return
     if times and times[0] < 0.0:
         yield f"its ramp starts at {times[0]:g} s; start at 0 s or later."
-    if inlet.profile != "flat" and inlet.patches:
-        yield f'profile = "{inlet.profile}" is given with patches; only a rectangle or a circle has one: remove it.'
+
+
+def _check_profile(case: Case, inlet: Inlet, folder: Path) -> Iterator[str]:
+    given = f'profile = "{inlet.profile}"' if inlet.profile != "flat" else "profile_file" if inlet.profile_file else ""
+    if given and inlet.patches:
+        yield f"{given} is given with patches; only a rectangle or a circle has one: remove it."
+        return
+    if inlet.profile_file is None:
+        if inlet.peak is not None:
+            yield "peak is given without profile_file, of which it follows; remove it."
+        return
+    if inlet.profile != "flat":
+        yield f"{given} and profile_file are both given; give one of them."
+    if find_opening(inlet).shape is None:
+        return
+    try:
+        peak = read_profile(case, inlet, folder).peak
+    except CaseError as error:
+        yield from error.problems
+        return
+    if inlet.peak is not None and abs(inlet.peak - peak) > _AGREES * peak:
+        yield f"peak = {inlet.peak:g} is given and it is {peak:.7g}; remove it, it follows from profile_file."
 
 
 def _check_together(case: Case, gas: Gas, folder: Path) -> Iterator[Problem]:
@@ -141,8 +164,9 @@ def _check_together(case: Case, gas: Gas, folder: Path) -> Iterator[Problem]:
             return
     for number, stream in enumerate(streams):
         shape = stream.opening.shape
-        if stream.is_parabolic and shape and any(_overlap(shape, other) for other in list_above(streams, number)):
-            text = f"inlet {number + 1}: it has a parabolic profile and another inlet lies on it"
+        is_flat = stream.is_flat and gas.inlets[number].profile_file is None if gas.inlets else True
+        if not is_flat and shape and any(_overlap(shape, other) for other in list_above(streams, number)):
+            text = f"inlet {number + 1}: it has a profile and another inlet lies on it"
             yield Problem("gas.inlets", f"{text}; give it after that one, or a flat profile.")
             return
     try:

@@ -40,7 +40,7 @@ class Inlet(Section):
     )
     velocity: float | None = option(
         "Superficial velocity over this inlet, along the inward normal of each face; 0: closed. Give this, `ramp` or "
-        "`ramp_file`.",
+        "`ramp_file`; with `profile_file` none of them means the velocities of the file, of which it is the mean.",
         "m s-1",
         None,
         **NonNegative,
@@ -58,6 +58,15 @@ class Inlet(Section):
         "Velocity over the inlet: the same everywhere, or a parabola with the same flow: 2 in the middle of a circle, "
         "9/4 in that of a rectangle (no other inlet may lie on it).",
         default="flat",
+    )
+    profile_file: str | None = option(
+        "CSV file beside the case with the velocity over the inlet (m and m/s), in place of `profile`: of a circle "
+        "radius,velocity, of a rectangle its two coordinates on the face or one of them, and velocity. Linear between "
+        "its points; `velocity` or a ramp scales it to that mean.",
+        default=None,
+    )
+    peak: float | None = option(
+        "Largest velocity of `profile_file` over its mean; filled in.", default=None, ge=1.0 - 1e-9, allow_inf_nan=False
     )
     area: float | None = option(
         "Area that it lets gas through by, without what later inlets cover; filled in.", "m2", None, **NonNegative
