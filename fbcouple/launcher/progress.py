@@ -12,6 +12,8 @@ from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Column, Table
 
 _LINE_EVERY = 15.0
+_BACKFLOW = 0.01
+"""Part of the gas at the outlets above which it is told that it comes back in."""
 _BAR = 8
 """Columns of the shortest bar."""
 _SPACES = 4
@@ -28,6 +30,7 @@ class RunProgress:
         self._first: tuple[float, float] | None = None
         self._walls: dict[str, float] = {}
         self._at_outlet = self._owed = 0
+        self._backflow = 0.0
         self._bar = Progress(
             TextColumn("{task.fields[reached]}", table_column=Column(no_wrap=True)),
             BarColumn(None, table_column=Column(ratio=1, min_width=_BAR)),
@@ -62,6 +65,7 @@ class RunProgress:
             self._bar.reset(self._task, completed=row["time"])
         self._at_outlet = max(self._at_outlet, row.get("particles_at_outlet", 0))
         self._owed = row.get("particles_owed", 0)
+        self._backflow = max(self._backflow, row.get("gas_backflow", 0.0))
         start, began = self._first
         pace = (now - began) / (row["time"] - start) if row["time"] > start else math.nan
         left = "" if math.isnan(pace) else f"left {format_clock(pace * (self._end - row['time']))}"
@@ -85,6 +89,10 @@ class RunProgress:
         if self._at_outlet:
             text = "reached the outlet, which lets gas through and is a wall for particles: they gather below it"
             warnings.append(f"up to {self._at_outlet} particles {text}; use a higher region or less gas")
+        if self._backflow > _BACKFLOW:
+            text = "of the gas at the outlets came back in by them, with the voidage of the cells there"
+            mend = "move them further from the bed, or see gas_backflow in the report"
+            warnings.append(f"up to {100.0 * self._backflow:.3g} % {text}; {mend}")
         if self._owed:
             text = "particles wait to be fed and find no free place"
             warnings.append(

@@ -74,6 +74,10 @@ HISTORIES: dict[str, tuple[str, str]] = {
         "gas flux at a height (in a mesh of polyhedra: at the outlet) against continuity, farthest off, over the "
         "fastest inflow",
     ),
+    "gas_backflow": (
+        "1",
+        "gas that came in by the outlets, over all that passed them, in and out, since the last row",
+    ),
     "particles_at_outlet": ("1", "particles within a radius of the outlet, which is a wall for them"),
     "max_courant": ("1", "largest Courant number since the last row"),
     "min_voidage": ("1", "least voidage of a cell"),

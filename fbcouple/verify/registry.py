@@ -32,6 +32,7 @@ MODULES = (
     "inlet",
     "inlet_faces",
     "openings",
+    "opening_profiles",
     "mixture",
     "cylinder",
     "weight",

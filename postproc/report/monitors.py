@@ -119,6 +119,12 @@ def _at_outlet(results: Results) -> Watched:
     return judge(words, most, "0", most == 0)
 
 
+@monitor("gas_backflow")
+def _backflow(results: Results) -> Watched:
+    words = "gas that came in by the outlets, over all that passed them, largest between two rows"
+    return Watched(words, _largest(results, "gas_backflow"), "0; what comes back has the voidage of the cell there")
+
+
 @monitor("gas_flux_error")
 def _flux(results: Results) -> Watched:
     if not np.isfinite(results.history("gas_flux_error").values).any():

@@ -33,3 +33,13 @@ def test_particles_at_the_outlet_are_told_while_the_run_goes_on_and_at_its_end()
     assert "7 at the outlet" in screen.getvalue()
     (warning,) = progress.list_warnings()
     assert warning.startswith("up to 12 particles reached the outlet") and "a wall for particles" in warning
+
+
+def test_gas_that_comes_back_in_is_told_where_it_is_more_than_a_hundredth():
+    progress = RunProgress(Console(file=io.StringIO()), 20.0)
+    progress.show({"time": 1.0, "wall": WALL, "gas_backflow": 0.009})
+    assert progress.list_warnings() == []
+    for part in (0.123, 0.0):
+        progress.show({"time": 2.0, "wall": WALL, "gas_backflow": part})
+    (warning,) = progress.list_warnings()
+    assert warning.startswith("up to 12.3 % of the gas at the outlets came back in")

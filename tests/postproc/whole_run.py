@@ -117,6 +117,7 @@ def make_history() -> list[dict[str, Any]]:
                 "gas_mass_error": 1e-9,
                 "gas_inflow_error": 1e-16,
                 "displaced_gas_error": 1e-3,
+                "gas_backflow": 0.0,
                 "particles_at_outlet": 0,
                 "max_courant": 0.2,
                 "min_voidage": 0.4,

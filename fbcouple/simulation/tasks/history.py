@@ -7,7 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from fbcouple.case.bed.derived import has_ramp
+from fbcouple.case.schema.gas import Gas
 from fbcouple.paths import LOG
+from fbcouple.results.inlet_speed import find_mean
 from fbcouple.results.writer import append_line, read_log
 from fbcouple.simulation.clock import Cadence
 from fbcouple.simulation.simulation import Simulation
@@ -54,6 +56,8 @@ class History(Task):
             since["elapsed"] += sim.dt
             since["inflow_time"] += report.inflow * sim.dt
             since["pressure_time"] += report.inlet_pressure * sim.dt
+            since["backflow_time"] += report.backflow * sim.dt
+            since["outflow_time"] += report.outflow * sim.dt
             since["support_time"] += sim.conservation.support * sim.dt
             since["displaced_wrongly"] += report.displaced_wrongly
         since["momentum_error"] = max(since["momentum_error"], sim.conservation.momentum_error)
@@ -85,6 +89,9 @@ class History(Task):
             if sim.case.gas and has_ramp(sim.case.gas):
                 area = self._monitors.inlet.area
                 row["inlet_velocity"] = since["inflow_time"] / elapsed / area if elapsed else float("nan")
+            if sim.case.gas and sim.case.gas.top == "open":
+                passed = since["outflow_time"] + since["backflow_time"]
+                row["gas_backflow"] = since["backflow_time"] / passed if passed else 0.0
             row |= {"gas_mass_error": since["mass_error"], "max_courant": since["courant"]}
             row["gas_inflow_error"] = since["inflow_error"]
         if sim.is_coupled:
@@ -107,6 +114,17 @@ class History(Task):
         self._cadence.next = saved.numbers["next"]
         self._since = {name: saved.numbers[name] for name in _SINCE}
         self.rows = read_log(folder / _ROWS)
+        if sim.case.gas and has_ramp(sim.case.gas):
+            _fill_in_velocity(self.rows, sim.case.gas)
+
+
+def _fill_in_velocity(rows: list[dict[str, Any]], gas: Gas) -> None:
+    """Rows of a run whose inlet was constant up to then, and is not from now on, get its velocity."""
+    told, start = gas.model_dump(), 0.0
+    for row in rows:
+        if "inlet_velocity" not in row:
+            row["inlet_velocity"] = find_mean(told, start, row["time"]) if row["time"] > start else math.nan
+        start = row["time"]
 
 
 _SINCE = (
@@ -117,6 +135,8 @@ _SINCE = (
     "elapsed",
     "inflow_time",
     "pressure_time",
+    "backflow_time",
+    "outflow_time",
     "support_time",
     "displaced_wrongly",
 )

@@ -36,6 +36,7 @@ _FUNCTIONS: dict[str, Signature] = {
     "gas_cells": (ctypes.c_int, [_double, _double]),
     "gas_mesh_sizes": (ctypes.c_int, [_whole]),
     "gas_mesh": (ctypes.c_int, [_double, *[_whole] * 6]),
+    "gas_set_inlet": (ctypes.c_int, [ctypes.c_int, _whole, _double]),
     "gas_start": (ctypes.c_int, [_double]),
     "gas_step": (ctypes.c_int, [ctypes.c_double, ctypes.c_double, _double, _double]),
     "gas_fields": (ctypes.c_int, [_double, _double, _double, _double]),
@@ -63,6 +64,10 @@ class GasReport:
     displaced_wrongly: float
     """Gas volume [m3] that the step displaced too much or too little, cell by cell: it was not as long as the one in
     which the particles moved."""
+    outflow: float
+    """Gas volume that went out by the outlet [m3/s]."""
+    backflow: float
+    """Gas volume that came in by the outlet [m3/s]."""
 
 
 class Gas:
@@ -120,6 +125,13 @@ class Gas:
         mesh = PolyMesh(coordinates, pile_up(lengths, values), owner, neighbour, {})
         return take_apart(mesh, self.centres, cells, ids)
 
+    def set_inlet(self, tables: Sequence[Sequence[tuple[float, float]]]) -> None:
+        """From now on the inlet follows `tables`, one of each inlet: times [s] and superficial velocities [m/s]. For a
+        gas that goes on from a checkpoint, which has the tables that it was written with."""
+        lengths = np.array([len(rows) for rows in tables], np.int64)
+        rows = np.concatenate([np.array(rows, np.float64) for rows in tables]).ravel()
+        self._check(self._library.gas_set_inlet(len(tables), _point_whole(lengths), _pointer(rows)))
+
     def start(self, voidage: np.ndarray) -> None:
         """Give the voidage (n,) at time zero, so that d(eps)/dt of the first step is the particles' own."""
         self._check(self._library.gas_start(_pointer(voidage)))
@@ -144,8 +156,8 @@ class Gas:
         """What the last step was like (collective)."""
         values = np.empty(len(fields(GasReport)))
         self._check(self._library.gas_measure(_pointer(values)))
-        courant, fourier, lost, inflow, pressure, iterations, displaced_wrongly = values.tolist()
-        return GasReport(courant, fourier, lost, inflow, pressure, int(iterations), displaced_wrongly)
+        courant, fourier, lost, inflow, pressure, iterations, *others = values.tolist()
+        return GasReport(courant, fourier, lost, inflow, pressure, int(iterations), *others)
 
     def derive(self, names: Sequence[str]) -> np.ndarray:
         """Fields of the velocity as it is now, shape (n, 3 names), of "curl" [1/s], "convection" u.grad(u) and

@@ -70,6 +70,26 @@ const char* gas_time_name()
 
 int64_t gas_cell_count() { return gas->nCells(); }
 int gas_cells(double* centres, double* volumes) { return guarded([&] { gas->cells(centres, volumes); }); }
+
+// `lengths`: rows of each of `count` tables; `rows`: their times and velocities, one after the other.
+int gas_set_inlet(int count, const int64_t* lengths, const double* rows)
+{
+    return guarded([&]
+    {
+        Foam::List<fbcouple::Table> tables(count);
+        forAll(tables, k)
+        {
+            tables[k].resize(lengths[k]);
+            for (auto& row : tables[k])
+            {
+                row.first() = *rows++;
+                row.second() = *rows++;
+            }
+        }
+        gas->setInlet(tables);
+    });
+}
+
 int gas_start(const double* voidage) { return guarded([&] { gas->start(voidage); }); }
 int gas_step(double dt, double moved, const double* voidage, const double* drag)
 {

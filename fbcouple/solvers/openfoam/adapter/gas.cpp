@@ -258,7 +258,8 @@ void Gas::fields(double* state, double* pressure, double* voidage, double* total
 }
 
 // Courant and Fourier number of the last step, gas volume that continuity lost in it [m3/s], gas volume that came in by
-// the inlet [m3/s], pressure there [Pa], pressure iterations. The same on every rank.
+// the inlet [m3/s], pressure there [Pa], pressure iterations, gas displaced wrongly [m3], and the gas that went out by the
+// outlet and that came in by it [m3/s]. The same on every rank.
 void Gas::measure(double* values) const
 {
     const scalar dt = time_.deltaTValue();
@@ -267,13 +268,20 @@ void Gas::measure(double* values) const
     const volScalarField nuEff(turbulence_->nuEff());
     const scalarField spread(fvc::surfaceSum(mesh_.magSf()*mesh_.deltaCoeffs())().primitiveField());
     values[1] = gMax(nuEff.primitiveField()*spread/mesh_.V().field())*dt;
-    scalar in = 0, out = 0, pIn = 0, area = 0;
+    vector flows = Zero;
+    scalar& in = flows[0];
+    scalar& out = flows[1];
+    scalar& back = flows[2];
+    vector2D inlet = Zero;
+    scalar& pIn = inlet[0];
+    scalar& area = inlet[1];
     forAll(mesh_.boundary(), patchi)
     {
         if (mesh_.boundary()[patchi].coupled()) continue;
         const fvPatch& patch = mesh_.boundary()[patchi];
         const scalar flux = sum(epsPhi_.boundaryField()[patchi]);
         out += flux;
+        if (patch.name() == "outlet") back -= sum(min(epsPhi_.boundaryField()[patchi], scalar(0)));
         if (patch.name() != "inlet") continue;
         in -= flux;
         const scalarField rise((gradP_.boundaryField()[patchi].patchInternalField() & patch.nf())/patch.deltaCoeffs());
@@ -282,15 +290,15 @@ void Gas::measure(double* values) const
     }
     const scalarField change((eps_.primitiveField() - eps_.oldTime().primitiveField())*mesh_.V().field());
     const scalar stored = displaced_*gSum(change)/dt;
-    reduce(in, sumOp<scalar>());
-    reduce(out, sumOp<scalar>());
-    reduce(pIn, sumOp<scalar>());
-    reduce(area, sumOp<scalar>());
+    reduce(flows, sumOp<vector>());
+    reduce(inlet, sumOp<vector2D>());
     values[2] = mag(stored + out);
     values[3] = in;
     values[4] = area > 0 ? rho_.value()*pIn/area : 0;
     values[5] = iterations_;
     values[6] = displaced_ == 1 ? 0 : mag(displaced_ - 1)*gSumMag(change);
+    values[7] = max(out + in + back, scalar(0));
+    values[8] = back;
 }
 
 void Gas::write()

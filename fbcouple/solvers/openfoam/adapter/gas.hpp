@@ -13,6 +13,8 @@ namespace fbcouple
 using namespace Foam;
 
 typedef PhaseIncompressibleTurbulenceModel<singlePhaseTransportModel> turbulenceModelType;
+// Times [s] and superficial velocities [m/s] of an inlet.
+typedef List<Tuple2<scalar, scalar>> Table;
 
 class Gas
 {
@@ -51,6 +53,7 @@ class Gas
 public:
 
     Gas(int argc, char** argv, double rho, int correctors);
+    void setInlet(const List<Table>& tables);
     void start(const double* voidage);
     void step(double dt, double moved, const double* voidage, const double* drag);
     void cells(double* centres, double* volumes) const;

@@ -13,7 +13,7 @@
 
 #include "addToRunTimeSelectionTable.H"
 #include "fixedValueFvPatchFields.H"
-#include "fvCFD.H"
+#include "gas.hpp"
 
 namespace Foam
 {
@@ -22,7 +22,7 @@ class superficialInletVelocityFvPatchVectorField
 :
     public fixedValueFvPatchVectorField
 {
-    typedef List<Tuple2<scalar, scalar>> Table;
+    typedef fbcouple::Table Table;
 
     word voidageName_;
     List<Table> tables_;
@@ -173,6 +173,18 @@ public:
         forAll(shares_, k) shares_[k].rmap(other.shares_[k], addressing);
     }
 
+    // Other times and velocities from now on, of as many inlets as before.
+    void setTables(const List<Table>& tables)
+    {
+        if (tables.size() != tables_.size())
+        {
+            FatalErrorInFunction
+                << "patch " << patch().name() << " has " << tables_.size() << " tables, " << tables.size() << " are given"
+                << exit(FatalError);
+        }
+        tables_ = tables;
+    }
+
     virtual void updateCoeffs()
     {
         if (updated()) return;
@@ -197,4 +209,20 @@ public:
 
 makePatchTypeField(fvPatchVectorField, superficialInletVelocityFvPatchVectorField);
 
+}
+
+// The inlet of a gas that goes on from saved fields follows `tables` from now on. Where it had OpenFOAM's own condition,
+// of one velocity, it gets the one above, with the velocity that it has.
+void fbcouple::Gas::setInlet(const List<Table>& tables)
+{
+    typedef superficialInletVelocityFvPatchVectorField Inlet;
+    const label patchi = mesh_.boundaryMesh().findPatchID("inlet");
+    volVectorField::Boundary& boundary = U_.boundaryFieldRef();
+    if (!isA<Inlet>(boundary[patchi]))
+    {
+        Inlet* inlet = new Inlet(mesh_.boundary()[patchi], U_.internalField());
+        static_cast<fvPatchVectorField&>(*inlet) == boundary[patchi];
+        boundary.set(patchi, inlet);
+    }
+    refCast<Inlet>(boundary[patchi]).setTables(tables);
 }
