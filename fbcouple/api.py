@@ -145,9 +145,10 @@ class Run:
         """
         return self._launch(ranks, fresh=fresh, **options)
 
-    def resume(self, ranks: int = 1, **options: Any) -> Status:
+    def resume(self, ranks: int = 1, values: Mapping[str, Any] | None = None, **options: Any) -> Status:
         """Go on from the newest good checkpoint; without one, from the start.
 
+        values: key -> value that are another from the checkpoint on, as {"gas.inlet_velocity": 1.2, "end_time": 4.0};
         until [s]: stop at the first step at or after it at which a checkpoint may be written; wall_limit [s]: stop with
         a checkpoint before this wall time is over; patience [s]: wall time without a step after which the run is taken
         for hanging; trust, accept_update: as on the command line; progress: a bar on the terminal or in a notebook (the
@@ -156,7 +157,7 @@ class Run:
         Raises: CaseError, SolverError with the solver's own words, DivergedError if a check of the run failed. A run
         that stops early with a checkpoint raises nothing: its status says so.
         """
-        return self._launch(ranks, resume=True, **options)
+        return self._launch(ranks, resume=True, sets=_format_sets(values), **options)
 
     @in_python()
     def _launch(

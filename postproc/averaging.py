@@ -1,4 +1,5 @@
-"""The averaging window in words: from when to when, and whether the start-up of the bed lies in it."""
+"""The averaging window in words: from when to when, and whether it holds the start-up of the bed, or a change of the
+inlet."""
 
 from __future__ import annotations
 
@@ -14,14 +15,14 @@ DIGITS = 2
 
 
 @dataclass(frozen=True)
-class StartUp:
-    """That time means hold the start-up, or may: briefly, for notes of figures and tables, and as a sentence."""
+class Mark:
+    """What time means hold beside a steady bed, or may: briefly, for notes of figures and tables, and as a sentence."""
 
     brief: str
     sentence: str
 
 
-def find_start_up_in_means(results: Results) -> StartUp | None:
+def find_start_up_in_means(results: Results) -> Mark | None:
     """Whether the time means reach into the start-up; None if they do not, or the run has no such means or histories.
 
     The start-up is over where all of `SIGNALS` are steady; a row of the history before that within the window counts.
@@ -35,11 +36,11 @@ def find_start_up_in_means(results: Results) -> StartUp | None:
         found = [summarise(results, name) for name in known]
     except NotDrawableError as lack:
         sentence = f"whether the start-up lies in {means} cannot be told: {lack}"
-        return StartUp("start-up not seen to be over", sentence)
+        return Mark("start-up not seen to be over", sentence)
     going_on = [steady.name for steady in found if math.isnan(steady.start)]
     if going_on:
         sentence = f"{means} begin in the start-up: {format_not_reached(', '.join(going_on), found[0].end)}"
-        return StartUp("start-up not over", sentence)
+        return Mark("start-up not over", sentence)
     last = max(found, key=lambda steady: steady.start)
     time = results.data["time"].values
     if not ((time >= results.window[0]) & (time < last.start)).any():
@@ -47,7 +48,25 @@ def find_start_up_in_means(results: Results) -> StartUp | None:
     sentence = (
         f"{means} begin in the start-up: {last.name} is steady from {last.start:.3g} s on; set averages.start to that."
     )
-    return StartUp("start-up included", sentence)
+    return Mark("start-up included", sentence)
+
+
+def find_inlet_change_in_means(results: Results) -> Mark | None:
+    """Whether the inlet was changed, as the run went on from a checkpoint, within the averaging window."""
+    if results.window is None:
+        return None
+    start, end = results.window
+    times = [time for time in results.inlet_changes if start < time < end]
+    if not times:
+        return None
+    when = ", ".join(f"{time:.4g} s" for time in times)
+    sentence = f"the inlet was changed at {when}, within the time means over {format_window(results)}"
+    return Mark(f"inlet changed at {when}", f"{sentence}: they are of both.")
+
+
+def list_marks(results: Results) -> list[Mark]:
+    """Everything that marks the time means of a run."""
+    return [mark for find in (find_start_up_in_means, find_inlet_change_in_means) if (mark := find(results))]
 
 
 def format_window(results: Results) -> str:
@@ -64,25 +83,23 @@ def format_window(results: Results) -> str:
 
 
 def averaging_text(results: Results) -> str:
-    """The averaging window, whether the start-up is in it, and whether the run has ended, for the note of a figure."""
-    found = find_start_up_in_means(results)
+    """The averaging window, what marks its means, and whether the run has ended, for the note of a figure."""
     parts = [f"time mean over {format_window(results)}"] if results.window else []
-    parts += [found.brief] if found else []
+    parts += [mark.brief for mark in list_marks(results)]
     return "; ".join(parts if results.complete else [*parts, "run not complete"])
 
 
 def mark_runs(runs: Sequence[Results]) -> str:
-    """For a note on several runs, "; start-up not over: a, b; ..." of those that have it in their means, or nothing."""
+    """For a note on several runs, "; start-up not over: a, b; ..." of those whose means are marked, or nothing."""
     marked: dict[str, list[str]] = {}
     for run in runs:
-        if found := find_start_up_in_means(run):
-            marked.setdefault(found.brief, []).append(run.label)
+        for mark in list_marks(run):
+            marked.setdefault(mark.brief, []).append(run.label)
     if len(runs) == 1:
         return "".join(f"; {brief}" for brief in marked)
     return "".join(f"; {brief}: {', '.join(labels)}" for brief, labels in marked.items())
 
 
 def list_warnings(runs: Sequence[Results]) -> list[str]:
-    """A sentence for each run whose time means hold the start-up, or may."""
-    found = [(run, find_start_up_in_means(run)) for run in runs]
-    return [f"{run.label}: {start_up.sentence}" for run, start_up in found if start_up]
+    """A sentence for each mark of the time means of each run."""
+    return [f"{run.label}: {mark.sentence}" for run in runs for mark in list_marks(run)]

@@ -9,11 +9,17 @@ from typing import Any
 from fbcouple.case.problems import show
 from fbcouple.case.schema.reference import list_options
 from fbcouple.case.schema.sections import Case
+from fbcouple.results.inlet_speed import Row, find_after, find_before
 
 FREE = ("end_time", "output.save_every", "output.profile_heights")
 FREE_SECTIONS = ("monitors", "checkpoint")
 """What may be changed in a run folder at any time: what ends a run, what stops it, how often files are saved, and
 what figures show."""
+
+INLET = ("gas.inlet_velocity", "gas.inlet_ramp", "gas.inlets")
+"""What may be another from a checkpoint on, recorded: how fast the gas comes in, and not where."""
+_VELOCITIES = ("velocity", "ramp", "ramp_file")
+_SAME = 1e-9
 
 Values = dict[str, Any]
 """Option, by its dotted key -> value, as JSON has it."""
@@ -39,20 +45,60 @@ def list_values(case: Case) -> Values:
             values |= {name: True} | {f"{name}.{key}": given for key, given in value.items()}
         else:
             values[name] = value
-    return {key: value for key, value in values.items() if not _is_free(key)}
+    return {key: value for key, value in values.items() if not is_free(key)}
 
 
-def list_changes(before: Values, case: Case) -> list[Change]:
-    """Options whose value in `case` is not the one in `before`; one that is younger than `before` had its default."""
+def list_changes(before: Values, case: Case, until: float | None = None) -> list[Change]:
+    """Options whose value in `case` is not the one in `before`; one that is younger than `before` had its default.
+
+    until [s]: velocities of the inlet count up to then only.
+    """
     now = list_values(case)
     defaults = {key: json.loads(json.dumps(option.default)) for key, option in list_options().items()}
     known = sorted({*before, *(key for key in now if key in defaults)})
     changes = [Change(key, before.get(key, defaults.get(key)), now.get(key)) for key in known]
-    return [change for change in changes if change.before != change.now]
+    changes = [change for change in changes if change.before != change.now]
+    if until is not None and _is_same_inflow(before, now, until):
+        changes = [change for change in changes if change.key not in INLET]
+    return changes
 
 
-def _is_free(key: str) -> bool:
+def is_free(key: str) -> bool:
+    """May this option be changed in a run folder at any time?"""
     return key in FREE or key.partition(".")[0] in FREE_SECTIONS
+
+
+def list_inflows(values: Values) -> list[tuple[Values, list[Row]]]:
+    """Of each inlet what a case says of it beside its velocity, and its rows of time [s] and velocity [m/s]."""
+    if tables := values.get("gas.inlets"):
+        return [(_keep_opening(table), _list_rows(table.get("velocity"), table.get("ramp"))) for table in tables]
+    return [({}, _list_rows(values.get("gas.inlet_velocity"), values.get("gas.inlet_ramp")))]
+
+
+def _keep_opening(table: Values) -> Values:
+    return {key: value for key, value in table.items() if key not in _VELOCITIES and value is not None}
+
+
+def _list_rows(velocity: float | None, ramp: list[list[float]] | None) -> list[Row]:
+    return [(time, speed) for time, speed in ramp] if ramp else [(0.0, velocity or 0.0)]
+
+
+def _is_same_inflow(before: Values, now: Values, until: float) -> bool:
+    """Does gas come in by the same inlets, as fast up to `until` [s]?"""
+    try:
+        one, other = list_inflows(before), list_inflows(now)
+    except (AttributeError, TypeError, ValueError):  # an index of a checkpoint may come from anybody
+        return False
+    return [opening for opening, _ in one] == [opening for opening, _ in other] and all(
+        _is_same_ramp(rows, others, until) for (_, rows), (_, others) in zip(one, other, strict=True)
+    )
+
+
+def _is_same_ramp(one: list[Row], other: list[Row], until: float) -> bool:
+    room = _SAME * max(abs(speed) for _, speed in [*one, *other])
+    times = [time for time, _ in [*one, *other] if time < until]
+    pairs = [(find(one, time), find(other, time)) for time in times for find in (find_before, find_after)]
+    return all(abs(a - b) <= room for a, b in [*pairs, (find_before(one, until), find_before(other, until))])
 
 
 def _word(value: Any) -> str:

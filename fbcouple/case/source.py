@@ -150,7 +150,7 @@ def apply_settings(raw: dict[str, Any], sets: Sequence[str]) -> tuple[set[str], 
             problems.append(Problem(show(setting), "is not UTF-8 text; use characters that your terminal can encode."))
         elif not text.strip():
             problems.append(Problem(".".join(parts), "no value is given; write a value after the equals sign."))
-        elif not _place(raw, parts, _read_value(text)):
+        elif not _place(raw, parts, read_value(text)):
             problems.append(Problem(".".join(parts), f"{parts[0]} is not a section in the case file; fix it there."))
         else:
             keys.add(".".join(parts))
@@ -176,7 +176,7 @@ def _place(raw: dict[str, Any], parts: list[str], value: Any) -> bool:
     return True
 
 
-def _read_value(text: str) -> Any:
+def read_value(text: str) -> Any:
     """Read a TOML value; words that are not TOML are text, which the schema refuses where it wants a number."""
     try:
         read = parse_toml(f"value = {text}")

@@ -198,6 +198,14 @@ def setup(case: str, output: Path | None, sets: tuple[str, ...], explained: bool
 @click.option(
     "--accept-update", is_flag=True, help="Resume also a run that another version of fbcouple or of a solver began."
 )
+@click.option(
+    "--set",
+    "sets",
+    multiple=True,
+    metavar="KEY=VALUE",
+    help="With --resume: another value from the checkpoint on, as gas.inlet_velocity=1.2 or end_time=4; may be given "
+    "several times. It is noted in the results.",
+)
 @take_trust
 @outlive_output
 def run(run: Path, ranks: int, resume: bool, fresh: bool, trusted: bool, **limits: Any) -> None:
@@ -206,6 +214,8 @@ def run(run: Path, ranks: int, resume: bool, fresh: bool, trusted: bool, **limit
     require_run(run)
     if resume and fresh:
         raise click.UsageError("--resume continues, --fresh starts again: give one of them")
+    if limits["sets"] and not resume:
+        raise click.UsageError("--set changes a run from its checkpoint on: give --resume with it")
     with Requests() as requests:  # from here to the last word, a signal is a request to stop
         run_on(run, ranks, resume, fresh, trusted, requests, limits)
         if requests.first:
@@ -221,12 +231,15 @@ def run_on(
     from fbcouple.case.user_code import require_trust
     from fbcouple.decks.unchanged import require_unchanged
     from fbcouple.errors import StoppedError
+    from fbcouple.launcher.change_case import ask
     from fbcouple.launcher.launch import is_complete, launch
     from fbcouple.launcher.progress import RunProgress
 
-    case = load_case(str(run))
+    case, sets = load_case(str(run)), limits["sets"]
     require_trust(case, trusted)
-    require_unchanged(case, run, trusted)
+    require_unchanged(case, run, trusted, bool(sets))
+    if sets:
+        case = ask(case, sets, run)
     end = min(case.end_time, limits["until"] or case.end_time)
     console = Console()
     go_on = f"`fbcouple run {quote(str(run))} -n {ranks} --resume{' --trust' if trusted else ''}`"

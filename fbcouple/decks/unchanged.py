@@ -15,7 +15,7 @@ from typing import Any
 
 from fbcouple.case.bed.particle_types import particle_count
 from fbcouple.case.bed.positions import start_kinds, start_motion, start_positions
-from fbcouple.case.changes import FREE, FREE_SECTIONS, list_changes
+from fbcouple.case.changes import FREE, FREE_SECTIONS, INLET, list_changes
 from fbcouple.case.companions import list_files
 from fbcouple.case.schema.sections import Case
 from fbcouple.case.user_code import list_code
@@ -31,6 +31,7 @@ _DECK_FOLDERS = ("CFD/system", "CFD/constant", "CFD/0", "DEM")
 _WRITTEN_LATER = ("CFD/system/decomposeParDict", "CFD/constant/polyMesh", START, WALLS)
 _GAS_FOLDER = re.compile(r"system|constant|0|processor\d+|(?=.*[1-9])\d+(\.\d+)?(e[+-]?\d+)?")
 """What OpenFOAM may find in CFD/: times later than 0 are removed before a run. It takes more for a time, as 0x10."""
+INLET_DECK = "CFD/0/U"
 _MOST_COMPARED = 100_000
 """Particles up to which start positions are made again to be compared."""
 _LAST_DIGITS = 1e-9
@@ -38,16 +39,21 @@ _LAST_DIGITS = 1e-9
 _AGAIN = "set the run up again, or read the file and say --trust."
 
 
-def require_unchanged(case: Case, run: Path, trusted: bool) -> list[str]:
+def require_unchanged(case: Case, run: Path, trusted: bool, is_inlet_free: bool = False) -> list[str]:
     """Look at the whole run folder `run` of `case`; with `trusted` its decks, data and the case's own files may differ.
+
+    is_inlet_free: how fast gas comes in may be another than at set-up, and its deck another's: both are written anew,
+    and may be of an earlier attempt that was cut short.
 
     Returns: names of the files that differ.
     Raises: CaseError with all that is not what the case gives, a text each.
     """
     require_plain(run)
     manifest = read_manifest(run)
-    _require_same_case(manifest["case"], case, run)
+    _require_same_case(manifest["case"], case, run, 0.0 if is_inlet_free else None)
     problems = {**_find_changed_files(manifest["files"], case, run), **_find_changed_decks(case, run)}
+    if is_inlet_free:
+        problems.pop(INLET_DECK, None)
     if problems and not trusted:
         raise CaseError([f"{format_path(run / name)}: {text}" for name, text in problems.items()])
     return sorted(problems)
@@ -59,14 +65,23 @@ def require_own_decks(case: Case, run: Path) -> None:
         raise CaseError([f"{format_path(run / name)}: {text}" for name, text in problems.items()])
 
 
-def _require_same_case(before: dict[str, Any], case: Case, run: Path) -> None:
-    """Raise CaseError if an option has been changed that decks and start positions were made from."""
-    if changes := list_changes(before, case):
+def _require_same_case(before: dict[str, Any], case: Case, run: Path, until: float | None) -> None:
+    """Raise CaseError if an option has been changed that decks and start positions were made from; velocities of the
+    inlet count up to `until` [s] only."""
+    if changes := list_changes(before, case, until):
         free = ", ".join([*FREE, *(f"[{section}]" for section in FREE_SECTIONS)])
         shown = format_path(run)
         mend = f"put it back, or set it up: fbcouple setup {shown} -o {shown} (another folder if this one has results)"
         text = f"since set-up; in a run folder only {free} may be changed: {mend}."
-        raise CaseError([f"{format_path(run / 'case.toml')}: {change}, {text}" for change in changes])
+        go_on = (
+            f"since set-up; a run that has begun gets another inlet by `fbcouple run {shown} --resume --set`: {mend}."
+        )
+        raise CaseError(
+            [
+                f"{format_path(run / 'case.toml')}: {change}, {go_on if change.key in INLET else text}"
+                for change in changes
+            ]
+        )
 
 
 def _find_changed_files(sums: dict[str, str], case: Case, run: Path) -> dict[str, str]:

@@ -134,22 +134,23 @@ def make_radial(circle: Circle, radii: np.ndarray, speeds: np.ndarray) -> Radial
     return RadialProfile(circle, fine, np.interp(fine, radii, speeds))
 
 
-def make_strips(rectangle: Rectangle, axis: int, places: np.ndarray, speeds: np.ndarray) -> PiecewiseProfile:
-    """The profile of a rectangle of `speeds` [m/s] at `places` [m] along one of its two axes, the same along the other.
+def make_strips(rectangle: Rectangle, axis: int, positions: np.ndarray, speeds: np.ndarray) -> PiecewiseProfile:
+    """The profile of a rectangle of `speeds` [m/s] at `positions` [m] along one of its axes, the same along the other.
 
     Raises: CaseError (one text).
     """
-    order = np.argsort(places, kind="stable")
-    places, speeds = places[order], speeds[order]
+    order = np.argsort(positions, kind="stable")
+    positions, speeds = positions[order], speeds[order]
     low, high = rectangle.low[axis], rectangle.high[axis]
     room = _NEAR * (high - low)
-    _require_apart(np.diff(places), room, "place")
-    if places[0] > low + room or places[-1] < high - room or len(places) < 2:
-        text = f"places from {places[0]:g} to {places[-1]:g} m are given, and the rectangle has {low:g} to {high:g} m"
+    _require_apart(np.diff(positions), room, "position")
+    if positions[0] > low + room or positions[-1] < high - room or len(positions) < 2:
+        given = f"positions from {positions[0]:g} to {positions[-1]:g} m are given"
+        text = f"{given}, and the rectangle has {low:g} to {high:g} m"
         raise CaseError([f"{text}; give the velocity on its edges, too."])
-    places[0], places[-1] = min(places[0], low), max(places[-1], high)
+    positions[0], positions[-1] = min(positions[0], low), max(positions[-1], high)
     pieces, planes = [], []
-    for start, end, slow, fast in zip(places[:-1], places[1:], speeds[:-1], speeds[1:], strict=True):
+    for start, end, slow, fast in zip(positions[:-1], positions[1:], speeds[:-1], speeds[1:], strict=True):
         corners = np.array([rectangle.low, rectangle.low, rectangle.high, rectangle.high])
         corners[:, 1 - axis] = np.array([rectangle.low, rectangle.high])[[0, 1, 1, 0], 1 - axis]
         corners[:, axis] = [start, start, end, end]
@@ -159,16 +160,16 @@ def make_strips(rectangle: Rectangle, axis: int, places: np.ndarray, speeds: np.
     return PiecewiseProfile(rectangle, tuple(pieces), np.array(planes))
 
 
-def make_triangles(rectangle: Rectangle, places: np.ndarray, speeds: np.ndarray) -> PiecewiseProfile:
-    """The profile of a rectangle of `speeds` [m/s] at `places` (n, 2) [m]. Raises: CaseError (one text)."""
-    if len(np.unique(places, axis=0)) < len(places):
-        raise CaseError(["a place is given twice; keep one row of it."])
+def make_triangles(rectangle: Rectangle, positions: np.ndarray, speeds: np.ndarray) -> PiecewiseProfile:
+    """The profile of a rectangle of `speeds` [m/s] at `positions` (n, 2) [m]. Raises: CaseError (one text)."""
+    if len(np.unique(positions, axis=0)) < len(positions):
+        raise CaseError(["a position is given twice; keep one row of it."])
     try:
-        mesh = Delaunay(places)
+        mesh = Delaunay(positions)
     except (QhullError, ValueError):
-        text = "the places lie on one line, or are fewer than three"
+        text = "the positions lie on one line, or are fewer than three"
         raise CaseError([f"{text}; give points all over the rectangle, or leave the other coordinate out."]) from None
-    corners = places[mesh.simplices]
+    corners = positions[mesh.simplices]
     edges = corners[:, 1:] - corners[:, :1]
     turns = edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]
     whole = np.abs(turns) > 0.0

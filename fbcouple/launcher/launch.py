@@ -7,7 +7,7 @@ import platform
 import shutil
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,6 +20,7 @@ from fbcouple.case.schema.sections import Case
 from fbcouple.case.user_code import require_trust
 from fbcouple.decks.unchanged import require_own_decks, require_unchanged
 from fbcouple.errors import CaseError, SolverError, StoppedError
+from fbcouple.launcher.change_case import ask, change_case
 from fbcouple.launcher.job import Job, Watch
 from fbcouple.launcher.openfoam_mesh import Guard, prepare_mesh, resume_mesh
 from fbcouple.launcher.stop_signals import Requests
@@ -55,6 +56,7 @@ def launch(
     say: Say = lambda text: None,
     trusted: bool = False,
     accept_update: bool = False,
+    sets: Sequence[str] = (),
     requests: Requests | None = None,
     begin: Callable[[], None] = lambda: None,
 ) -> None:
@@ -64,8 +66,9 @@ def launch(
     that is whole; wall_limit [s]: wall time by which it has to be over; patience [s]: wall time without a coupling step
     after which it is taken for hanging; say: told what is refused; trusted: also with decks and files that were changed
     since set-up, or from another's checkpoint; accept_update: resume also what another version of fbcouple or of a
-    solver began; requests: to stop, by default the signals that come while it is under way; begin: called
-    once nothing refuses the run any more and there is something to do.
+    solver began; sets: key=value that are another from the checkpoint on (see `change_case`); requests: to stop, by
+    default the signals that come while it is under way; begin: called once nothing refuses the run any more and there
+    is something to do.
 
     Raises CaseError if `run` is no run folder, was changed, holds what neither `fresh` nor `resume` speaks of, or has
     only damaged checkpoints; SolverError with the solver's own last words; DivergedError if a check of the run failed;
@@ -75,7 +78,7 @@ def launch(
     require_plain(run)
     read_manifest(run)
     with hold(run, say) as lock, nullcontext(requests) if requests else Requests() as asked:
-        choice = Choice(fresh, resume, until, trusted, accept_update, say, begin)
+        choice = Choice(fresh, resume, until, trusted, accept_update, say, begin, tuple(sets))
         start = make_ready(run, ranks, choice, Guard(lock, asked))
         if start is None:
             return
@@ -107,6 +110,7 @@ class Choice:
     say: Say = lambda text: None
     begin: Callable[[], None] = lambda: None
     """Called when it is sure that there is something to do."""
+    sets: tuple[str, ...] = ()
 
 
 def make_ready(run: Path, ranks: int, choice: Choice, guard: Guard) -> Start | None:
@@ -129,10 +133,14 @@ def make_ready(run: Path, ranks: int, choice: Choice, guard: Guard) -> Start | N
 def _make_ready(run: Path, ranks: int, choice: Choice, guard: Guard) -> Start | None:
     case = _read_run(run, choice.fresh, choice.resume)
     require_trust(case, choice.trusted)
-    changed = require_unchanged(case, run, choice.trusted)
+    changed = require_unchanged(case, run, choice.trusted, bool(choice.sets))
+    asked = ask(case, choice.sets, run) if choice.sets else case
+    case = asked.model_copy(update={"gas": case.gas})
     start = _choose(run, case, choice) if choice.resume else Start(list_versions(case))
     if start is None:
         return None
+    if choice.sets:
+        case = change_case(run, case, asked, start.checkpoint)
     choice.begin()
     _prepare(run, case, ranks, start.checkpoint, guard)
     if not choice.trusted:

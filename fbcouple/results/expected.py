@@ -144,7 +144,9 @@ def _show(value: Any) -> str:
 
 def _find_in_attributes(data: xr.Dataset) -> list[str]:
     found = {name: data.attrs[name] for name in NUMBERS if name in data.attrs}
-    return [
+    times = np.atleast_1d(data.attrs.get("inlet_changed_at", []))
+    odd = [] if times.dtype.kind in "iuf" else [f"its attribute inlet_changed_at is {_show(times)}, and not times"]
+    return odd + [
         f"its attribute {name} is {_show(value)}, and not a number"
         for name, value in found.items()
         if np.ndim(value) != 0 or np.asarray(value).dtype.kind not in "iufb"

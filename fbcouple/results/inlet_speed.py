@@ -37,8 +37,8 @@ def sum_rows(parts: Sequence[tuple[float, Sequence[Row]]]) -> list[Row]:
         return [(0.0, sum(factor * rows[0][1] for factor, rows in parts))]
     sums: list[Row] = []
     for time in times:
-        before = sum(factor * _find_before(rows, time) for factor, rows in parts)
-        after = sum(factor * _find_after(rows, time) for factor, rows in parts)
+        before = sum(factor * find_before(rows, time) for factor, rows in parts)
+        after = sum(factor * find_after(rows, time) for factor, rows in parts)
         sums += [(time, before)] if before == after else [(time, before), (time, after)]
     return sums
 
@@ -60,16 +60,16 @@ def find_mean(gas: Mapping[str, Any], start: float, end: float) -> float:
 def _cut(rows: list[Row], start: float, end: float) -> list[Row]:
     """The rows between `start` and `end`, with one at each of these two: of a jump there only the side within."""
     inner = [row for row in rows if start < row[0] < end]
-    return [(start, _find_after(rows, start)), *inner, (end, _find_before(rows, end))]
+    return [(start, find_after(rows, start)), *inner, (end, find_before(rows, end))]
 
 
-def _find_after(rows: Sequence[Row], time: float) -> float:
+def find_after(rows: Sequence[Row], time: float) -> float:
     """Velocity at `time`, of a jump there the later one; before the first row its own, after the last its own."""
     index = bisect_right(rows, time, key=lambda row: row[0])
     return rows[-1][1] if index == len(rows) else _interpolate(rows, max(index, 1), time)
 
 
-def _find_before(rows: Sequence[Row], time: float) -> float:
+def find_before(rows: Sequence[Row], time: float) -> float:
     """Velocity at `time`, of a jump there the earlier one."""
     index = bisect_left(rows, time, key=lambda row: row[0])
     return rows[-1][1] if index == len(rows) else _interpolate(rows, max(index, 1), time)

@@ -94,6 +94,11 @@ class Results:
         return (start, end) if math.isfinite(start) and math.isfinite(end) else None
 
     @property
+    def inlet_changes(self) -> list[float]:
+        """When [s] the inlet was changed as the run went on from a checkpoint."""
+        return [float(time) for time in np.atleast_1d(self.data.attrs.get("inlet_changed_at", []))]
+
+    @property
     def is_box(self) -> bool:
         """Whether the gas has the cells of a plain box, so that nothing of the grid is outside."""
         return "inside" not in self.data.coords

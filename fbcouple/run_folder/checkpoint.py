@@ -36,6 +36,8 @@ _NO_FOLDER_SYNC = (errno.EINVAL, errno.ENOSYS, errno.EOPNOTSUPP)
 _UNFINISHED = ".unfinished-"
 _REST = re.compile(r"\.unfinished-(step-)?\d+")
 _MOST_NAMED = 3
+_ONE_VELOCITY = {b"interstitialInletVelocity", b"alpha", b"inletVelocity"}
+"""Words of an inlet of one velocity, which the run may have had up to the checkpoint, and has another since."""
 
 Sums = dict[str, tuple[int, str]]
 """File, named from the checkpoint's folder -> size and SHA-256."""
@@ -185,7 +187,7 @@ def read(folder: Path, case: Case) -> Checkpoint:
 
 def _require_same(index: Index, case: Case, run: Path) -> None:
     """Raise CaseError if the case or a file that the run reads is not the one that the checkpoint is of."""
-    if changes := list_changes(index.case, case):
+    if changes := list_changes(index.case, case, index.time):
         more = f" and {len(changes) - _MOST_NAMED} more" if len(changes) > _MOST_NAMED else ""
         told = ", ".join(map(str, changes[:_MOST_NAMED]))
         raise CaseError([f"it is of another case than the case.toml of the run: {told}{more}"])
@@ -199,7 +201,8 @@ def _require_same(index: Index, case: Case, run: Path) -> None:
 def _read_words(run: Path) -> Words:
     """Words of the fields as they start, and of the mesh's patches."""
     decks = [run / "CFD/system/blockMeshDict", *(run / "CFD/0").glob("*")]
-    return list_words([path.read_text(encoding="utf-8", errors="replace") for path in decks if path.is_file()])
+    words = list_words([path.read_text(encoding="utf-8", errors="replace") for path in decks if path.is_file()])
+    return words | _ONE_VELOCITY
 
 
 def _flush(path: Path) -> None:

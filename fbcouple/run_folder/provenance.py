@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from fbcouple.run_folder.manifest import read_manifest
 
@@ -24,19 +25,27 @@ class Making:
     updates: list[str]
     """With what else than before it went on from a checkpoint, a line each time."""
 
-    def list_attributes(self) -> dict[str, str]:
+    inlet_changes: list[dict[str, Any]] = field(default_factory=list)
+    """At which `time` [s] which `inlet` was changed in the run."""
+
+    def list_attributes(self) -> dict[str, Any]:
         """What results.nc says of it; `source` is the sentence that the CF conventions ask for."""
         programs = [f"{name} {self.versions[name]}" for name in _PROGRAMS if name in self.versions]
         lines = {"source": "; ".join(programs), "changed_since_set_up": ", ".join(self.changed)}
         lines["updates"] = "\n".join(self.updates)
-        return self.versions | {name: text for name, text in lines.items() if text}
+        told = [f"from t = {change['time']:.6g} s on: {change['inlet']}" for change in self.inlet_changes]
+        lines["inlet_changes"] = "\n".join(told)
+        attributes: dict[str, Any] = self.versions | {name: text for name, text in lines.items() if text}
+        if told:
+            attributes["inlet_changed_at"] = sorted({float(change["time"]) for change in self.inlet_changes})
+        return attributes
 
 
 def read_making(run: Path) -> Making:
     """What the parent wrote into the manifest of `run`."""
     manifest = read_manifest(run)
     about = manifest["run"]
-    return Making(manifest["run_with"], about["changed"], about["updates"])
+    return Making(manifest["run_with"], about["changed"], about["updates"], manifest.get("inlet_changes", []))
 
 
 def list_makers(versions: Versions) -> Versions:

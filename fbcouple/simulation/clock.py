@@ -70,9 +70,13 @@ class Clock:
         return {name: getattr(self, name) for name in self._STATE}
 
     def load(self, state: dict[str, Any]) -> None:
-        """Go on from `state`, to this clock's own end."""
+        """Go on from `state`, to this clock's own end; no step is longer than it allows, whatever `state` chose."""
         for name in self._STATE:
             setattr(self, name, state[name])
+        if self._dem_step is None:
+            self.dt = min(self.dt, self._longest)
+        elif self._longest < math.inf:
+            self.substeps = max(1, min(self.substeps, int(self._longest / self._dem_step)))
         self._end_in_time()
 
     def _end_in_time(self) -> None:

@@ -13,6 +13,7 @@ from fbcouple.case.bed import derived
 from fbcouple.case.bed.acceleration import choose_acceleration
 from fbcouple.case.bed.feeds import find_longest_step, has_traffic
 from fbcouple.case.bed.particle_types import largest_diameter
+from fbcouple.case.bed.streams import has_own_condition, list_tables
 from fbcouple.case.schema.sections import Case
 from fbcouple.coupling.coupling import Coupling
 from fbcouple.coupling.discretisation import BoxCells, BoxSpace, Cells, MeshCells, MeshSpace, Space
@@ -51,6 +52,8 @@ def start_solvers(case: Case, run: Path, comm: MPI.Comm, end: float, restart: Pa
     if case.gas:
         log = logs / "openfoam.log" if comm.rank == 0 else Path("/dev/null")
         gas = Gas(run / "CFD", log, case.gas.density, case.gas.correctors, comm.rank if comm.size > 1 else None)
+        if restart and has_own_condition(case):
+            gas.set_inlet(list_tables(case))
     if case.particles:
         virtual_mass = case.exchange is not None and case.exchange.virtual_mass
         log = logs / "liggghts.log"

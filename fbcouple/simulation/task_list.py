@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from fbcouple.paths import FRAMES
 from fbcouple.run_folder.checkpoint import describe
@@ -41,7 +42,7 @@ def open_tasks(
 
 
 def list_tasks(
-    sim: Simulation, run: Path, case_text: str, made_with: dict[str, str] | None = None
+    sim: Simulation, run: Path, case_text: str, made_with: dict[str, Any] | None = None
 ) -> tuple[Monitors, list[Task]]:
     """The monitors, and all tasks that the case asks for, the monitors among them (collective).
 

@@ -22,7 +22,7 @@ _RADIUS = 0.0038
 _ROWS = 41
 
 
-def _write_files(place: Path) -> tuple[list[dict[str, Any]], list[tuple[float, float]]]:
+def _write_files(folder: Path) -> tuple[list[dict[str, Any]], list[tuple[float, float]]]:
     """The inlets, and of each the mean and the largest velocity of its file.
 
     A slot with 1 + 2 s, s from 0 to 1 across it: mean 2. A port with a + b y + c z at scattered points, which triangles
@@ -30,14 +30,14 @@ def _write_files(place: Path) -> tuple[list[dict[str, Any]], list[tuple[float, f
     """
     (x0, _), (x1, _) = _SLOT
     across = np.linspace(0.0, 1.0, _ROWS)
-    _write(place / "slot.csv", "x [mm],velocity", 1e3 * (x0 + across * (x1 - x0)), 1.0 + 2.0 * across)
+    _write(folder / "slot.csv", "x [mm],velocity", 1e3 * (x0 + across * (x1 - x0)), 1.0 + 2.0 * across)
     (a0, b0), (a1, b1) = _PORT
     corners = np.array([[a0, b0], [a1, b0], [a1, b1], [a0, b1]])
     inner = np.random.default_rng(3).uniform(corners.min(axis=0), corners.max(axis=0), (60, 2))
     y, z = np.concatenate([corners, inner]).T
-    _write(place / "port.csv", "y,z,velocity", y, z, 1.0 + 50.0 * y + 100.0 * z)
+    _write(folder / "port.csv", "y,z,velocity", y, z, 1.0 + 50.0 * y + 100.0 * z)
     radius = np.linspace(0.0, _RADIUS, _ROWS)
-    _write(place / "pipe.csv", "radius,velocity", radius, 2.0 * (1.0 - radius / _RADIUS))
+    _write(folder / "pipe.csv", "radius,velocity", radius, 2.0 * (1.0 - radius / _RADIUS))
     tables: list[dict[str, Any]] = [
         {"rectangle": [list(corner) for corner in _SLOT], "profile_file": "slot.csv"},
         {"rectangle": [list(corner) for corner in _PORT], "profile_file": "port.csv", "face": "right"},
@@ -64,14 +64,14 @@ def _pulse(number: int, velocity: float) -> list[list[float]]:
     variants=("box", "tetrahedra"),
     judge=lambda found: (n for v in found.values() for n in v),
 )
-def openings_profile(place: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
+def openings_profile(folder: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
     """A slot, a port and a pipe, whose velocities files say, along no edge of cells, each open in its turn: the flow is
     the given mean times the area; as the files have it, mean and largest are the integrals by hand."""
-    tables, wanted = comm.bcast(_write_files(place) if comm.rank == 0 else None)
+    tables, wanted = comm.bcast(_write_files(folder) if comm.rank == 0 else None)
     inlets = [table | {"ramp": _pulse(number, 1.0 + number)} for number, table in enumerate(tables)]
     gas = GAS | {"inlet_velocity": None, "inlets": inlets, "walls": "slip", "pressure_tolerance": 1e-10}
     domain = {"size": list(_SIZE), "cells": list(_CELLS)} | ({} if variant == "box" else {"elements": variant})
-    bench = open_bench(place, comm, {"domain": domain, "gas": gas}, folder=place)
+    bench = open_bench(folder, comm, {"domain": domain, "gas": gas}, case_folder=folder)
     assert bench.case.gas is not None
     areas = [math.prod(np.subtract(high, low).tolist()) for low, high in (_SLOT, _PORT)] + [math.pi * _RADIUS**2]
     for number, (inlet, area, (mean, most)) in enumerate(
@@ -92,7 +92,7 @@ _JET, _SIDE = 8.0, 0.003
 
 
 @check("openings-backflow", ranks=(2,))
-def openings_backflow(place: Path, comm: MPI.Comm) -> Iterator[Number]:
+def openings_backflow(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """A jet below an open top drags gas in by it: what goes out there less what comes in is what the jet brings. Then
     the jet sucks: all of its gas, and more, comes in by the top."""
     middle = 0.0105
@@ -105,7 +105,7 @@ def openings_backflow(place: Path, comm: MPI.Comm) -> Iterator[Number]:
         "pressure_tolerance": 1e-12,
     }
     domain = {"size": [0.021, 0.021, 0.02], "cells": [7, 7, 6]}
-    bench = open_bench(place, comm, {"domain": domain, "gas": gas | {"walls": "slip"}})
+    bench = open_bench(folder, comm, {"domain": domain, "gas": gas | {"walls": "slip"}})
     flow = _JET * _SIDE**2
     for _ in range(40):
         bench.gas.step(2e-4, *bench.gas.clean_input)

@@ -49,12 +49,15 @@ def history(results: Results) -> Figure:
     left, right, bottom, top, each, gap = 0.72, 1.15, 0.42, 0.1, 1.05, 0.14
     shaded = "" if results.window is None else "shaded: "
     body = bottom + len(shown) * (each + gap) - gap + top
-    picture = new_figure(results.title, PAGE, body, shaded + averaging_text(results))
+    dashed = "; dashed: the inlet was changed" if results.inlet_changes else ""
+    picture = new_figure(results.title, PAGE, body, shaded + averaging_text(results) + dashed)
     time = results.data["time"].values
     for row, name in enumerate(reversed(shown)):
         axes = inset_axes(picture, left, bottom + row * (each + gap), PAGE - left - right, each)
         if results.window is not None:
             axes.axvspan(*results.window, color=WINDOW_SHADE, linewidth=0, zorder=0)
+        for moment in results.inlet_changes:
+            axes.axvline(moment, color=GREY, linestyle="--", linewidth=0.8)
         PANELS[name](axes, results)
         axes.set_xlim(0.0, time[-1] if time[-1] > 0.0 else None)
         axes.grid(axis="y", color="white" if results.window else WINDOW_SHADE, linewidth=0.6)

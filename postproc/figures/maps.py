@@ -13,7 +13,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fbcouple.postproc.averaging import averaging_text, find_start_up_in_means, format_window
+from fbcouple.postproc.averaging import averaging_text, format_window, list_marks
 from fbcouple.postproc.figures.arrows import sample_arrows
 from fbcouple.postproc.figures.heights import SCARCE
 from fbcouple.postproc.figures.layout import Line, Panel, draw_panels
@@ -128,13 +128,12 @@ def _note(runs: Sequence[Results]) -> str:
 
 
 def _window(run: Results, runs: Sequence[Results]) -> str:
-    """What stands above a map: nothing for one run, else its label; where they differ, window and start-up, too."""
+    """What stands above a map: nothing for one run, else its label; where they differ, window and marks, too."""
     if len(runs) == 1:
         return ""
     if len({averaging_text(other) for other in runs}) == 1 or run.window is None:
         return run.label
-    start_up = find_start_up_in_means(run)
-    return "\n".join([run.label, format_window(run), *([start_up.brief] if start_up else [])])
+    return "\n".join([run.label, format_window(run), *(mark.brief for mark in list_marks(run))])
 
 
 def draw_edge(axes: Axes, results: Results, field: xr.DataArray) -> None:

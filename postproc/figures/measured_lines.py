@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fbcouple.input_files.measured_lines import QUANTITIES
-from fbcouple.postproc.averaging import find_start_up_in_means, format_window, mark_runs
+from fbcouple.postproc.averaging import format_window, list_marks, mark_runs
 from fbcouple.postproc.experiment import Measured, gather_references, line_of
 from fbcouple.postproc.figures.registry import figure
 from fbcouple.postproc.style import INK, LINES, PAGE, lay_out, wrap_label
@@ -56,8 +56,8 @@ def _draw_line(axes: Axes, runs: Sequence[Results], measured: Measured) -> None:
             continue
         drawn: dict[str, Any] = {key: LINES[number % len(LINES)][key] for key in ("color", "linestyle")}
         try:
-            start_up = find_start_up_in_means(run)
-            label = wrap_label(f"{run.label} ({start_up.brief})" if start_up else run.label, 26)
+            marks = "; ".join(mark.brief for mark in list_marks(run))
+            label = wrap_label(f"{run.label} ({marks})" if marks else run.label, 26)
             axes.plot(1e3 * run.data["x"].values, line_of(run, reference), label=label, **drawn)
         except NotDrawableError:
             continue  # the table says so

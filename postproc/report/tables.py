@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from fbcouple.postproc.averaging import find_start_up_in_means, format_window
+from fbcouple.postproc.averaging import format_window, list_marks
 from fbcouple.postproc.figures.bubbles import find_bubbling, summarise_bubbles
 from fbcouple.postproc.figures.cost import SOLVERS, stage_seconds
 from fbcouple.postproc.figures.spectrum import SIGNALS as SPECTRA
@@ -63,8 +63,7 @@ def tabulate_solved(results: Results) -> Rows:
         rows += [(f"contact: {key.replace('_', ' ')}", value) for key, value in contact.items() if key in _TELLING]
     if exchange:
         rows += [(f"exchange: {key.replace('_', ' ')}", value) for key, value in exchange.items()]
-    start_up = find_start_up_in_means(results)
-    window = "; ".join([format_window(results) or "none", *([start_up.brief] if start_up else [])])
+    window = "; ".join([format_window(results) or "none", *(mark.brief for mark in list_marks(results))])
     time = float(results.data["time"].values[-1]) if results.data.sizes.get("time") else math.nan
     rows += [("simulated time [s]", time), ("time means over", window)]
     rows += [("complete", "yes" if results.complete else f"no, of {case['end_time']:g} s")]
@@ -77,6 +76,8 @@ def _format_inflow(results: Results) -> float | str:
     rows = list_rows(gas)
     if is_constant(gas):
         return rows[0][1]
+    if changes := results.data.attrs.get("inlet_changes"):
+        return str(changes).replace("\n", "; ")
     words = f"{len(rows)} rows in time, {rows[0][1]:g} to {rows[-1][1]:g}"
     speed = results.inlet_speed
     return (

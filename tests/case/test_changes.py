@@ -2,7 +2,7 @@
 
 import pytest
 
-from fbcouple.case.changes import list_changes, list_values
+from fbcouple.case.changes import list_changes, list_inflows, list_values
 from fbcouple.case.load import load_case
 
 NAME = "van-wachem/0.9"
@@ -33,6 +33,34 @@ def test_an_option_that_was_changed_is_named(before, setting, words):
 )
 def test_when_a_run_ends_and_how_often_it_is_saved_may_change(before, setting):
     assert list_changes(before, load_case(NAME, [setting])) == []
+
+
+@pytest.mark.parametrize(
+    ("ramp", "until", "is_same"),
+    [
+        ([[0.0, 0.9], [0.5, 0.9], [0.5, 1.3]], 0.5, True),
+        ([[0.0, 0.9], [0.5, 0.9], [0.5, 1.3]], 0.6, False),
+        ([[0.0, 0.9], [0.4, 0.9], [0.6, 1.3]], 0.4, True),
+        ([[0.0, 0.9], [0.4, 0.9], [0.6, 1.3]], 0.5, False),
+        ([[0.0, 0.8], [0.4, 0.9]], 0.4, False),
+        ([[0.1, 0.9]], 2.0, True),
+    ],
+)
+def test_the_velocity_of_the_inlet_counts_up_to_a_time(before, ramp, until, is_same):
+    case = load_case(NAME)
+    case = case.model_copy(
+        update={"gas": case.gas.model_copy(update={"inlet_velocity": None, "inlet_ramp": tuple(map(tuple, ramp))})}
+    )
+    assert (list_changes(before, case, until) == []) is is_same
+    assert {change.key for change in list_changes(before, case)} == {"gas.inlet_velocity", "gas.inlet_ramp"}
+
+
+def test_where_gas_comes_in_counts_at_all_times():
+    one = {"rectangle": [[0.0, 0.0], [0.1, 0.1]], "velocity": 1.0, "profile_file": None}
+    values = [{"gas.inlets": [one]}, {"gas.inlets": [one | {"velocity": 2.0}]}, {"gas.inlets": [one, one]}]
+    openings = [[opening for opening, _ in list_inflows(value)] for value in values]
+    assert openings[0] == openings[1] != openings[2]
+    assert openings[0] != [opening for opening, _ in list_inflows({"gas.inlets": [one | {"profile_file": "a.csv"}]})]
 
 
 def test_an_option_that_is_younger_than_the_run_had_its_default(before):

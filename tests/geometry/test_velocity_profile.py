@@ -19,17 +19,17 @@ FACE = np.array([[0.6, 0.6], [0.75, 0.6], [0.75, 0.78], [0.6, 0.78]])
 
 def scatter():
     inner = np.random.default_rng(1).uniform(0.1, 0.85, (200, 2))
-    places = np.concatenate([inner, [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]])
-    return places, 1.0 + np.sin(9.0 * places[:, 0]) * places[:, 1]
+    positions = np.concatenate([inner, [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]])
+    return positions, 1.0 + np.sin(9.0 * positions[:, 0]) * positions[:, 1]
 
 
 def list_profiles():
-    radii, places = np.linspace(0.0, 0.31, 23), scatter()
+    radii, positions = np.linspace(0.0, 0.31, 23), scatter()
     return {
         "radial": (make_radial(CIRCLE, radii, 1.0 + np.cos(9.0 * radii)), CIRCLE.area),
         "across": (make_strips(RECTANGLE, 0, np.linspace(0.13, 0.83, 31), np.linspace(0.0, 3.0, 31)), RECTANGLE.area),
         "up": (make_strips(RECTANGLE, 1, np.array([0.7, 0.2, 0.8]), np.array([4.0, 0.0, 1.0])), RECTANGLE.area),
-        "triangles": (make_triangles(RECTANGLE, *places), RECTANGLE.area),
+        "triangles": (make_triangles(RECTANGLE, *positions), RECTANGLE.area),
     }
 
 
@@ -43,8 +43,8 @@ def test_parts_make_up_the_area_of_the_inlet(name, n):
 
 def test_a_straight_profile_is_exact_on_any_face():
     """A plane through scattered points, and the same along one coordinate, over a polygon that the rectangle cuts."""
-    places, _ = scatter()
-    plane = make_triangles(RECTANGLE, places, 1.0 + 2.0 * places[:, 0] + places[:, 1])
+    positions, _ = scatter()
+    plane = make_triangles(RECTANGLE, positions, 1.0 + 2.0 * positions[:, 0] + positions[:, 1])
     assert plane.mean == pytest.approx(1.0 + 0.96 + 0.49, rel=1e-13)
     assert plane.peak * plane.mean == pytest.approx(1.0 + 1.66 + 0.77, rel=1e-12)
     inside = 0.15 * 0.17 * (1.0 + 2.0 * 0.675 + 0.685)
@@ -84,9 +84,12 @@ REFUSED = {
         "rectangle has 0.13 to 0.83 m",
     ),
     "one place": (lambda: make_strips(RECTANGLE, 0, np.array([0.2]), np.ones(1)), "give the velocity on its edges"),
-    "same place": (lambda: make_strips(RECTANGLE, 1, np.array([0.2, 0.2, 0.9]), np.ones(3)), "a place is given twice"),
+    "same place": (
+        lambda: make_strips(RECTANGLE, 1, np.array([0.2, 0.2, 0.9]), np.ones(3)),
+        "a position is given twice",
+    ),
     "line": (lambda: make_triangles(RECTANGLE, np.outer(np.arange(5.0), [1.0, 1.0]), np.ones(5)), "lie on one line"),
-    "same point": (lambda: make_triangles(RECTANGLE, np.ones((4, 2)), np.ones(4)), "a place is given twice"),
+    "same point": (lambda: make_triangles(RECTANGLE, np.ones((4, 2)), np.ones(4)), "a position is given twice"),
     "gap": (lambda: make_triangles(RECTANGLE, FACE, np.ones(4)), "of the rectangle without a velocity; give some on"),
 }
 

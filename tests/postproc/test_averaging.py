@@ -10,6 +10,7 @@ from click.testing import CliRunner
 from fbcouple.cli.main import cli
 from fbcouple.postproc.averaging import (
     averaging_text,
+    find_inlet_change_in_means,
     find_start_up_in_means,
     format_window,
     list_warnings,
@@ -65,6 +66,18 @@ def test_a_start_up_that_is_not_seen_to_be_over_is_marked(results, rows, brief):
     early = cut(begin(results, 0.05, 0.01 * (rows - 1)), rows)
     assert find_start_up_in_means(early).brief == brief
     assert averaging_text(early).endswith(f"; {brief}")
+
+
+def test_means_of_two_inlets_are_marked(results):
+    changed = begin(results, 2.0)
+    changed.data.attrs["inlet_changed_at"] = [1.0, 7.25]
+    assert find_inlet_change_in_means(changed).brief == "inlet changed at 7.25 s"
+    assert averaging_text(changed) == "time mean over 2–20 s; inlet changed at 7.25 s"
+    assert mark_runs([results, changed]) == "; inlet changed at 7.25 s: early"
+    (warning,) = list_warnings([changed])
+    assert warning.startswith("early: the inlet was changed at 7.25 s, within the time means over 2–20 s")
+    changed.data.attrs["inlet_changed_at"] = 1.0  # as NetCDF reads a single one
+    assert find_inlet_change_in_means(changed) is None and changed.inlet_changes == [1.0]
 
 
 def test_the_mark_stands_on_maps_and_on_measured_lines(results):

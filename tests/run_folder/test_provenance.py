@@ -15,3 +15,10 @@ def test_source_names_the_programs_that_the_run_needs():
 def test_changes_and_updates_are_named_only_where_there_are_some():
     attributes = Making({"fbcouple": "1"}, ["DEM/in.liggghts"], ["a", "b"]).list_attributes()
     assert attributes["changed_since_set_up"] == "DEM/in.liggghts" and attributes["updates"] == "a\nb"
+
+
+def test_changes_of_the_inlet_have_their_times():
+    changes = [{"time": 0.5, "inlet": "inlet 1: a"}, {"time": 0.5, "inlet": "inlet 2: b"}]
+    attributes = Making({"fbcouple": "1"}, [], [], changes).list_attributes()
+    assert attributes["inlet_changes"] == "from t = 0.5 s on: inlet 1: a\nfrom t = 0.5 s on: inlet 2: b"
+    assert attributes["inlet_changed_at"] == [0.5]

@@ -32,6 +32,17 @@ def test_the_sharper_limit_chooses_and_growth_is_a_fifth_at_most(courant, fourie
 
 
 @pytest.mark.parametrize("dem_step", [None, DEM])
+def test_a_clock_that_goes_on_with_a_shorter_longest_step_keeps_to_it(dem_step):
+    before = Clock(end=1.0, dem_step=dem_step, first_step=DEM, longest=10.4 * DEM)
+    take(before, 100)
+    same, shorter = (Clock(end=1.0, dem_step=dem_step, first_step=DEM, longest=n * DEM) for n in (10.4, 3.5))
+    for clock in (same, shorter):
+        clock.load(before.save())
+    assert (same.dt, same.substeps) == (before.dt, before.substeps)
+    assert shorter.dt == pytest.approx((3.5 if dem_step is None else 3.0) * DEM, rel=1e-12)
+
+
+@pytest.mark.parametrize("dem_step", [None, DEM])
 def test_no_step_is_longer_than_the_longest(dem_step):
     clock = Clock(end=1.0, dem_step=dem_step, first_step=DEM, longest=10.4 * DEM)
     take(clock, 100)

@@ -60,8 +60,8 @@ def _read(path: Path, stamp: tuple[int, int], opening: Opening) -> Profile:
         _require_few(path, "rectangle", columns["velocity"])
         given = [name for name in names if name in columns]
         if len(given) == 2:
-            places = np.stack([columns[name] for name in names], axis=1)
-            profile = _name(path, make_triangles, shape, places, columns["velocity"])
+            positions = np.stack([columns[name] for name in names], axis=1)
+            profile = _name(path, make_triangles, shape, positions, columns["velocity"])
         elif given:
             profile = _name(path, make_strips, shape, names.index(given[0]), columns[given[0]], columns["velocity"])
         else:

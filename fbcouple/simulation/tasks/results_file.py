@@ -34,7 +34,7 @@ class ResultsFile(Task):
         history: History,
         averages: Averages | None,
         snapshots: Snapshots | None,
-        made_with: dict[str, str],
+        made_with: dict[str, Any],
         ledger: LedgerKeeper | None = None,
     ) -> None:
         """`made_with`: what the file says of the programs that the run is made with."""

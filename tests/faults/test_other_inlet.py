@@ -1,0 +1,164 @@
+"""A run that goes on under another inlet: it is the run of a ramp that jumps there, its case and results say so, and
+what a run cannot change is refused before anything is written."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+import xarray as xr
+from click.testing import CliRunner
+from small_bed import BED, find_differences, prepare
+from test_resume_scenes import INLETS, SHORT_FORM
+
+import fbcouple
+from fbcouple.case.load import load_case
+from fbcouple.cli.main import cli
+from fbcouple.errors import CaseError
+from fbcouple.launcher import change_case
+from fbcouple.launcher.launch import launch
+
+SHORT = ["end_time=3e-3", "averages.start=0.0", "output.record_every=4e-4"]
+BLOWN = ["gas.inlet_velocity=2.0"]
+JET = "gas.inlets.2.ramp=[[0.0, 9.0], [1e-3, 9.0], [2e-3, 3.0]]"
+
+
+@pytest.fixture(scope="module")
+def part_way(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    run = prepare(tmp_path_factory.mktemp("part-way"), SHORT)
+    launch(run, 1, lambda row: None, until=8e-4)
+    return run
+
+
+@pytest.fixture
+def stopped(part_way: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(part_way, tmp_path / "stopped"))
+
+
+def read_files(run: Path) -> dict[str, bytes]:
+    return {str(p): p.read_bytes() for p in run.rglob("*") if p.is_file() and p.name != "lock"}
+
+
+def read(run: Path) -> xr.Dataset:
+    with xr.open_dataset(run / "results.nc") as results:
+        return results.load()
+
+
+def blow_harder(run: Path, ranks: int = 1, sets: list[str] | None = None) -> xr.Dataset:
+    launch(run, ranks, lambda row: None, resume=True, sets=sets or BLOWN)
+    return read(run)
+
+
+@pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=pytest.mark.slow)])
+def test_it_is_the_run_of_a_ramp_that_jumps_there(stopped, tmp_path, ranks):
+    """From the start, on as many ranks: bit for bit, where every step is one of DEM."""
+    if ranks > 1:
+        stopped = prepare(tmp_path / "ranks", SHORT)
+        launch(stopped, ranks, lambda row: None, until=8e-4)
+    results = blow_harder(stopped, ranks)
+    case = load_case(str(stopped))
+    (time,) = [float(results.attrs["inlet_changed_at"])]
+    assert [speed for _, speed in case.gas.inlet_ramp] == [1.2, 1.2, 2.0] and case.gas.inlet_velocity is None
+    assert case.gas.inlet_ramp[1][0] == pytest.approx(time, rel=2e-9)
+    assert results.attrs["inlet_changes"].endswith("inlet: 1.2 m/s up to then, 2 m/s from then on")
+    assert float(results["gas_inflow_error"].max()) < 1e-12 and results.attrs["complete"]
+    ramp = BED.replace(SHORT_FORM, f"inlet_ramp = {[list(row) for row in case.gas.inlet_ramp]}\n")
+    whole = prepare(tmp_path / "whole", SHORT, ramp)
+    launch(whole, ranks, lambda row: None)
+    of_fastest = {"inlet_velocity", "gas_mass_error", "gas_inflow_error", "gas_flux_error"}
+    assert set(find_differences(stopped, whole)) <= of_fastest, "up to the change the fastest was another"
+    speeds = results["inlet_velocity"].values[1:]
+    assert speeds == pytest.approx(read(whole)["inlet_velocity"].values[1:], rel=1e-12)
+
+
+@pytest.mark.slow
+def test_inlets_change_one_by_one_and_again_and_resume_goes_on(tmp_path):
+    """On two ranks and then one; the run that is stopped once more is the one that is not."""
+    one = prepare(tmp_path / "one", [*INLETS, *SHORT], BED.replace(SHORT_FORM, ""))
+    launch(one, 2, lambda row: None, until=4e-4)
+    other = Path(shutil.copytree(one, tmp_path / "other"))
+    launch(one, 1, lambda row: None, resume=True, sets=[JET, "gas.inlets.1.velocity=0.9"])
+    launch(other, 1, lambda row: None, resume=True, until=1.2e-3, sets=[JET, "gas.inlets.1.velocity=0.9"])
+    launch(other, 1, lambda row: None, resume=True)
+    assert find_differences(one, other) == []
+    results, gas = read(one), load_case(str(one)).gas
+    told = results.attrs["inlet_changes"].splitlines()
+    assert len(told) == 2 and told[0].endswith("inlet 1: 0.6 m/s up to then, 0.9 m/s from then on")
+    assert "9 m/s from then on, and 2 rows of a ramp after it" in told[1]
+    assert gas.inlets[1].ramp[-1] == (2e-3, 3.0) and gas.inlets[2].velocity == 0.5
+    assert float(results["gas_inflow_error"].max()) < 1e-12
+
+
+REFUSED = {
+    "gas.density=2.0": "--set: gas.density: is fixed once a run has begun; gas.inlet_velocity, gas.inlet_ramp",
+    "gas.inlets.1.velocity=2.0": "--set: gas.inlets.1.velocity: the case has 0 inlets",
+    "gas.inlet_velocity=-2.0": "--set: gas.inlet_velocity: -2.0 is given",
+    "gas.inlet_velocity=": "--set: gas.inlet_velocity: no value is given",
+    "gas.inlet_ramp=[[0.0, 1.0], [-1.0, 2.0]]": "--set: gas.inlet_ramp",
+    "output.save_every=-1": "--set: output.save_every",
+}
+
+
+@pytest.mark.parametrize("setting", REFUSED)
+def test_what_a_run_cannot_change_is_told_before_anything_is_written(stopped, setting):
+    before = read_files(stopped)
+    result = CliRunner().invoke(cli, ["run", str(stopped), "--resume", "--set", setting])
+    assert result.exit_code == 1 and REFUSED[setting] in result.stderr, result.output
+    assert read_files(stopped) == before
+
+
+def test_a_change_needs_a_run_that_goes_on(tmp_path, stopped):
+    result = CliRunner().invoke(cli, ["run", str(stopped), "--set", BLOWN[0]])
+    assert result.exit_code == 2 and "give --resume with it" in result.stderr
+    with pytest.raises(CaseError, match="has no checkpoint, from which its inlet could be another"):
+        blow_harder(prepare(tmp_path / "new", SHORT))
+    launch(stopped, 1, lambda row: None, resume=True, until=8e-4, sets=BLOWN)
+    assert load_case(str(stopped)).gas.inlet_velocity == 1.2, "nothing was left to do"
+
+
+@pytest.mark.slow
+def test_an_inlet_that_is_wall_stays_so(tmp_path):
+    sets = [INLETS[0].replace("velocity=0.5", "velocity=0.0"), *SHORT]
+    run = prepare(tmp_path, sets, BED.replace(SHORT_FORM, ""))
+    launch(run, 1, lambda row: None, until=1e-4)
+    with pytest.raises(CaseError, match="inlet 3 lets no gas in at any time and is wall; set up another run"):
+        blow_harder(run, sets=["gas.inlets.3.velocity=1.0"])
+
+
+def test_an_inlet_that_was_changed_by_hand_is_told_how(stopped):
+    path = stopped / "case.toml"
+    path.write_text(path.read_text().replace("inlet_velocity = 1.2", "inlet_velocity = 1.3"))
+    with pytest.raises(
+        CaseError,
+        match=r"1.2 and is 1.3 now, since set-up; a run that has begun gets another inlet by .* --resume --set",
+    ):
+        launch(stopped, 1, lambda row: None, resume=True)
+
+
+@pytest.mark.parametrize("cut", ["write_whole", pytest.param("write_manifest", marks=pytest.mark.slow)])
+def test_a_change_that_is_cut_short_is_made_by_the_same_command(stopped, monkeypatch, cut):
+    with monkeypatch.context() as patched:
+        patched.setattr(change_case, cut, lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+        with pytest.raises(KeyboardInterrupt):
+            blow_harder(stopped)
+    assert load_case(str(stopped)).gas.inlet_ramp is not None
+    with pytest.raises(CaseError, match="--resume --set"):
+        launch(stopped, 1, lambda row: None, resume=True)
+    results = blow_harder(stopped)
+    assert len(load_case(str(stopped)).gas.inlet_ramp) == 3 and results.attrs["complete"]
+    manifest = json.loads((stopped / "manifest.json").read_text())
+    assert len(manifest["inlet_changes"]) == 1 and manifest["case"]["gas.inlet_velocity"] is None
+    assert "inlet_ramp" in manifest["in"]
+
+
+def test_from_python_with_a_later_end(stopped):
+    run = fbcouple.Run(stopped)
+    with pytest.raises(CaseError, match="is not before the end"):
+        run.resume(values={"gas.inlet_velocity": 2.0, "end_time": 1e-3}, progress=False)
+    status = run.resume(values={"gas.inlet_velocity": 2.0, "end_time": 2e-3}, progress=False)
+    assert status.state == "complete" and status.end_time == 2e-3
+    status = run.resume(values={"gas.inlet_velocity": 1.5, "end_time": 2.3e-3}, progress=False)
+    assert status.state == "complete" and len(run.results().attrs["inlet_changed_at"]) == 2
+    assert [speed for _, speed in run.case.gas.inlet_ramp] == [1.2, 1.2, 2.0, 2.0, 1.5]
