@@ -43,4 +43,5 @@ def test_the_gas_of_the_case_comes_in_and_passes(found, ranks):
     data, steps = found[ranks]
     assert steps >= 20
     assert float(data["gas_inflow_error"].max()) < 1e-12 and float(data["gas_mass_error"].max()) < 1e-6
+    assert data["gas_backflow"].values == pytest.approx(found[1][0]["gas_backflow"].values, rel=1e-9, abs=1e-12)
     assert float(data["inlet_velocity"][-1]) == pytest.approx(float(found[1][0]["inlet_velocity"][-1]), rel=1e-9)
