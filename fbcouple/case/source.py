@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from fbcouple import paths
+import fbcouple.paths as paths  # noqa: PLR0402  (the package itself stands on a higher floor)
 from fbcouple.case.problems import Problem, show, suggest
 from fbcouple.case.schema.reference import FILE_KEYS
 from fbcouple.errors import CaseError
