@@ -114,7 +114,10 @@ def find_difference(run: Results, base: Results, name: str) -> Difference:
     if name == FLUX_PROFILE:
         run, base = (replace(each, view=replace(each.view, heights=list_heights(base)[:1])) for each in (run, base))
     one, other = _bring_together(FIELDS[name](run, ""), FIELDS[name](base, ""), run.size)
-    apart = one - other
+    inside = np.isfinite(one) & np.isfinite(other)
+    if not inside.any():
+        raise NotDrawableError([f"{run.label} and {base.label} have no place of it in common."])
+    apart, other = (one - other)[inside], other[inside]
     root = float(np.sqrt(np.mean(other**2)))
     l2 = float(np.sqrt(np.mean(apart**2)))
     relative = l2 / root if root > 0.0 else np.nan
@@ -129,7 +132,9 @@ def _noise(run: Results, base: Results, name: str) -> float:
         errors = _bring_together(FIELDS[name](run, "_stderr"), FIELDS[name](base, "_stderr"), run.size)
     except NotDrawableError:
         return np.nan
-    return float(np.sqrt(np.mean(errors[0] ** 2 + errors[1] ** 2)))
+    squares = errors[0] ** 2 + errors[1] ** 2
+    known = np.isfinite(squares)
+    return float(np.sqrt(np.mean(squares[known]))) if known.any() else np.nan
 
 
 def _bring_together(one: xr.DataArray, other: xr.DataArray, size: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
@@ -137,6 +142,9 @@ def _bring_together(one: xr.DataArray, other: xr.DataArray, size: Sequence[float
     for axis, dim in enumerate(one.dims):
         length = size["xyz".index(str(dim))]
         cells = min(one.sizes[dim], other.sizes[dim])
+        if one.sizes[dim] != other.sizes[dim] and not all(np.isfinite(values).all() for values in fields):
+            text = "their grids differ, and have places outside of the mesh; give all runs the same domain.cells."
+            raise NotDrawableError([text])
         fields = [coarsen(values, axis, cells, length) for values in fields]
     return fields[0], fields[1]
 

@@ -12,11 +12,13 @@ from typing import Any
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import Colormap
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.textpath import TextPath
+from matplotlib.ticker import ScalarFormatter
 
 from fbcouple.postproc.files import write_whole
 
@@ -139,6 +141,13 @@ def extend(values: np.ndarray, low: float, high: float) -> str:
     rounding = ROUNDING * (high - low)
     below, above = bool(values.min() < low - rounding), bool(values.max() > high + rounding)
     return {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[below, above]
+
+
+def shorten_numbers(axis: Axis) -> None:
+    """Numbers along a colour bar that its room holds: of four decimals at most, else times a power of ten."""
+    formatter = ScalarFormatter(useMathText=True)
+    formatter.set_powerlimits((-4, 5))
+    axis.set_major_formatter(formatter)
 
 
 def measure(text: str) -> float:

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
+ROUNDING = 1e-9
+
 
 def sample_arrows(
     across: np.ndarray, up: np.ndarray, size: tuple[float, float], most: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Take a vector field (z, x) to the middles of equal parts of a box of `size` (width, height), linearly.
 
-    At most `most` of them stand side by side, and as far apart up as across; a coarse mesh has as many as cells.
+    At most `most` of them stand side by side, and as far apart up as across; a coarse mesh has as many as cells. A
+    place next to which a value is not finite, outside of a mesh or without particles, has nan.
 
     Returns: x over width, z over height, and the components there, each (rows, columns).
     """
@@ -19,7 +22,10 @@ def sample_arrows(
     rows = min(max(1, round(columns * size[1] / size[0])), nz)
     along_x, along_z = _interpolation(nx, columns), _interpolation(nz, rows)
     x, z = np.meshgrid(_middles(columns), _middles(rows))
-    return x, z, along_z @ across @ along_x.T, along_z @ up @ along_x.T
+    known = np.isfinite(across) & np.isfinite(up)
+    whole = along_z @ known @ along_x.T > 1.0 - ROUNDING
+    taken = (along_z @ np.where(known, field, 0.0) @ along_x.T for field in (across, up))
+    return x, z, *(np.where(whole, field, np.nan) for field in taken)
 
 
 def _middles(parts: int) -> np.ndarray:

@@ -69,14 +69,15 @@ def depth_lines(results: Results) -> dict[float, np.ndarray]:
     """Time-mean vertical solids velocity over U_f at the highest of the heights of profiles: x/L -> values along the
     cells in y, shape (ny,).
 
-    Linear between the cell centres around height and place; places beside the outermost centres are left out.
+    Linear between the cell centres around height and place; places beside the outermost centres, and those where no particle ever came, are left out.
     """
     upward = results.particle_mean("solids_velocity").sel(component="z")
     layer: xr.DataArray = at_height(upward, results.corner[2] + max(list_heights(results))) / velocity_scale(results)[0]
     lines = layer.transpose("y", "x").values
     x = results.share("x")
     known = [position for position in DEPTH_PLACES if x[0] <= position <= x[-1]]
-    return {position: np.array([np.interp(position, x, line) for line in lines]) for position in known}
+    along = {position: np.array([np.interp(position, x, line) for line in lines]) for position in known}
+    return {position: line for position, line in along.items() if np.isfinite(line).any()}
 
 
 @figure
@@ -84,7 +85,7 @@ def depth_profiles(results: Results) -> Figure:
     """Time-mean vertical solids velocity along the depth at one height, at five places across the bed."""
     height = format_height(max(list_heights(results)), results)
     lines = depth_lines(results)
-    if not any(np.isfinite(line).any() for line in lines.values()):
+    if not lines:
         raise NotDrawableError([f"no particle ever came to {height}."])
     _, divisor, unit = velocity_scale(results)
     symbol = rf"$\langle U_{{p,z}} \rangle{divisor}$"

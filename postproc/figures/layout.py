@@ -17,7 +17,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from fbcouple.postproc.figures.heights import find_tops
-from fbcouple.postproc.style import COLUMN, FONT_SIZE, PAGE, SKY, colours, extend, inset_axes, measure, new_figure
+from fbcouple.postproc.style import COLUMN, FONT_SIZE, PAGE, SKY, colours, extend, inset_axes, measure, new_figure, shorten_numbers
 from fbcouple.postproc.symbols import explain
 from fbcouple.results.reader import Results
 
@@ -186,6 +186,7 @@ def _draw_bar(
     shown = [values[: round(top * len(values))] for values, top in zip(arrays, tops, strict=True)]
     arrows = extend(np.concatenate([np.ma.compressed(values) for values in shown]), *limits)
     picture.colorbar(meshes[0], cax=bar, extend=arrows, extendfrac=0.03, label=label, ticks=_find_ticks(bar, 7))
+    shorten_numbers(bar.yaxis)
 
 
 def _find_ticks(axes: Axes, most: int) -> MaxNLocator:

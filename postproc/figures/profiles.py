@@ -49,7 +49,7 @@ def vertical_flux(results: Results, height: float) -> Profile:
 
     value = line(results.mean("solids_flux"))
     stderr = line(results.error("solids_flux_stderr")) if "solids_flux_stderr" in results.data else None
-    known = stderr is not None and bool(np.isfinite(stderr).all())
+    known = stderr is not None and bool(np.isfinite(stderr[np.isfinite(value)]).all())
     return Profile(results.share("x"), value, stderr if known else None)
 
 
@@ -66,7 +66,7 @@ def flux_profile(results: Results) -> Figure:
     for height, style in zip(heights, _cycle_styles(len(heights)), strict=True):
         profile = vertical_flux(results, height)
         name = f"$z$ = {1e3 * height:.3g} mm" if len(heights) > 1 else "time mean"
-        net = f"{name} (average over $x$: {np.mean(profile.value):+.2g})".replace("-", "−")
+        net = f"{name} (average over $x$: {_format_mean(profile.value)})"
         handles.append(_draw_profile(axes, profile, net, style))
     band = bool(axes.collections)
     _finish(axes, flux_scale(results)[1:])
@@ -100,6 +100,12 @@ def _explain(divisor: str, known: str) -> str:
 
 def _cycle_styles(count: int) -> list[dict[str, Any]]:
     return [LINES[index % len(LINES)] for index in range(count)]
+
+
+def _format_mean(values: np.ndarray) -> str:
+    """The mean over the places inside of the bed, in two digits, and no power of ten where they can be written out."""
+    inside = values[np.isfinite(values)]
+    return f"{float(f'{inside.mean():.2g}'):+g}".replace("-", "−") if inside.size else "none"
 
 
 def _draw_profile(axes: Axes, profile: Profile, label: str, style: dict[str, Any]) -> Line2D:

@@ -26,7 +26,6 @@ TURN, RISE = 20.0, 14.0  # degrees from the front view to the right, and up
 ARROWS_ACROSS = 9
 LONGEST_ARROW = 1.3  # of the distance between arrows
 MARGIN = 1.02
-_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -85,9 +84,8 @@ def gas(plotter: pyvista.Plotter, frame: Frame, request: Request) -> None:
     look: dict[str, Any] = {"show_scalar_bar": False, "lighting": False, "nan_opacity": 0.0}
     plotter.add_mesh(plane, scalars="voidage", cmap=voidage_map(), clim=request.voidage, **look)
     flow = cut(frame.gas_velocity[0]), cut(frame.gas_velocity[2])
-    inside = np.isfinite(flow[0])
-    x, z, across, up = sample_arrows(np.nan_to_num(flow[0]), np.nan_to_num(flow[1]), (width, height), ARROWS_ACROSS)
-    whole = sample_arrows(inside.astype(float), inside, (width, height), ARROWS_ACROSS)[2] > 1.0 - _ROUNDING
+    x, z, across, up = sample_arrows(*flow, (width, height), ARROWS_ACROSS)
+    whole = np.isfinite(across)
     apart = width / x.shape[1]
     x, z, across, up = x[whole], z[whole], across[whole], up[whole]
     # Just before the plane, as the camera sees it.

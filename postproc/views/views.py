@@ -25,7 +25,7 @@ from fbcouple.postproc.figures.registry import figure
 from fbcouple.postproc.figures.snapshots import LOWEST
 from fbcouple.postproc.files import write_whole
 from fbcouple.postproc.scales import format_scale, velocity_scale
-from fbcouple.postproc.style import DPI, inset_axes, journal_style, new_figure
+from fbcouple.postproc.style import DPI, inset_axes, journal_style, new_figure, shorten_numbers
 from fbcouple.postproc.symbols import explain
 from fbcouple.postproc.views.colours import SPEED, list_colours, voidage_map
 from fbcouple.postproc.views.frames import choose_frames, list_frames, read_frame
@@ -151,6 +151,7 @@ def compose(
         scalars = ScalarMappable(Normalize(low, high), colours)
         axes = inset_axes(picture, left, bottom + 0.1 * tall, bar, 0.8 * tall)
         picture.colorbar(scalars, cax=axes, extend=arrow, extendfrac=0.03, label=words)
+        shorten_numbers(axes.yaxis)
         left += bar + room
     return picture, images
 

@@ -16,7 +16,7 @@ from fbcouple.postproc.differences import (
     find_difference,
 )
 from fbcouple.results.reader import NotDrawableError, open_results, open_runs
-from tests.postproc.whole_run import write_whole
+from tests.postproc.whole_run import leave_out, write_whole
 
 SOLIDS = "map of the solids fraction"
 
@@ -55,6 +55,21 @@ def test_norms_of_a_known_difference(tmp_path):
     assert found.l1 == pytest.approx(0.036) and found.l2 == pytest.approx(0.06) and found.largest == pytest.approx(0.1)
     assert found.relative == pytest.approx(1.0 / 3.0)
     assert found.noise == pytest.approx(0.01 * math.sqrt(2.0)), "standard errors of 0.01 each"
+
+
+def test_places_outside_of_a_mesh_make_no_difference(tmp_path):
+    """Without two of eight columns the norms are those of the other six; on another grid nothing can be told."""
+    base, run = (
+        replace(each, data=leave_out(each.data, abs(each.data["x"] - 0.04) > 0.03))
+        for each in make_runs(tmp_path, (8, 3, 25), (8, 3, 25), shift=0.1)
+    )
+    found = find_difference(run, base, SOLIDS)
+    assert found.l1 == pytest.approx(0.036) and found.l2 == pytest.approx(0.06) and found.largest == pytest.approx(0.1)
+    assert found.noise == pytest.approx(0.01 * math.sqrt(2.0))
+    finer = open_results(write_whole(tmp_path / "finer", (16, 3, 25)))
+    rows, left_out = compare([base, finer])
+    assert SOLIDS not in [row.quantity for row in rows]
+    assert any(text.startswith(SOLIDS) and "give all runs the same domain.cells" in text for text in left_out)
 
 
 def test_a_finer_nested_mesh_makes_no_difference_in_what_does_not_depend_on_it(tmp_path):

@@ -61,6 +61,13 @@ def test_no_label_of_a_figure_is_cut(name, runs):
         assert list_cut(FIGURES[name](runs[0])) == []
 
 
+@pytest.mark.parametrize("scale", [1e-9, 1.4e-4, 1e-3, 1e5, 1e9])
+def test_no_number_of_a_colour_bar_takes_the_room_of_its_label(scale, runs):
+    data = runs[0].data.assign(agitation=runs[0].data["agitation"] * scale)
+    with journal_style():
+        assert list_cut(FIGURES["agitation"](replace(runs[0], data=data))) == []
+
+
 @pytest.mark.parametrize("name", ["solids_fraction", "solids_flux", "agitation", "slices", "voidage_snapshots"])
 def test_no_label_of_a_shallow_bed_is_cut_or_upon_another(name, runs):
     """A map 80 mm wide and up to 21 mm high: its colour bar is shorter than any label."""

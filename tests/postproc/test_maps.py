@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fbcouple.postproc.figures.arrows import sample_arrows
 from fbcouple.postproc.figures.depth import slices
 from fbcouple.postproc.figures.heights import find_tops
 from fbcouple.postproc.figures.maps import ARROWS_ACROSS, PACKED, agitation, solids_flux, solids_fraction
@@ -96,3 +97,14 @@ def test_arrows_stand_at_fixed_places_and_are_exact_for_a_linear_flux(fine_datas
     across, above = arrows.XY.T
     assert np.unique(across) == pytest.approx((np.arange(ARROWS_ACROSS) + 0.5) / ARROWS_ACROSS)
     assert pytest.approx((2.0 + 8.0 * across + 10.0 * above) / GAS_FLUX, rel=1e-9) == arrows.V
+
+
+def test_arrows_stand_wherever_all_around_them_is_known():
+    """One unknown place, outside of a mesh, takes its own arrow and no other."""
+    across, up = np.ones((5, 4)), np.full((5, 4), 2.0)
+    across[0, 0] = up[0, 0] = np.nan
+    _, _, sideways, upward = sample_arrows(across, up, (0.04, 0.05), 4)
+    assert np.isnan(sideways[0, 0]) and np.isnan(upward[0, 0])
+    assert np.isfinite(sideways).sum() == sideways.size - 1
+    assert np.nanmin(sideways) == pytest.approx(1.0) == pytest.approx(np.nanmax(sideways))
+    assert np.nanmin(upward) == pytest.approx(2.0) == pytest.approx(np.nanmax(upward))

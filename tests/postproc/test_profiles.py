@@ -7,9 +7,10 @@ import pytest
 
 from fbcouple.errors import CaseError
 from fbcouple.postproc.figures.heights import find_centre, format_height, list_heights
-from fbcouple.postproc.figures.profiles import flux_profile, flux_profiles, vertical_flux
+from fbcouple.postproc.figures.profiles import _format_mean, flux_profile, flux_profiles, vertical_flux
 from fbcouple.results.reader import NotDrawableError, open_results
 from fbcouple.results.view import View
+from tests.postproc.whole_run import leave_out
 
 GAS_FLUX = 1.165 * 1.2
 
@@ -41,6 +42,23 @@ def test_profile_of_a_run_whose_second_block_is_not_full_is_drawn_without_a_band
     results = open_results(write(dataset))
     assert vertical_flux(results, 0.023).stderr is None
     assert [text.get_text()[:9] for text in flux_profile(results).axes[0].get_legend().get_texts()] == ["time mean"]
+
+
+def test_profile_counts_what_is_inside_of_a_mesh_alone(dataset, write):
+    """The first of eight places lies outside: seven have a band, and their mean flux is that of x = 45 mm."""
+    results = open_results(write(dataset))
+    results = replace(results, data=leave_out(results.data, dataset["x"] < 0.01))
+    profile = vertical_flux(results, 0.023)
+    assert profile.stderr is not None and np.isfinite(profile.stderr).sum() == 7
+    view = replace(results, view=View(heights=(0.023,)))
+    (line,) = flux_profile(view).axes[0].get_legend().get_texts()
+    mean = (2.0 + 100.0 * 0.045 + 40.0 * 0.023) / GAS_FLUX
+    assert line.get_text() == f"time mean (average over $x$: {mean:+.2g})"
+
+
+@pytest.mark.parametrize(("flux", "text"), [(-3.2e2, "−320"), (1234.0, "+1200"), (0.0123, "+0.012")])
+def test_the_mean_of_a_profile_is_written_out(flux, text):
+    assert _format_mean(np.full(5, flux)) == text
 
 
 def test_without_a_word_the_height_is_that_of_the_centre_of_mass(run):

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from fbcouple.geometry.grid import Grid
 from fbcouple.results.writer import STAGES, write_results
@@ -68,6 +69,13 @@ def write_whole(
     }
     write_results(run / "results.nc", grid, make_means(grid, shift), make_history(), attributes, make_snapshots(grid))
     return run
+
+
+def leave_out(data: xr.Dataset, outside: xr.DataArray) -> xr.Dataset:
+    """The results as of a mesh that does not have the places `outside`."""
+    places = (outside | xr.zeros_like(data["solids_fraction"], dtype=bool)).transpose("z", "y", "x")
+    fields = {name: field.where(~places) for name, field in data.items() if {"x", "y", "z"} <= set(field.dims)}
+    return data.assign(fields).assign_coords(inside=~places)
 
 
 def make_means(grid: Grid, shift: float = 0.0) -> dict[str, np.ndarray]:
