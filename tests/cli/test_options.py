@@ -11,7 +11,9 @@ from click.testing import CliRunner
 
 from fbcouple.case.base import read_case
 from fbcouple.case.schema.reference import FILE_KEYS, list_options, list_sections
+from fbcouple.case.schema.sections import LAWS
 from fbcouple.case.source import STUDIES, list_shipped
+from fbcouple.case.user_code import OWN
 from fbcouple.cli.main import cli
 from fbcouple.paths import CASES
 
@@ -59,6 +61,14 @@ def test_wrong_name_gets_a_suggestion(given, meant):
     assert ask(given, code=1) == f'"{given}": no section or key of a case file; did you mean `{meant}`.\n'
 
 
+def test_every_drag_law_is_named_to_lists_and_editors():
+    from fbcouple.case.user_drag_law import DRAG_LAWS  # noqa: PLC0415
+
+    assert list(DRAG_LAWS) == list(LAWS)
+    assert SCHEMA["properties"]["exchange"]["properties"]["drag"]["enum"] == [*LAWS, OWN]
+    assert all(f'"{name}"' in list_options()["exchange.drag"].allowed for name in (*LAWS, OWN))
+
+
 def test_schema_is_of_the_whole_file():
     ask("gas", "--schema", code=2)
 
@@ -92,6 +102,7 @@ def spoil(section: str, **keys):
         (spoil("gas", density="1.2"), "file.gas.density: type"),
         (spoil("gas", density=0), "file.gas.density: exclusiveMinimum"),
         (spoil("gas", walls="moving"), "file.gas.walls: enum"),
+        (spoil("exchange", drag="ergn"), "file.exchange.drag: enum"),
         (spoil("gas", closed_nozzle=[1]), "file.gas.closed_nozzle: minItems"),
         (spoil("domain", cells=[1, 2, 3.5]), "file.domain.cells[2]: type"),
         (spoil("particles", rotation=1), "file.particles.rotation: type"),

@@ -11,20 +11,25 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
-from pydantic import Field, PrivateAttr
+from pydantic import Field, PrivateAttr, WithJsonSchema
 
 from fbcouple.case.schema.gas import Domain, Gas
 from fbcouple.case.schema.option import NonNegative, Positive, Section, option
 from fbcouple.case.schema.output import Averages, Checkpoint, Monitors, Output
 from fbcouple.case.schema.particles import Contact, Particles, Start
 
+LAWS = (
+    *("huilin-gidaspow", "gidaspow", "ergun", "wen-yu", "di-felice", "beetstra", "tenneti", "tang", "koch-hill"),
+    *("syamlal-obrien", "schiller-naumann", "stokes"),
+)
+"""Names of the drag laws, for lists and editors: to read the laws themselves takes a compiler."""
+Law = Annotated[str, WithJsonSchema({"type": "string", "enum": [*LAWS, "own"]})]
+
 
 class Exchange(Section):
-    drag: str = option(
-        'Drag law, a name of the registry in fbcouple/physics/drag/laws.py, or "own".', default="huilin-gidaspow"
-    )
+    drag: Law = option('Drag law, by its name; "own" for the one in `drag_file`.', default="huilin-gidaspow")
     drag_file: str | None = option(
         'Python file beside the case with the case\'s own law, for drag = "own"; it runs only with --trust.',
         default=None,
