@@ -98,7 +98,7 @@ def require_fit(case: Case, law: Law | None = None, folder: Path = Path()) -> No
     """Raise CaseError, one text a number, if a pre-flight number says that the case cannot work."""
     mend = "fix the case, or set it up all the same with --force."
     problems = [
-        f"{number.name}: {number.value:.4g} {number.unit} is expected, {number.limit} is fit; {mend} {number.meaning}"
+        f"{number.name}: {number.format()} is expected, {number.limit} is fit; {mend} {number.meaning}"
         for number in estimate(case, law, folder)
         if number.verdict == "unfit"
     ]
@@ -270,6 +270,8 @@ def _measure_cells(case: Case, cell: np.ndarray) -> Iterator[Number]:
             f"Cell size over diameter along {axis}; a cube of {full:.2f} is filled by one particle. Smaller: give "
             f"{_list_filters(case)}. Thousands: a length is not in m (domain.scale for a mesh)."
         )
+        if axis != "x":
+            meaning = f"Cell size over diameter along {axis}; as along x."
         yield Number(f"cell size {axis}", float(size), "d", limit, verdict, meaning)
 
 

@@ -118,8 +118,10 @@ def _format_not_toml(words: str, lines: list[str]) -> str:
         hint = f"{comma[1]} has a decimal comma; write a decimal point: {comma[1].replace(',', '.')}"
     elif any(word in what for word in ("overwrite", "twice", "declared", "mutate")):
         hint = "fix that line (a key or section is given twice)"
+    elif "Unclosed" in what:
+        hint = "close the bracket or the quotes that a line before leaves open"
     else:
-        hint = "fix that line"
+        hint = "fix that line, or what is left open before it"
     return f"{position or 'the file'}: is not TOML: {show(what or words).strip(chr(34))}; {hint}."
 
 

@@ -46,7 +46,7 @@ def test_good_case_has_no_problems(good):
         ({"particles": {"count": 3}}, "particles.mass: mass and count are both given"),
         ({"particles": {"mass": 1e-9}}, "particles.mass: the mass is less than that of half a particle"),
         ({"particles": {"diameter": 0.016}}, "particles.diameter: 0.016 m is given, but the box is 0.015 m along y"),
-        ({"particles": {"mass": 0.481}}, "0.64 of its volume holds 366693 (0.48 kg)"),
+        ({"particles": {"mass": 0.481}}, "0.64 of its volume holds 366692 (0.48 kg)"),
         ({"particles": {"mass": 0.4}}, "start.spacing: 1.03 is given; the lattice of 77 x 14 sites is 0.2925 m high"),
         (
             {"gas": {"closed_nozzle": (4, 4)}},
@@ -76,6 +76,7 @@ def test_good_case_has_no_problems(good):
         ),
         ({"averages": {"start": 20.0}}, "averages.start: 20 s is given and the run ends at 20 s"),
         ({"averages": {"every": 2.0}}, "averages.every: 2 s is given, at most 1.9 s is allowed"),
+        ({"averages": {"start": 19.99}}, "averages.every: 0.002 s is the default, at most 0.001 s is allowed"),
         ({"exchange": {"drag": "huilin"}}, 'exchange.drag: "huilin" is given, allowed are: '),
         ({"domain": {"cells": (10_001, 1_000, 1_000)}, "gas": {"closed_nozzle": None}}, "domain.cells: 1e+10 cells"),
         ({"particles": {"diameter": 1e-5}}, "particles.mass: 5.73e+10 particles need about 5.73e+04 GB, at most 2e+09"),

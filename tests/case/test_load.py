@@ -312,6 +312,7 @@ def test_folder_without_case_file(tmp_path):
         (b"[domain]\nsize = [1,2, 1,2, 1,6]\n", "a comma parts two numbers, so write decimal points"),
         (b'end_time = "1,2"', "write a decimal point: 1.2"),
         (b'title = "never closed', "end of document: is not TOML"),
+        (b"[domain]\ncells = [1, 2\n\n[gas]\ndensity = 1\n", "close the bracket or the quotes that a line before"),
         ("title = 'x'".encode("utf-16"), "case.toml: is UTF-16 text; save the file as UTF-8"),
         (b"title = 'x'\n# \xfc\n", "case.toml: line 2: is not UTF-8 text (byte 0xFC)"),
         (b"a = 1\na = 2\n", "given twice"),

@@ -179,3 +179,11 @@ def test_more_gas_than_a_particle_falls_by_carries_it_to_the_outlet_where_it_sta
     assert (
         number["terminal velocity"].verdict == "warn" and "a wall for particles" in number["terminal velocity"].meaning
     )
+
+
+@pytest.mark.parametrize(("edge", "diameter", "told"), [(0.012, 1e-3, False), (12.0, 1.0, True)])
+def test_lengths_that_were_given_in_mm_are_told(tmp_path, edge, diameter, told):
+    size = f"[{edge}, {edge}, {3 * edge}]"
+    case = write(tmp_path, ("[0.012, 0.012, 0.036]", size), ("diameter = 1e-3", f"diameter = {diameter}"))
+    meaning = read_numbers(case, tmp_path)["overlap"].meaning
+    assert ("lengths are in m, 1 mm is 1e-3" in meaning) == told

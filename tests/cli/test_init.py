@@ -57,6 +57,7 @@ def test_new_spout_is_fit(call, diameter):
     (overlap,) = (number.value for number in estimate(case) if number.name == "overlap")
     assert overlap == pytest.approx(0.03, rel=0.03)
     lines = Path("spout/case.toml").read_text().splitlines()
+    assert not [line for line in lines if "]#" in line], "a comment stands apart from its value"
     assert max(map(len, lines)) <= 120
 
 

@@ -22,6 +22,14 @@ class Number:
     verdict: Verdict | None
     meaning: str
 
+    def format_value(self) -> str:
+        """The value in four digits, a count in all."""
+        return f"{self.value:.4g}" if isinstance(self.value, float) else str(self.value)
+
+    def format(self) -> str:
+        """The value with its unit, where it has one."""
+        return self.format_value() if self.unit == "1" else f"{self.format_value()} {self.unit}"
+
 
 def judge(fits: bool, otherwise: Verdict = "warn") -> Verdict:
     """The verdict "fit", or `otherwise`."""

@@ -23,6 +23,9 @@ from fbcouple.physics.contact import normal_damping
 SETTLED = 0.60
 """Solids fraction of the bed at rest."""
 
+LARGE = 0.1
+"""Diameter [m] above which a length was most likely given in mm."""
+
 Speed = tuple[float, str]
 """How fast [m/s], and in words what makes a particle so fast."""
 Start = tuple[float, float]
@@ -42,6 +45,8 @@ def estimate_overlap(case: Case, region: Region, law: Law | None, folder: Path) 
     if speed > 0.0:
         partner = "a contact with a wall" if alone else "a head-on contact"
         meaning = f"Overlap over diameter of {partner} at {speed:.3g} m s-1, from {why}; a stiffer spring lowers it."
+        if (largest := max(kind.diameter for kind in list_kinds(case.particles))) > LARGE:
+            meaning = f"{meaning} Particles of {largest:g} m: lengths are in m, 1 mm is 1e-3."
         verdict = judge(overlap <= 0.05, "warn" if overlap <= 0.2 else "unfit")
         yield Number("overlap", overlap, "d", "at most 0.05", verdict, meaning)
 

@@ -91,7 +91,8 @@ def check_packing(case: Case, folder: Path) -> Iterator[Problem]:
         yield Problem(key, f"{given}.")
     elif count > most:
         heaviest = most * mean_volume(case.particles) * mean_density(case.particles)
-        text = f"{count:.6g} particles do not fit into the box: {RANDOM_PACKING} of its volume holds {most:.6g}"
+        held = math.floor(most)
+        text = f"{count:.6g} particles do not fit into the box: {RANDOM_PACKING} of its volume holds {held:.6g}"
         larger = "enlarge domain.size"
         if case.domain.shape == "file":
             larger = "take a larger mesh (domain.scale if it is in another unit)"

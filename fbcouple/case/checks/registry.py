@@ -216,9 +216,10 @@ def check_averages(case: Case, folder: Path) -> Iterator[Problem]:
         text = f"{case.averages.start:g} s is given and the run ends at {case.end_time:g} s"
         yield Problem("averages.start", f"{text}; start before end_time.")
     elif case.averages.every > window / case.averages.blocks * (1 + 1e-9):
-        text = f"{case.averages.every:g} s is given, at most {window / case.averages.blocks:g} s is allowed"
+        given = "given" if "every" in case.averages.model_fields_set else "the default"
+        text = f"{case.averages.every:g} s is {given}, at most {window / case.averages.blocks:g} s is allowed"
         blocks = f"({case.averages.blocks} blocks from averages.start to end_time, a sample in each)"
-        yield Problem("averages.every", f"{text} {blocks}; sample more often or take fewer blocks.")
+        yield Problem("averages.every", f"{text} {blocks}; give less, or fewer averages.blocks, or a later end_time.")
 
 
 @check("exchange.scheme", "exchange.accelerated")

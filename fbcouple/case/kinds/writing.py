@@ -68,7 +68,7 @@ def align(text: str) -> str:
 
 def _align_line(line: str) -> str:
     value, mark, comment = line.partition("  #")
-    return f"{value.rstrip():<{COLUMN}}# {comment.strip()}" if mark and not line.startswith("#") else line
+    return f"{value.rstrip() + '  ':<{COLUMN}}# {comment.strip()}" if mark and not line.startswith("#") else line
 
 
 def read(text: str) -> Case:
