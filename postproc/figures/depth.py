@@ -69,7 +69,8 @@ def depth_lines(results: Results) -> dict[float, np.ndarray]:
     """Time-mean vertical solids velocity over U_f at the highest of the heights of profiles: x/L -> values along the
     cells in y, shape (ny,).
 
-    Linear between the cell centres around height and place; places beside the outermost centres, and those where no particle ever came, are left out.
+    Linear between the cell centres around height and place. Places beside the outermost centres, and those where no
+    particle ever came, are left out.
     """
     upward = results.particle_mean("solids_velocity").sel(component="z")
     layer: xr.DataArray = at_height(upward, results.corner[2] + max(list_heights(results))) / velocity_scale(results)[0]

@@ -17,7 +17,18 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from fbcouple.postproc.figures.heights import find_tops
-from fbcouple.postproc.style import COLUMN, FONT_SIZE, PAGE, SKY, colours, extend, inset_axes, measure, new_figure, shorten_numbers
+from fbcouple.postproc.style import (
+    COLUMN,
+    FONT_SIZE,
+    PAGE,
+    SKY,
+    colours,
+    extend,
+    inset_axes,
+    measure,
+    new_figure,
+    shorten_numbers,
+)
 from fbcouple.postproc.symbols import explain
 from fbcouple.results.reader import Results
 

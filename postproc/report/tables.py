@@ -44,7 +44,7 @@ def tabulate_solved(results: Results) -> Rows:
         sizes, mixture = particles.get("sizes") or [], particles.get("mixture") or []
         largest = max([d for d, *_ in sizes] or [particles["diameter"], *(d for d, *_ in mixture)])
         spacing = [length / n / largest for length, n in zip(results.size, cells, strict=True)]
-        given = ("mass", "kg") if particles.get("mass") is not None else ("count", "1")
+        given = ("mass", " [kg]") if particles.get("mass") is not None else ("count", "")
         rows += [("particles: diameter [m], density [kg m-3]", f"{particles['diameter']:g}, {particles['density']:g}")]
         text = "; ".join(f"{count} of {d:g} m, {density:g} kg m-3" for d, density, count in sizes)
         rows += [("particles: sizes of the start file, in place of these", text)] if sizes else []
@@ -52,7 +52,7 @@ def tabulate_solved(results: Results) -> Rows:
         rows += (
             [(f"particles: further species, parts by {particles.get('fractions', 'mass')}", text)] if mixture else []
         )
-        rows += [(f"particles: {given[0]} [{given[1]}]", particles.get(given[0]))]
+        rows += [(f"particles: {given[0]}{given[1]}", particles.get(given[0]))]
         rows += [
             (
                 "cell size over largest diameter" if sizes or mixture else "cell size over diameter",
@@ -60,7 +60,7 @@ def tabulate_solved(results: Results) -> Rows:
             )
         ]
     if contact:
-        rows += [(f"contact: {key.replace('_', ' ')}", value) for key, value in contact.items() if key in _TELLING]
+        rows += [(f"contact: {_TELLING[key]}", value) for key, value in contact.items() if key in _TELLING]
     if exchange:
         rows += [(f"exchange: {key.replace('_', ' ')}", value) for key, value in exchange.items()]
     window = "; ".join([format_window(results) or "none", *(mark.brief for mark in list_marks(results))])
@@ -87,7 +87,15 @@ def _format_inflow(results: Results) -> float | str:
     )
 
 
-_TELLING = ("model", "restitution", "wall_restitution", "friction", "wall_friction", "rolling_friction", "stiffness")
+_TELLING = {
+    "model": "model",
+    "restitution": "restitution",
+    "wall_restitution": "wall restitution",
+    "friction": "friction",
+    "wall_friction": "wall friction",
+    "rolling_friction": "rolling friction",
+    "stiffness": "stiffness [N m-1]",
+}
 
 
 def tabulate_parameters(results: Results) -> Rows:
@@ -176,7 +184,12 @@ def tabulate_statistics(results: Results) -> tuple[Rows, list[str]]:
         elif results.window is not None and found.start > results.window[0]:
             begin = f"the time means begin at {results.window[0]:.3g} s"
             remarks.append(f"{name} is steady from {found.start:.3g} s only; {begin}.")
-    return rows, [*(lack.replace("{}", ", ".join(names)) for lack, names in lacking.items()), *remarks]
+    return rows, [*(_tell_lack(lack, names) for lack, names in lacking.items()), *remarks]
+
+
+def _tell_lack(lack: str, names: Sequence[str]) -> str:
+    """Of which histories there is no mean, and what they lack; {} in `lack` stands for the name of one."""
+    return f"No mean of {', '.join(names)}: {lack.replace('{}', 'each' if len(names) > 1 else names[0])}"
 
 
 def tabulate_spectra(results: Results) -> Rows:

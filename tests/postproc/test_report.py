@@ -3,6 +3,7 @@
 import base64
 import json
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import html5lib
@@ -16,8 +17,9 @@ from fbcouple.errors import CaseError
 from fbcouple.postproc import COMPARISONS, FIGURES
 from fbcouple.postproc.report import report
 from fbcouple.postproc.report.report import write_report
-from fbcouple.postproc.report.tables import make_plain
+from fbcouple.postproc.report.tables import make_plain, tabulate_statistics
 from fbcouple.postproc.report.wording import keep_units, show
+from fbcouple.results.reader import open_results
 from fbcouple.results.writer import HISTORIES
 from tests.postproc.frames_of_bed import write_frames
 from tests.postproc.whole_run import BUBBLE, HEIGHT_FREQUENCY, PRESSURE_FREQUENCY, RISE, SIZE, write_whole
@@ -180,6 +182,21 @@ def test_statistics_spectra_and_bubbles_of_a_run(content):
     assert bubbles["rise velocity [m s-1]"] == pytest.approx(RISE, rel=0.05)
     assert bubbles["diameter [m]"] == pytest.approx(BUBBLE, rel=0.1)
     assert bubbles["bubbles at a time"] == pytest.approx(1.0)
+
+
+def test_numbers_of_contacts_have_their_units(content):
+    solved = {row["what"]: row["value"] for row in content["runs"][0]["solved"]}
+    assert solved["contact: friction"] == 0.1
+    assert not [what for what in solved if "[1]" in what]
+
+
+def test_histories_that_are_too_short_are_named_once(tmp_path):
+    run = open_results(write_whole(tmp_path / "run"))
+    rows, remarks = tabulate_statistics(replace(run, data=run.data.isel(time=slice(5))))
+    assert rows == []
+    (remark,) = remarks
+    assert remark.startswith("No mean of `bed_height`, ") and ": each in " in remark
+    assert remark.endswith("has 4 rows, 40 are needed.")
 
 
 def test_monitors_of_a_run(content):
