@@ -131,7 +131,7 @@ def check(case: str, sets: tuple[str, ...], trusted: bool) -> None:
     rows = [
         (
             number.name,
-            f"{number.value:.4g}" if isinstance(number.value, float) else str(number.value),
+            number.format_value(),
             "" if number.unit == "1" else number.unit,
             number.limit or "",
             Text(number.verdict or "", style=COLOURS.get(number.verdict or "", "")),
@@ -140,8 +140,11 @@ def check(case: str, sets: tuple[str, ...], trusted: bool) -> None:
         for number in numbers
     ]
     print_explained(["number", "value", "unit", "wanted", "verdict", "meaning"], rows)
-    if unfit := [number.name for number in numbers if number.verdict == "unfit"]:
-        raise CaseError([f"{case}: {', '.join(unfit)}: unfit; `setup` refuses the case without --force."])
+    if unfit := [number for number in numbers if number.verdict == "unfit"]:
+        mend = "fix the case; `setup` refuses it without --force."
+        raise CaseError(
+            [f"{case}: {number.name}: {number.format()}, {number.limit} is fit; {mend}" for number in unfit]
+        )
     if brings_code and not trusted:
         click.echo("exchange.drag_file is not run: no numbers of the drag; --trust runs it")
 
@@ -254,13 +257,17 @@ def run_on(
             launch(run, ranks, watch=progress.show, say=click.echo, trusted=trusted, **options)
     except StoppedError as error:
         raise StoppedError(f"{run}: {error}; go on with {go_on}") from error
-    console.print(progress.tabulate())
+    if costs := progress.tabulate():
+        console.print(costs)
     for warning in progress.list_warnings():
         click.echo(f"{run}: warning: {warning}")
     if not is_complete(run, case):
         stopped_at = f"at or after {end:g} s of {case.end_time:g} s"
         click.echo(f"{run}: stopped at a moment for a checkpoint {stopped_at}; go on with {go_on}")
         return
+    if end < case.end_time:
+        text = f"no moment for a checkpoint came from --until {end:g} s to the end of the run"
+        click.echo(f"{run}: {text}; checkpoint.moment_steps says after how many steps one comes")
     click.echo(f"{run}: done; draw its figures with `fbcouple post {quote(str(run))}`")
 
 

@@ -26,7 +26,8 @@ def verify(ctx: click.Context, names: tuple[str, ...], fast: bool, file: Path | 
     for row in run_checks(choose_checks(names, fast)):
         rows.append(row)
         verdict = "pass" if row["passed"] else "FAIL"
-        numbers = f"{row['value']:.6g} {row['unit']}, expected {row['expected']:.6g} +- {row['tolerance']:.2g}"
+        unit = "" if row["unit"] == "1" else f" {row['unit']}"
+        numbers = f"{row['value']:.6g}{unit}, expected {row['expected']:.6g} +- {row['tolerance']:.2g}"
         click.echo(f"{verdict}  {row['name']}: {numbers} ({row['seconds']:.1f} s)")
     if file:
         file.write_text(json.dumps({"checks": rows}, indent=2) + "\n", encoding="utf-8")

@@ -19,7 +19,7 @@ from fbcouple.machine.stop_signals import LONGEST_WAIT
 from fbcouple.paths import HEARTBEAT, LOG
 from fbcouple.results.writer import read_line
 from fbcouple.run_folder.checkpoint import format_newest
-from fbcouple.run_folder.failure import give_room_back, read_failure
+from fbcouple.run_folder.failure import correct_note, give_room_back, read_failure
 from fbcouple.run_folder.lock import Lock
 
 ERRORS: dict[int, type[FbcoupleError]] = {4: DivergedError, 75: StoppedError}
@@ -100,6 +100,7 @@ class Job:
             text, code = read_failure(self._run, self._words.read_text(encoding="utf-8", errors="replace"))
             if self._requests.first:
                 text = text.replace(f"stopped by {PASSED_ON.name}", f"stopped by {self._requests.first}", 1)
+                correct_note(self._run, text, code)
             raise CaseError([text]) if code == 1 else ERRORS.get(code, SolverError)(text)
 
     def _read_rows(self, job: subprocess.Popen) -> Iterator[dict[str, Any]]:

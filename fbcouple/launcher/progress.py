@@ -100,9 +100,11 @@ class RunProgress:
             )
         return warnings
 
-    def tabulate(self) -> Table:
-        """Wall seconds of the slowest rank by stage, and their shares."""
-        total = sum(self._walls.values()) or 1.0
+    def tabulate(self) -> Table | None:
+        """Wall seconds of the slowest rank by stage, and their shares; None where no step was taken."""
+        total = sum(self._walls.values())
+        if not total > 0.0:
+            return None
         table = Table(title="where the time went (slowest rank)", box=None, title_justify="left")
         table.add_column("stage")
         table.add_column("seconds", justify="right")
@@ -110,7 +112,7 @@ class RunProgress:
         for stage, seconds in self._walls.items():
             table.add_row(stage, f"{seconds:.1f}", f"{100 * seconds / total:.1f} %")
         outside = total - self._walls.get("dem", 0.0) - self._walls.get("cfd", 0.0)
-        table.add_row("(not in a solver)", f"{outside:.1f}", f"{100 * outside / total:.1f} %")
+        table.add_row("of which not in a solver", f"{outside:.1f}", f"{100 * outside / total:.1f} %")
         return table
 
 

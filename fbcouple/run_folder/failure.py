@@ -45,6 +45,15 @@ def write_failure(run: Path, text: str, exit_code: int) -> None:
         file.write(note)
 
 
+def correct_note(run: Path, text: str, exit_code: int) -> None:
+    """Put `text` in place of a rank's own note, if there is one; as long as that at most, for a disk that is full."""
+    if note := _read_note(run):
+        known = json.dumps({"text": text[: len(note[0])], "exit_code": exit_code})
+        with open(run / _NOTE, "r+", encoding="utf-8") as file:
+            file.write(known)
+            file.truncate()
+
+
 def give_room_back(run: Path) -> None:
     """Remove the room for a note that nobody needed."""
     (run / _ROOM).unlink(missing_ok=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -143,7 +144,8 @@ def test_check_of_an_unfit_case_fails_as_its_set_up_does(call, tmp_path):
     """A stiffness with which particles pass through each other: the table is there, and what is unfit is named."""
     result = call("check", "patil/c2", "--set", "contact.stiffness=0.1")
     assert result.exit_code == 1 and "57296" in result.stdout
-    assert result.stderr == "patil/c2: overlap: unfit; `setup` refuses the case without --force.\n"
+    mend = r"at most 0\.05 is fit; fix the case; `setup` refuses it without --force\.\n"
+    assert re.fullmatch(rf"patil/c2: overlap: \d\.\d+ d, {mend}", result.stderr)
     assert call("setup", "patil/c2", "--set", "contact.stiffness=0.1", "-o", str(tmp_path / "run")).exit_code == 1
 
 
@@ -237,7 +239,17 @@ def test_run_hands_its_options_to_the_launcher(call, tmp_path, monkeypatch):
     result = call("run", "run", "-n", 2, "--until", 0.02, "--fresh")
     assert result.exit_code == 0 and asked == [(Path("run"), 2, 0.02, True)]
     assert ["dem", "6.0", "50.0", "%"] in [line.split() for line in result.stdout.splitlines()]
-    assert "not in a solver" in result.stdout and "25.0 %" in result.stdout
+    assert "of which not in a solver" in result.stdout and "25.0 %" in result.stdout
+
+
+def test_until_that_no_moment_for_a_checkpoint_follows_is_told(call, monkeypatch):
+    monkeypatch.setattr("fbcouple.launcher.launch.launch", lambda *_, **__: None)
+    monkeypatch.setattr("fbcouple.launcher.launch.is_complete", lambda *_: True)
+    assert call("setup", "patil/demo", "-o", "run").exit_code == 0
+    result = call("run", "run", "--until", 0.02)
+    assert "no moment for a checkpoint came from --until 0.02 s to the end of the run" in result.stdout
+    assert "checkpoint.moment_steps" in result.stdout and "where the time went" not in result.stdout
+    assert "--until" not in call("run", "run").stdout
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,14 @@
 
 import pytest
 
-from fbcouple.run_folder.failure import give_room_back, prepare_failure, read_failure, write_failure
+from fbcouple.run_folder.failure import (
+    correct_note,
+    give_room_back,
+    prepare_failure,
+    read_failure,
+    read_note,
+    write_failure,
+)
 
 LAUNCHER = "\n".join(f"line {n}" for n in range(40))
 # Both as the solvers print them.
@@ -23,6 +30,14 @@ def run(tmp_path):
 def test_a_note_is_read_with_its_exit_code(run):
     write_failure(run, "2 of 50 particles are lost\nat t = 1 s", 4)
     assert read_failure(run, LAUNCHER) == ("2 of 50 particles are lost\nat t = 1 s", 4)
+
+
+def test_a_note_is_corrected_and_none_is_made(run):
+    correct_note(run, "stopped by SIGINT", 75)
+    assert read_note(run) == ""
+    write_failure(run, "stopped by SIGUSR1 at t = 1 s", 75)
+    correct_note(run, "stopped by SIGINT at t = 1 s", 75)
+    assert read_failure(run, LAUNCHER) == ("stopped by SIGINT at t = 1 s", 75)
 
 
 def test_the_first_rank_to_say_so_is_heard(run):
