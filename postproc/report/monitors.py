@@ -29,6 +29,8 @@ CLOSEST = 0.26
 """Voidage of the closest packing of equal spheres."""
 OVERLAP = 0.05
 """Overlap that `fbcouple check` wants, too: above it the bed is softer than the particles are."""
+OVERSHOOT = 0.1
+"""Part of `gas.max_courant` by which a step may be over it: a step follows from the velocities of the step before."""
 FEW = 0.1
 """Mean inflow over the fastest below which nothing is put in proportion to it."""
 Monitor = Callable[[Results], Watched]
@@ -136,7 +138,9 @@ def _flux(results: Results) -> Watched:
 @monitor("max_courant")
 def _courant(results: Results) -> Watched:
     limit = _read_limit(results, "gas", "max_courant")
-    return hold_below("Courant number, largest", _largest(results, "max_courant"), limit)
+    reason = "" if limit is None else f", gas.max_courant = {limit:g} and {OVERSHOOT:.0%}"
+    most = None if limit is None else round((1.0 + OVERSHOOT) * limit, 6)
+    return hold_below("Courant number, largest", _largest(results, "max_courant"), most, reason)
 
 
 @monitor("min_voidage")
