@@ -13,6 +13,7 @@ import xarray as xr
 from fbcouple.errors import CaseError
 from fbcouple.input_files.companion_files import find_companion
 from fbcouple.input_files.measured_lines import QUANTITIES, Points, Reference, parse_reference, read_line
+from fbcouple.postproc.deviation import find_deviation
 from fbcouple.results.reader import NotDrawableError, Results, at_height, depth_average, mass_average
 
 _ROUNDING = 1e-9
@@ -37,8 +38,9 @@ class Comparison:
 
     `rms` of run minus measurement at the measured points, `bias` their mean, `largest` the greatest distance; `error`
     is the root mean square of the errors that the measurement gives and `noise` that of the run's standard errors
-    there (nan if there are none); `range` is largest minus smallest measured value. `zeros`: where the measured and
-    where the run's line change sign, x [m]. `name`: the line in words, for legends.
+    there (nan if there are none); `range` is largest minus smallest measured value, `amplitude` that of the run at the
+    same points over it. `zeros`: where the measured and where the run's line change sign, x [m]. `name`: the line in
+    words, for legends.
     """
 
     run: str
@@ -52,6 +54,7 @@ class Comparison:
     bias: float
     largest: float
     range: float
+    amplitude: float
     error: float
     noise: float
     measured_zeros: list[float]
@@ -142,10 +145,8 @@ def compare_with(results: Results, measured: Measured) -> Comparison:
     Raises: NotDrawableError if the run lacks the quantity, or never had particles on the line.
     """
     reference, points = measured.reference, measured.points
-    x, line = _leave_outside(results, reference, line_of(results, reference))
-    if not np.isfinite(line).all():
-        raise NotDrawableError([f"{results.label}: no particle ever came to some places of {reference}."])
-    apart = np.interp(points.x, x, line) - points.value
+    x, line, errors = read_run(results, reference)
+    away = find_deviation(np.interp(points.x, x, line), points.value)
     return Comparison(
         results.label,
         f"{reference.quantity}@{reference.height:g}={Path(reference.file).name}",
@@ -154,24 +155,32 @@ def compare_with(results: Results, measured: Measured) -> Comparison:
         QUANTITIES[reference.quantity],
         reference.height,
         len(points.x),
-        float(np.sqrt(np.mean(apart**2))),
-        float(np.mean(apart)),
-        float(np.max(np.abs(apart))),
+        away.rms,
+        away.bias,
+        away.largest,
         float(np.ptp(points.value)),
+        away.amplitude,
         math.nan if points.error is None else float(np.sqrt(np.mean(points.error**2))),
-        _noise(results, measured),
+        math.nan if errors is None else float(np.sqrt(np.mean(np.interp(points.x, x, errors) ** 2))),
         find_zeros(points.x, points.value),
         find_zeros(x, line),
     )
 
 
-def _noise(results: Results, measured: Measured) -> float:
+def read_run(results: Results, reference: Reference) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+    """Places x [m] of the run's cells along a reference's line, its values and their standard errors there, None
+    without; shape (n,) each.
+
+    Raises: NotDrawableError if the run lacks the quantity, or never had particles on the line.
+    """
+    x, line = _leave_outside(results, reference, line_of(results, reference))
+    if not np.isfinite(line).all():
+        raise NotDrawableError([f"{results.label}: no particle ever came to some places of {reference}."])
     try:
-        line = line_of(results, measured.reference, "_stderr")
+        _, errors = _leave_outside(results, reference, line_of(results, reference, "_stderr"))
     except NotDrawableError:
-        return math.nan
-    x, line = _leave_outside(results, measured.reference, line)
-    return float(np.sqrt(np.mean(np.interp(measured.points.x, x, line) ** 2)))
+        return x, line, None
+    return x, line, errors
 
 
 def _leave_outside(results: Results, reference: Reference, line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

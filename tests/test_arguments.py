@@ -14,7 +14,7 @@ from fbcouple.cli.main import cli
 from fbcouple.errors import CaseError, SolverError
 
 ROOT = Path(__file__).resolve().parents[1]
-ABOVE = ("cli", "batch", "bench", "study", "verify", "doctor")
+ABOVE = ("cli", "batch", "bench", "study", "validate", "verify", "doctor")
 """Packages that only the command line reaches."""
 COMMANDS = ("check", "setup", "run", "post")
 OPTIONS = sorted({name for command in COMMANDS for option in cli.commands[command].params for name in option.opts})

@@ -27,7 +27,7 @@ FLOORS = (
     ("launcher",),
     ("api", "live"),
     ("doctor", "batch"),
-    ("bench", "study", "verify"),
+    ("bench", "study", "validate", "verify"),
     ("cli",),
     ("__main__",),
 )
@@ -163,7 +163,7 @@ def test_drawing_needs_no_case_and_no_run_folder():
 
 
 def test_what_runs_in_the_ranks_does_not_know_who_started_it():
-    above = ("launcher", "cli", "doctor", "batch", "verify", "study", "bench", "postproc", "api", "live")
+    above = ("launcher", "cli", "doctor", "batch", "verify", "validate", "study", "bench", "postproc", "api", "live")
     names = reach("fbcouple.simulation")
     assert [name for name in names if lies_in(name, *(f"fbcouple.{room}" for room in above))] == []
 

@@ -17,6 +17,8 @@ from fbcouple.input_files.toml_text import NestingError, parse_toml
 
 FILE_NAME = "case.toml"
 SETS_NAME = "sets.toml"
+VALIDATION_NAME = "validation.toml"
+"""Beside a case.toml: what was measured of that bed."""
 STUDIES = "studies"
 """Folder of the shipped studies, whose files are no cases."""
 LARGEST_FILE = 5_000_000
@@ -25,7 +27,8 @@ _DECIMAL_COMMA = re.compile(r"(?:=|\[|,\s)\s*([+-]?\d+,\d+(?:[eE][+-]?\d+)?)(?![
 
 def list_shipped() -> dict[str, Path]:
     """Return the case files that come with fbcouple, by name: patil/c2/case.toml and patil/c2.toml are `patil/c2`."""
-    found = [path for path in paths.CASES.glob("**/*.toml") if path.name != SETS_NAME and not _is_study(path)]
+    others = (SETS_NAME, VALIDATION_NAME)
+    found = [path for path in paths.CASES.glob("**/*.toml") if path.name not in others and not _is_study(path)]
     named = {_name_shipped(path): path for path in found}
     return {name: named[name] for name in sorted(named)}
 

@@ -29,7 +29,7 @@ take_file = click.option(
 
 def show(rows: list[Row]) -> None:
     """Print a table of rows that have the same columns."""
-    from fbcouple.study.tables import show_cell
+    from fbcouple.results.tables import show_cell
 
     columns = list(dict.fromkeys(key for row in rows for key in row))
     print_table(columns, [[show_cell(row.get(column)) for column in columns] for row in rows])
@@ -37,7 +37,7 @@ def show(rows: list[Row]) -> None:
 
 def write(file: Path | None, tables: dict[str, list[Row]]) -> None:
     """Write the tables as JSON, one object a row."""
-    from fbcouple.study.tables import describe_machine
+    from fbcouple.results.tables import describe_machine
 
     if file:
         file.write_text(json.dumps({"machine": describe_machine()} | tables, indent=1) + "\n", encoding="utf-8")

@@ -21,7 +21,7 @@ WORKFLOW = {
     "Prepare": ("cases", "options", "init", "check", "setup"),
     "Run": ("run", "batch"),
     "Results": ("post", "report", "claims"),
-    "Studies and checks": ("study", "bench", "verify"),
+    "Studies and checks": ("study", "bench", "verify", "validate"),
     "Machine": ("doctor",),
 }
 """Headings of the list of commands in `fbcouple --help`, in the order of the work."""

@@ -32,6 +32,7 @@ from fbcouple.cli.options import options
 from fbcouple.cli.pictures import claims, post, report
 from fbcouple.cli.study import study
 from fbcouple.cli.table import print_explained, print_table
+from fbcouple.cli.validate import validate
 from fbcouple.cli.verify import verify
 from fbcouple.errors import CaseError
 from fbcouple.launcher.stop_signals import Requests
@@ -314,7 +315,7 @@ def batch(folder: Path, scheduler: str, **request: Any) -> None:
     click.echo(f"{job}: read it, then submit it with {submit}")
 
 
-for command in (options, init, post, report, claims, study, bench, verify, doctor):
+for command in (options, init, post, report, claims, study, bench, verify, validate, doctor):
     cli.add_command(command)
 
 

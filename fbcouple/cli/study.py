@@ -65,7 +65,7 @@ def error_vs_time(name: str, output: Path | None, dry: bool, only_done: bool, on
     from fbcouple.study.picture import draw
     from fbcouple.study.schema import Study
     from fbcouple.study.source import read_study
-    from fbcouple.study.tables import describe_machine, show_cell, write_page, write_tables
+    from fbcouple.results.tables import describe_machine, show_cell, write_page, write_tables
 
     loaded, source = read_study(name, Study)
     if dry:
@@ -101,7 +101,7 @@ def stability(name: str, output: Path | None, dry: bool, jobs: int) -> None:
     from fbcouple.study.schema import Stability
     from fbcouple.study.source import read_study
     from fbcouple.study.stability import confuse, find_limits, run_scenes
-    from fbcouple.study.tables import describe_machine, show_cell, write_page, write_tables
+    from fbcouple.results.tables import describe_machine, show_cell, write_page, write_tables
 
     loaded, source = read_study(name, Stability)
     if dry:

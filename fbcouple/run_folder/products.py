@@ -32,7 +32,7 @@ PICTURES = (
 """Figures of one run."""
 _STEP = r"step-\d{12}"
 _PRODUCTS = {
-    "": r"results\.nc(\.part)?|report\.(html|json)",
+    "": r"results\.nc(\.part)?|report\.(html|json)|validation\.(html|json|csv|png)",
     FRAMES: r"frame-\d{6,}\.nc(\.part)?",
     "checkpoints": rf"{_STEP}(\.refused)?|\.unfinished-({_STEP}|\d+)",
     "figures": rf"({'|'.join(PICTURES)})\.(png|svg|pdf)|bed\.gif",

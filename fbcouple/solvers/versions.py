@@ -24,7 +24,7 @@ from fbcouple.version import __version__
 
 NOT_FOUND = "not found"
 NO_CHECKOUT = "not a checkout"
-_NO_PART = ("batch", "bench", "cli", "doctor", "postproc", "study", "verify")
+_NO_PART = ("batch", "bench", "cli", "doctor", "postproc", "study", "validate", "verify")
 """Folders of the package that have no part in a run's numbers."""
 _LIBRARIES = ("numpy", "numba", "scipy")
 _PROBE = """

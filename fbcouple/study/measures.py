@@ -22,6 +22,7 @@ from fbcouple.case.schema.sections import Case
 from fbcouple.errors import CaseError
 from fbcouple.input_files.companion_files import find_companion
 from fbcouple.input_files.measured_lines import QUANTITIES, parse_reference, read_line
+from fbcouple.postproc.deviation import find_deviation
 from fbcouple.postproc.measures import mean_of_history
 from fbcouple.results.reader import Results, at_height, depth_average
 from fbcouple.results.writer import HISTORIES
@@ -213,10 +214,9 @@ def compare_experiment(run: Finished, argument: str, reference: Finished | None)
         mean, error = (_read_line(run.results, argument + suffix, line.height, points.x) for suffix in ("", "_stderr"))
         rows.append(np.stack([mean, error, points.value]))
     means, errors, wanted = np.concatenate(rows, axis=1)
-    away, scale = means - wanted, float(np.ptp(wanted))
-    rms = float(np.sqrt(np.mean(away**2)))
-    spread = float(np.sqrt(np.nansum((away * errors) ** 2))) / (len(away) * rms) if rms else 0.0
-    return Error(float(means.mean()), float(wanted.mean()), QUANTITIES[argument], rms / scale, spread / scale)
+    away, scale = find_deviation(means, wanted, errors), float(np.ptp(wanted))
+    found = away.rms / scale, away.rms_error / scale
+    return Error(float(means.mean()), float(wanted.mean()), QUANTITIES[argument], *found)
 
 
 def _read_line(results: Results, name: str, height: float, x: np.ndarray) -> np.ndarray:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, get_args
+from typing import Any, get_args, get_origin
 
 from pydantic_core import PydanticUndefined
 
@@ -72,7 +72,7 @@ def list_sections(root: type[Section] = Case) -> dict[str, type[Section]]:
     """Return the sections of a case file (or of what `root` describes) by name; "" stands for the top of the file."""
     sections: dict[str, type[Section]] = {"": root}
     for name, field in root.model_fields.items():
-        for part in (field.annotation, *get_args(field.annotation)):
+        for part in () if get_origin(field.annotation) is tuple else (field.annotation, *get_args(field.annotation)):
             if isinstance(part, type) and issubclass(part, Section):
                 sections[name] = part
     return sections
@@ -81,13 +81,13 @@ def list_sections(root: type[Section] = Case) -> dict[str, type[Section]]:
 @cache
 def list_tables(root: type[Section] = Case) -> dict[str, type[Section]]:
     """Return what each table of a list of tables holds, by the key of the list: `particles.feeds` is one, whose tables
-    stand in a file as [[particles.feeds]]."""
+    stand in a file as [[particles.feeds]]. Also lists at the top of a file."""
     tables: dict[str, type[Section]] = {}
     for section, model in list_sections(root).items():
         for name, field in model.model_fields.items():
-            for part in get_args(field.annotation) if section else ():
+            for part in get_args(field.annotation) if get_origin(field.annotation) is tuple else ():
                 if isinstance(part, type) and issubclass(part, Section):
-                    tables[f"{section}.{name}"] = part
+                    tables[f"{section}.{name}".lstrip(".")] = part
     return tables
 
 

@@ -1,4 +1,4 @@
-"""Tables of a study on disk: CSV, JSON with one object a row, and one page of HTML that holds its pictures."""
+"""Tables on disk: CSV, JSON with one object a row, and one page of HTML that holds its pictures."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def _spare(row: Row) -> Row:
 def write_page(path: Path, title: str, note: str, pictures: Sequence[Path], tables: Tables, mark: str) -> Path:
     """Write a page with the pictures inside it; rows whose column `mark` holds are marked."""
     environment = Environment(
-        loader=FileSystemLoader(TEMPLATES / "study"), undefined=StrictUndefined, autoescape=True, trim_blocks=True
+        loader=FileSystemLoader(TEMPLATES / "tables"), undefined=StrictUndefined, autoescape=True, trim_blocks=True
     )
     shown = []
     for name, rows in tables.items():

@@ -1,0 +1,41 @@
+"""How far computed values are from measured ones: by root mean square, at most, and in how much they vary."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """Computed less measured values at the same points, in their unit.
+
+    `rms`, `bias` (the mean) and `largest` (the greatest distance); `rms_error`: standard error of `rms`, if the errors
+    of the points are independent, nan where none are known; `amplitude`: largest less smallest computed value over the
+    same of the measured ones, nan of a single point: below 1 the computed profile is too flat.
+    """
+
+    rms: float
+    bias: float
+    largest: float
+    rms_error: float
+    amplitude: float
+
+
+def find_deviation(computed: np.ndarray, measured: np.ndarray, stderr: np.ndarray | None = None) -> Deviation:
+    """The distance of `computed` from `measured`, (n,) each; `stderr` (n,): standard errors of the computed values."""
+    apart = computed - measured
+    rms = float(np.sqrt(np.mean(apart**2)))
+    spread = float(np.ptp(measured))
+    error = math.nan
+    if stderr is not None and np.isfinite(stderr).any():
+        error = float(np.sqrt(np.nansum((apart * stderr) ** 2))) / (len(apart) * rms) if rms else 0.0
+    return Deviation(
+        rms,
+        float(np.mean(apart)),
+        float(np.max(np.abs(apart))),
+        error,
+        float(np.ptp(computed)) / spread if spread else math.nan,
+    )
