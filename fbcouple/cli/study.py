@@ -61,11 +61,11 @@ def list_shipped() -> None:
 @outlive_output
 def error_vs_time(name: str, output: Path | None, dry: bool, only_done: bool, only: tuple[str, ...], jobs: int) -> None:
     """Run the members of STUDY that are not done, and tabulate error against run time."""
+    from fbcouple.results.tables import describe_machine, show_cell, write_page, write_tables
     from fbcouple.study.error_vs_time import plan_members, run_members, tabulate
     from fbcouple.study.picture import draw
     from fbcouple.study.schema import Study
     from fbcouple.study.source import read_study
-    from fbcouple.results.tables import describe_machine, show_cell, write_page, write_tables
 
     loaded, source = read_study(name, Study)
     if dry:
@@ -95,13 +95,13 @@ def error_vs_time(name: str, output: Path | None, dry: bool, only_done: bool, on
 @outlive_output
 def stability(name: str, output: Path | None, dry: bool, jobs: int) -> None:
     """Run the stiff and extreme cases of STUDY that are not done, and tabulate which exchange scheme is stable."""
+    from fbcouple.results.tables import describe_machine, show_cell, write_page, write_tables
     from fbcouple.study.indicators import list_limits
     from fbcouple.study.map import draw_map
     from fbcouple.study.scenes import list_scenes
     from fbcouple.study.schema import Stability
     from fbcouple.study.source import read_study
     from fbcouple.study.stability import confuse, find_limits, run_scenes
-    from fbcouple.results.tables import describe_machine, show_cell, write_page, write_tables
 
     loaded, source = read_study(name, Stability)
     if dry:

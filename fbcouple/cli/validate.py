@@ -99,5 +99,7 @@ def print_beds() -> None:
 
     beds = [read_bed(name) for name in list_beds()]
     measured = ["; ".join(task.measurement.name for task in bed.tasks) for bed in beds]
-    rows = [(bed.name, bed.about.cost, f"{bed.about.source}: {words}") for bed, words in zip(beds, measured, strict=True)]
+    rows = [
+        (bed.name, bed.about.cost, f"{bed.about.source}: {words}") for bed, words in zip(beds, measured, strict=True)
+    ]
     print_explained(["bed", "a run takes", "measured"], rows)

@@ -28,13 +28,12 @@ class Task:
 
 @dataclass(frozen=True)
 class Found:
-    """What a run has at the measured points: `values` and their standard errors, (n,); `x` and `curve`, (m,), for the
-    picture."""
+    """What a run has at the measured points: `values` and their standard errors, (n,); for the picture its `curve`,
+    where and what, (m,) both."""
 
     values: np.ndarray
     stderr: np.ndarray | None = None
-    x: np.ndarray | None = None
-    curve: np.ndarray | None = None
+    curve: tuple[np.ndarray, np.ndarray] | None = None
 
 
 Function = Callable[[Results, Task], Found]
@@ -82,7 +81,7 @@ def compare_line(results: Results, task: Task) -> Found:
     assert task.line is not None
     x, line, errors = read_run(results, task.line)
     at = task.points.x
-    return Found(np.interp(at, x, line), None if errors is None else np.interp(at, x, errors), x, line)
+    return Found(np.interp(at, x, line), None if errors is None else np.interp(at, x, errors), (x, line))
 
 
 @comparison("mean", _UNITS, takes=("span", "error"))
@@ -110,7 +109,7 @@ def compare_curve(results: Results, task: Task) -> Found:
     time = history["time"].values.astype(float) - origin
     shown = (time >= min(0.0, task.points.x[0])) & (time <= 1.1 * task.points.x[-1])
     values = _at_times(results, name, task.points.x + origin)
-    return Found(values, None, time[shown], history.values[shown])
+    return Found(values, None, (time[shown], history.values[shown]))
 
 
 @comparison("fluctuation", _UNITS, takes=("span", "error"))
@@ -149,7 +148,7 @@ def compare_impact(results: Results, task: Task) -> Found:
     order = np.argsort(angle)
     angle, values = angle[order], values[order]
     _require_within(results, task.points.x, angle, "angles of impact", "deg")
-    return Found(np.interp(task.points.x, angle, values), None, angle, values)
+    return Found(np.interp(task.points.x, angle, values), None, (angle, values))
 
 
 def _read_history(results: Results, measurement: Measurement) -> tuple[np.ndarray, np.ndarray]:
@@ -164,7 +163,9 @@ def _read_history(results: Results, measurement: Measurement) -> tuple[np.ndarra
         _require_within(results, np.array(span), time, "rows", "s")
     inside = (time >= span[0]) & (time <= span[1]) & np.isfinite(history.values)
     if inside.sum() < FEWEST:
-        text = f"`{name}` in {results.path} has {inside.sum()} rows in {span[0]:g} to {span[1]:g} s, {FEWEST} are needed."
+        text = (
+            f"`{name}` in {results.path} has {inside.sum()} rows in {span[0]:g} to {span[1]:g} s, {FEWEST} are needed."
+        )
         raise NotDrawableError([text])
     return time[inside], history.values[inside]
 

@@ -69,8 +69,9 @@ def _draw_panel(axes: Axes, panel: Panel) -> None:
     axes.errorbar(
         scale * points.x, points.value, points.error, fmt="o", color=INK, markersize=3, elinewidth=0.7, label="measured"
     )
-    if panel.found is not None and panel.found.x is not None:
-        axes.plot(scale * panel.found.x, panel.found.curve, color=LINES[0]["color"], label=RUN)
+    if panel.found is not None and panel.found.curve is not None:
+        x, curve = panel.found.curve
+        axes.plot(scale * x, curve, color=LINES[0]["color"], label=RUN)
     for number, one in enumerate(panel.peers, start=1):
         if one.points is not None:
             look = LINES[number % len(LINES)]

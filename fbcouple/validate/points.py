@@ -26,7 +26,7 @@ def read_series(path: Path, axis: str, axis_unit: str, unit: str) -> Points:
     axis: what the points are over; its first word is the name of the column ("angle of impact": `angle`).
     Raises: CaseError (one text) naming the file and the line that is wrong.
     """
-    word = axis.split()[0]
+    word = axis.split(maxsplit=1)[0]
     values = _UNITS.get(unit, {unit: 1.0})
     form = Form({word: _UNITS[axis_unit], "value": values, "error": values}, (word, "value"), "points", LARGEST)
     columns = read_table(path, form).columns

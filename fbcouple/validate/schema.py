@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field
 
 from fbcouple.case.schema.option import Positive, Section, Stretch, as_tuple, option
 
-_Finite = {"allow_inf_nan": False}
+_FINITE: dict[str, Any] = {"allow_inf_nan": False}
 
 
 class Measurement(Section):
@@ -18,14 +18,14 @@ class Measurement(Section):
     file: str | None = option(
         "CSV file beside this one with the measured points: time or angle, value and, if known, error.", default=None
     )
-    value: float | None = option("The measured number, in SI units.", default=None, **_Finite)
+    value: float | None = option("The measured number, in SI units.", default=None, **_FINITE)
     error: float | None = option("Error of `value`, in its unit.", default=None, **Positive)
     span: Stretch | None = option(
         "From where to where: places x [m] of a line, of which the points between count; times [s] of a history, by "
         "default the averaging window.",
         default=None,
     )
-    origin: float = option("Time of the run at which that of the measurement begins.", "s", 0.0, **_Finite)
+    origin: float = option("Time of the run at which that of the measurement begins.", "s", 0.0, **_FINITE)
     wanted: float | None = option(
         "Root mean square deviation, of a number its deviation, that a run should stay within, in SI units.",
         default=None,
@@ -37,8 +37,10 @@ class Peer(Section):
     of: str = option("Name of the measurement.")
     name: str = option("Which code.", min_length=1, max_length=80)
     source: str = option("Where its numbers are published.", min_length=1, max_length=300)
-    file: str | None = option("CSV file beside this one with what it computed, as that of the measurement.", default=None)
-    value: float | None = option("What it computed, where the measurement is a number.", default=None, **_Finite)
+    file: str | None = option(
+        "CSV file beside this one with what it computed, as that of the measurement.", default=None
+    )
+    value: float | None = option("What it computed, where the measurement is a number.", default=None, **_FINITE)
     rms: float | None = option("Its root mean square deviation, where no more is known.", default=None, **Positive)
 
 

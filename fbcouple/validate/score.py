@@ -87,9 +87,7 @@ def _score_peer(task: Task, one: Scored) -> Row:
         return row | {"rms": one.peer.rms}
     values = _read_at(one.points, task.points.x)
     away = find_deviation(values, task.points.value)
-    return _make_row(
-        task, one.peer.name, {"computed": float(values.mean()), "stderr": math.nan}, away, one.peer.source
-    )
+    return _make_row(task, one.peer.name, {"computed": float(values.mean()), "stderr": math.nan}, away, one.peer.source)
 
 
 def _read_at(points: Points, x: np.ndarray) -> np.ndarray:

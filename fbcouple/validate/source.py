@@ -86,7 +86,7 @@ def _find_folder(name: str) -> Path:
 
 
 def _list_references(case: dict[str, object]) -> dict[str, Reference]:
-    """The lines that the case names, by quantity@height; what is wrong with the case itself is told by its own check."""
+    """The lines that the case names, by quantity@height; mistakes of the case itself are told by its check."""
     output = case.get("output", {})
     texts = output.get("references", []) if isinstance(output, dict) else []
     lines = [parse_reference(text) for text in texts if isinstance(text, str)]
@@ -195,16 +195,18 @@ def check_keys(measurement: Measurement, lines: dict[str, Reference]) -> Iterato
         close = suggest(measurement.of, chosen.of)
         hint = f"; did you mean `{close}`" if close else ""
         yield Problem("of", f"{show(measurement.of)} is given, allowed are: {', '.join(chosen.of)}{hint}.")
-    given = [key for key in _CHOSEN if key in measurement.model_fields_set]
+    chosen_keys = [key for key in _CHOSEN if key in measurement.model_fields_set]
     for key in chosen.needs:
-        if key not in given:
+        if key not in chosen_keys:
             yield Problem(key, f'is missing; compare = "{chosen.name}" needs it.')
-    for key in given:
+    for key in chosen_keys:
         if key not in (*chosen.needs, *chosen.takes):
             takes = ", ".join((*chosen.needs, *chosen.takes)) or "none of them"
             yield Problem(key, f'compare = "{chosen.name}" does not take it, but {takes}; remove it.')
     if measurement.span and measurement.span[0] >= measurement.span[1]:
-        yield Problem("span", f"{show(measurement.span)} is given; give the lower end first, and the upper one above it.")
+        yield Problem(
+            "span", f"{show(measurement.span)} is given; give the lower end first, and the upper one above it."
+        )
 
 
 def _check_line(of: str, lines: dict[str, Reference]) -> Iterator[Problem]:
