@@ -18,7 +18,9 @@ from sphinx.application import Sphinx
 
 from fbcouple.case.base import read_case
 from fbcouple.case.presets import PRESETS
+from fbcouple.case.schema.option import Section
 from fbcouple.case.schema.reference import Option, list_options, list_sections, list_tables
+from fbcouple.case.schema.sections import Case
 from fbcouple.case.source import list_sets, list_shipped
 from fbcouple.cli.main import cli
 from fbcouple.coupling.box.mapping import VOIDAGE_METHODS
@@ -27,6 +29,10 @@ from fbcouple.coupling.kernels import DRAG_SCHEMES
 from fbcouple.physics.drag.laws import DRAG_LAWS
 from fbcouple.postproc import COMPARISONS, FIGURES
 from fbcouple.results.writer import EXITS, HISTORIES, HISTORY_VECTORS, MEANS, STAGES
+from fbcouple.validate.comparisons import COMPARISONS as WAYS
+from fbcouple.validate.comparisons import UNITS
+from fbcouple.validate.schema import Validation
+from fbcouple.validate.source import list_beds, read_bed
 from fbcouple.verify.registry import load_checks
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -72,11 +78,16 @@ def read_doc(thing: Any) -> str:
 @part
 def options() -> str:
     """Every option of a case file, by section."""
+    return describe_options(Case, "##")
+
+
+def describe_options(root: type[Section], mark: str) -> str:
+    """Every option of a kind of file, by section, under headings that begin with `mark`."""
     lines = []
-    for section in [*list_sections(), *list_tables()]:
-        head = f"`[[{section}]]`" if section in list_tables() else f"`[{section}]`"
-        lines.append(f"## {head}\n" if section else "## Top of the file\n")
-        for option in list_options().values():
+    for section in [*list_sections(root), *list_tables(root)]:
+        head = f"`[[{section}]]`" if section in list_tables(root) else f"`[{section}]`"
+        lines.append(f"{mark} {head}\n" if section else f"{mark} Top of the file\n")
+        for option in list_options(root).values():
             if option.key.rpartition(".")[0] == section:
                 lines.append(f"`{option.key}`\n: {describe_option(option)}\n\n  {escape(option.sentence)}\n")
     return "\n".join(lines)
@@ -179,6 +190,34 @@ def cases() -> str:
     rows = [(f"`{name}`", escape(str(read_case(path, name)[0]["title"]))) for name, path in list_shipped().items()]
     sets = [(f"`{name}`", ", ".join(f"`{member}`" for member in members)) for name, members in list_sets().items()]
     return table(("case", "title"), rows) + "\n## Sets\n\n" + table(("set", "cases"), sets)
+
+
+@part
+def beds() -> str:
+    """Shipped measured beds."""
+    rows = []
+    for bed in map(read_bed, list_beds()):
+        measured = "; ".join(task.measurement.name for task in bed.tasks)
+        rows.append((f"`{bed.name}`", *map(escape, (bed.about.source, measured, bed.about.cost))))
+    return table(("bed", "by", "measured", "a run takes"), rows)
+
+
+@part
+def comparisons() -> str:
+    """Comparisons of measured beds."""
+    rows = []
+    for way in WAYS.values():
+        of = "quantity@height" if way.of is None else "a history" if way.of is UNITS else ", ".join(way.of)
+        keys = [*(f"`{key}`" for key in way.needs), *(f"`{key}` if wanted" for key in way.takes)]
+        text = " ".join((inspect.getdoc(way.function) or "").split())
+        rows.append((f"`{way.name}`", escape(of), ", ".join(keys), escape(text)))
+    return table(("compare", "of", "keys", "what it compares"), rows)
+
+
+@part
+def validation() -> str:
+    """Every key of a validation.toml."""
+    return describe_options(Validation, "###")
 
 
 @part

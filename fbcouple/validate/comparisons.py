@@ -54,7 +54,8 @@ class Comparison:
 
 
 COMPARISONS: dict[str, Comparison] = {}
-_UNITS = {name: unit for name, (unit, _) in HISTORIES.items()}
+UNITS = {name: unit for name, (unit, _) in HISTORIES.items()}
+"""Histories that can be compared, and their units."""
 
 
 def comparison(
@@ -84,14 +85,14 @@ def compare_line(results: Results, task: Task) -> Found:
     return Found(np.interp(at, x, line), None if errors is None else np.interp(at, x, errors), (x, line))
 
 
-@comparison("mean", _UNITS, takes=("span", "error"))
+@comparison("mean", UNITS, takes=("span", "error"))
 def compare_mean(results: Results, task: Task) -> Found:
     """The time mean of a history against a number; its standard error from blocks (Flyvbjerg and Petersen)."""
     _, values = _read_history(results, task.measurement)
     return Found(np.array([values.mean()]), np.array([estimate_error(values)]))
 
 
-@comparison("rate", _UNITS, needs=("value", "span"), takes=("error", "origin"))
+@comparison("rate", UNITS, needs=("value", "span"), takes=("error", "origin"))
 def compare_rate(results: Results, task: Task) -> Found:
     """The change of a history from the beginning to the end of `span`, over the time between, against a number."""
     wanted = task.measurement
@@ -101,7 +102,7 @@ def compare_rate(results: Results, task: Task) -> Found:
     return Found(np.array([(end - begin) / (last - first)]))
 
 
-@comparison("curve", _UNITS, "time", "s", needs=("file",), takes=("origin",))
+@comparison("curve", UNITS, "time", "s", needs=("file",), takes=("origin",))
 def compare_curve(results: Results, task: Task) -> Found:
     """A history against measured values at the times of `file`, which begin at `origin`; linear between its rows."""
     origin, name = task.measurement.origin, task.measurement.of
@@ -112,7 +113,7 @@ def compare_curve(results: Results, task: Task) -> Found:
     return Found(values, None, (time[shown], history.values[shown]))
 
 
-@comparison("fluctuation", _UNITS, takes=("span", "error"))
+@comparison("fluctuation", UNITS, takes=("span", "error"))
 def compare_fluctuation(results: Results, task: Task) -> Found:
     """The standard deviation of a history about its time mean against a number."""
     _, values = _read_history(results, task.measurement)

@@ -24,6 +24,7 @@ from pages import MARKS, ROOT, Block, list_pages, name_page, read_blocks
 from fbcouple.case.schema.reference import list_options, list_sections
 from fbcouple.cli.main import cli
 from fbcouple.study.schema import Study
+from fbcouple.validate.schema import Validation
 
 PAGES = {name_page(page): list(read_blocks(page.read_text(encoding="utf-8"))) for page in list_pages()}
 ANY_PROGRAM = ("pip", "pre-commit")
@@ -98,7 +99,10 @@ def test_examples_are_well_formed(page):
 
 
 def check_toml(content: dict) -> None:
-    """Keys of a case, or of a study, must be options."""
+    """Keys of a case, of a study, or of a measured bed must be options."""
+    if "measurements" in content:
+        Validation.model_validate(content)
+        return
     if "knobs" in content:
         assert set(content) <= set(Study.model_fields)
         return

@@ -27,6 +27,9 @@ from fbcouple.physics.drag.laws import DRAG_LAWS
 from fbcouple.postproc import COMPARISONS, FIGURES
 from fbcouple.results.writer import HISTORIES, MEANS, STAGES
 from fbcouple.run_folder.failure import SOLVER_LOGS
+from fbcouple.validate.comparisons import COMPARISONS as COMPARED
+from fbcouple.validate.schema import Validation
+from fbcouple.validate.source import list_beds
 from fbcouple.verify.registry import MODULES
 
 
@@ -166,6 +169,11 @@ def test_every_case_figure_and_check_is_listed(site):
         names = set(re.findall(r'^@check\(\s*"([^"]+)"', source, re.MULTILINE))
         assert names <= set(rows), module
     assert all(row[-1] for row in rows.values()), "each says what it compares"
+
+
+def test_every_measured_bed_comparison_and_key_is_listed(site):
+    assert set(list_options(Validation)) == set(read_entries(site, "reference/validation"))
+    assert {*list_beds(), *COMPARED} == set(read_rows(site, "reference/validation"))
 
 
 def test_every_limit_and_file_of_a_run_is_listed(site):
