@@ -28,7 +28,7 @@ from fbcouple.coupling.forces import FORCES
 from fbcouple.coupling.kernels import DRAG_SCHEMES
 from fbcouple.physics.drag.laws import DRAG_LAWS
 from fbcouple.postproc import COMPARISONS, FIGURES
-from fbcouple.results.writer import EXITS, HISTORIES, HISTORY_VECTORS, MEANS, STAGES
+from fbcouple.results.writer import EXITS, HISTORIES, HISTORIES_OF_SPECIES, HISTORY_VECTORS, MEANS, STAGES
 from fbcouple.validate.comparisons import COMPARISONS as WAYS
 from fbcouple.validate.comparisons import UNITS
 from fbcouple.validate.schema import Validation
@@ -150,7 +150,8 @@ def variables() -> str:
     """Means and histories of results.nc."""
     blocks = []
     exits = {f"exit_{name}": about for name, about in EXITS.items()}
-    titled = ("Time means", MEANS), ("Histories", HISTORIES | HISTORY_VECTORS), ("Particles that left", exits)
+    histories = HISTORIES | HISTORIES_OF_SPECIES | HISTORY_VECTORS
+    titled = ("Time means", MEANS), ("Histories", histories), ("Particles that left", exits)
     for title, entries in titled:
         rows = [(f"`{name}`", escape(unit), escape(text)) for name, (unit, text) in entries.items()]
         blocks.append(f"### {title}\n\n{table(('variable', 'unit', 'what it is'), rows)}")

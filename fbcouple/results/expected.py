@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from fbcouple.results.writer import EXITS, HISTORIES, HISTORY_VECTORS, MEANS
+from fbcouple.results.writer import EXITS, HISTORIES, HISTORIES_OF_SPECIES, HISTORY_VECTORS, MEANS
 
 SECTIONS = ("domain", "gas", "particles", "contact", "exchange", "averages", "output", "start")
 Is = Callable[[Any], bool]
@@ -211,6 +211,7 @@ def _list_shapes(data: xr.Dataset) -> dict[str, tuple[str, ...]]:
         "sampled_cell": ("z", "y", "x"),
     }
     known |= dict.fromkeys(HISTORIES, ("time",)) | dict.fromkeys(HISTORY_VECTORS, ("time", "component"))
+    known |= dict.fromkeys(HISTORIES_OF_SPECIES, ("time", "species"))
     known |= {f"exit_{name}": ("exit",) for name in EXITS}
     for name in MEANS:
         dims = ("component", *axes) if name in VECTORS else axes

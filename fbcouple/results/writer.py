@@ -91,6 +91,9 @@ HISTORY_VECTORS: dict[str, tuple[str, str]] = {
     "momentum_fed": ("kg m s-1", "momentum that particles had as they came in, up to now"),
     "momentum_removed": ("kg m s-1", "momentum that particles had as they left, up to now"),
 }
+HISTORIES_OF_SPECIES: dict[str, tuple[str, str]] = {
+    "species_centre_z": ("m", "height of the centre of mass of each species above the floor; of mixtures only"),
+}
 EXITS: dict[str, tuple[str, str]] = {
     "number": ("1", "number of a particle that left"),
     "entry_time": ("s", "time at which a particle that left had come in; 0 of those of the start"),
@@ -133,18 +136,10 @@ def write_results(
         dims = axes if values.ndim == len(axes) else ("component", *axes)
         words = f"standard error by block averaging of the {text}" if name.endswith("_stderr") else text
         data[name] = (dims, values, {"units": unit, "long_name": words})
-    for name, (unit, text) in HISTORIES.items():
-        if history and name in history[0]:
-            data[name] = ("time", np.array([row[name] for row in history]), {"units": unit, "long_name": text})
-    for name, (unit, text) in HISTORY_VECTORS.items():
-        if history and name in history[0]:
-            values = np.array([row[name] for row in history])
-            data[name] = (("time", "component"), values, {"units": unit, "long_name": text})
+    data |= _lay_out_histories(history)
     for name, values in (exits or {}).items():
         unit, text = EXITS[name]
         data[f"exit_{name}"] = ("exit", values, {"units": unit, "long_name": text})
-    if history and "tracked" in history[0]:
-        data |= _lay_out_tracks(history)
     walls = np.array([[row["wall"][stage] for stage in STAGES] for row in history]).reshape(-1, len(STAGES))
     data["wall_seconds"] = (
         ("time", "stage"),
@@ -184,6 +179,24 @@ def write_results(
         coordinates["snapshot_time"] = ("snapshot_time", times, {"units": "s", "long_name": "time of a snapshot"})
         encoding["voidage_snapshots"] = {"zlib": True, "complevel": 1}
     write_dataset(path, follow_conventions(xr.Dataset(data, coordinates, attributes)), encoding)
+
+
+def _lay_out_histories(history: list[dict[str, Any]]) -> dict[str, Any]:
+    """What the rows of the history hold, over `time`, vectors over `component` and mixtures over `species`, too."""
+    data: dict[str, Any] = {}
+    first = history[0] if history else {}
+    for entries, dims in (
+        (HISTORIES, ("time",)),
+        (HISTORY_VECTORS, ("time", "component")),
+        (HISTORIES_OF_SPECIES, ("time", "species")),
+    ):
+        for name in [name for name in entries if name in first]:
+            unit, text = entries[name]
+            data[name] = (dims, np.array([row[name] for row in history]), {"units": unit, "long_name": text})
+    if "species_centre_z" in first:
+        numbers = np.arange(1, 1 + len(first["species_centre_z"]))
+        data["species"] = ("species", numbers, {"long_name": "number of the species, in the order of the case"})
+    return data | (_lay_out_tracks(history) if "tracked" in first else {})
 
 
 def _lay_out_tracks(history: list[dict[str, Any]]) -> dict[str, Any]:

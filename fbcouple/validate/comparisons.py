@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import xarray as xr
 
 from fbcouple.input_files.measured_lines import QUANTITIES, Points, Reference
 from fbcouple.postproc.experiment import read_run
@@ -127,6 +128,18 @@ def compare_frequency(results: Results, task: Task) -> Found:
     return Found(np.array([find_spectrum(name, *_read_history(results, task.measurement)).peak]))
 
 
+@comparison("separation", {"species_centre_z": "1"}, takes=("span", "error"))
+def compare_separation(results: Results, task: Task) -> Found:
+    """How far the centre of mass of species 1 is above that of species 2, of a mixture of these two, over the bed's
+    height, time means both, against a number."""
+    centres = results.history("species_centre_z")
+    if centres.sizes["species"] != 2:
+        raise NotDrawableError([f"{results.path} has {centres.sizes['species']} species, and not two."])
+    _, apart = _cut(results, task.measurement, centres[:, 0] - centres[:, 1])
+    _, height = _read_history(results, task.measurement, "bed_height")
+    return Found(np.array([apart.mean() / height.mean()]), np.array([estimate_error(apart) / height.mean()]))
+
+
 @comparison("impact", {"rebound_angle": "deg", "tangential_restitution": "1"}, "angle of impact", "deg", ("file",))
 def compare_impact(results: Results, task: Task) -> Found:
     """Tracked particles that strike the floor, each at an angle from its normal: angle of rebound, or tangential
@@ -152,22 +165,25 @@ def compare_impact(results: Results, task: Task) -> Found:
     return Found(np.interp(task.points.x, angle, values), None, (angle, values))
 
 
-def _read_history(results: Results, measurement: Measurement) -> tuple[np.ndarray, np.ndarray]:
-    """Times [s] and values of a history within the span, by default the averaging window, without its first row."""
-    name, span = measurement.of, measurement.span or results.window
+def _read_history(results: Results, measurement: Measurement, name: str = "") -> tuple[np.ndarray, np.ndarray]:
+    """Times [s] and values of a history, by default that of the measurement, as `_cut` has them."""
+    return _cut(results, measurement, results.history(name or measurement.of))
+
+
+def _cut(results: Results, measurement: Measurement, history: xr.DataArray) -> tuple[np.ndarray, np.ndarray]:
+    """Times [s] and values within the span, by default the averaging window, without the first row."""
+    span = measurement.span or results.window
     if span is None:
         text = f"{results.path} has no averaging window; say from when to when by `span`, or give the case [averages]."
         raise NotDrawableError([text])
-    history = results.history(name)[1:]
+    history = history[1:]
     time = history["time"].values.astype(float)
     if measurement.span:
         _require_within(results, np.array(span), time, "rows", "s")
     inside = (time >= span[0]) & (time <= span[1]) & np.isfinite(history.values)
     if inside.sum() < FEWEST:
-        text = (
-            f"`{name}` in {results.path} has {inside.sum()} rows in {span[0]:g} to {span[1]:g} s, {FEWEST} are needed."
-        )
-        raise NotDrawableError([text])
+        text = f"`{measurement.of}` in {results.path} has {inside.sum()} rows in {span[0]:g} to {span[1]:g} s"
+        raise NotDrawableError([f"{text}, {FEWEST} are needed."])
     return time[inside], history.values[inside]
 
 

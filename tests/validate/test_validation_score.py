@@ -12,7 +12,8 @@ import xarray as xr
 from fbcouple.input_files.measured_lines import Points
 from fbcouple.postproc.deviation import find_deviation
 from fbcouple.results.reader import NotDrawableError, Results, open_results
-from fbcouple.validate.comparisons import Task, compare_impact
+from fbcouple.validate.comparisons import Task, compare_impact, compare_separation
+from fbcouple.validate.points import take_value
 from fbcouple.validate.schema import Measurement
 from fbcouple.validate.score import RUN, score
 from fbcouple.validate.source import read_bed
@@ -114,6 +115,19 @@ def test_impacts_are_measured_from_the_normal():
     data["tracked_velocity"][1, 0, 2] = -0.1
     with pytest.raises(NotDrawableError, match=r"not all tracked particles of .* have met the floor"):
         ask("rebound_angle")
+
+
+def test_separation_is_the_distance_of_two_centres_over_the_height(results):
+    """70 mm of bed, 21 mm between the centres: 0.3."""
+    time = results.data["time"]
+    centres = np.stack([np.full(len(time), 0.045), np.full(len(time), 0.024)], axis=1)
+    mixed = Results(results.path, results.data.assign(species_centre_z=(("time", "species"), centres)), results.case)
+    task = Task(Measurement(name="n", compare="separation", of="species_centre_z", value=0.5), take_value(0.5, None))
+    found = compare_separation(mixed, task)
+    assert found.values == pytest.approx([0.3], abs=1e-3) and found.stderr == pytest.approx([0.0])
+    three = results.data.assign(species_centre_z=(("time", "species"), np.zeros((len(time), 3))))
+    with pytest.raises(NotDrawableError, match="has 3 species"):
+        compare_separation(Results(results.path, three, results.case), task)
 
 
 def test_a_flat_measurement_has_no_amplitude():

@@ -58,6 +58,12 @@ def list_kinds(particles: Particles) -> list[Kind]:
     return [Kind(*row[:3], share) for row, share in zip(rows, shares.tolist(), strict=True)]
 
 
+def list_species(particles: Particles) -> list[int]:
+    """The species of each kind, counted from 1, in the order of `list_kinds`."""
+    classes = len(particles.sizes) or (1 if particles.spread is None else particles.classes)
+    return [1] * classes + list(range(2, 2 + len(particles.mixture)))
+
+
 def count_kinds(particles: Particles) -> list[int]:
     """Number of particles of each kind: they add up to the bed's, and each is within one of its share."""
     if particles.sizes:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from fbcouple.case.bed.particle_types import list_species
 from fbcouple.geometry.overlap import find_max_overlap
 from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.tasks.frames import track
@@ -31,6 +32,20 @@ def measure_particles(sim: Simulation) -> dict[str, Any]:
         "kinetic_energy": float(sums[2]),
         "max_overlap": comm.allreduce(overlap, max),
     } | tracked
+
+
+def measure_species(sim: Simulation) -> dict[str, Any]:
+    """Height [m] above the floor of each species' centre of mass, nan of one that is not there; nothing where all
+    particles are of one species (collective)."""
+    particles, own = sim.case.particles, sim.liggghts
+    if particles is None or not particles.mixture:
+        return {}
+    count = 1 + len(particles.mixture)
+    species = np.array(list_species(particles))[own.types - 1] - 1
+    mine = [np.bincount(species, weights, count) for weights in (own.masses, own.masses * own.positions[:, 2])]
+    mass, moment = sim.comm.allreduce(np.array(mine))
+    centres = np.divide(moment, mass, out=np.full(count, math.nan), where=mass > 0.0)
+    return {"species_centre_z": (centres - sim.grid.origin[2]).tolist()}
 
 
 def measure_height(sim: Simulation) -> dict[str, Any]:

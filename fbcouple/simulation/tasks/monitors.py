@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from fbcouple.simulation.simulation import Simulation
-from fbcouple.simulation.tasks.diagnostics import measure_height, measure_particles, measure_voidage
+from fbcouple.simulation.tasks.diagnostics import measure_height, measure_particles, measure_species, measure_voidage
 from fbcouple.simulation.tasks.gas_continuity import HeightFlux
 from fbcouple.simulation.tasks.inlet_flow import InletFlow
 from fbcouple.simulation.tasks.ledger import measure_traffic
@@ -56,7 +56,8 @@ class Monitors(Task):
         require_finite(sim)
         if sim.has_particles:
             require_inside(sim)
-            numbers |= measure_particles(sim) | measure_height(sim) | self._outlet.measure(sim) | measure_traffic(sim)
+            numbers |= measure_particles(sim) | measure_species(sim) | measure_height(sim)
+            numbers |= self._outlet.measure(sim) | measure_traffic(sim)
         if sim.is_coupled:
             numbers |= measure_voidage(sim)
         if sim.has_gas:
