@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 from click.shell_completion import CompletionItem
 
-from fbcouple.cli.arguments import take_ranks, take_settings
+from fbcouple.cli.arguments import take_ranks, take_settings, take_trust
 from fbcouple.cli.table import print_explained, print_table
 from fbcouple.machine.output import outlive_output
 from fbcouple.run_folder.plain_files import require_plain
@@ -53,9 +53,16 @@ def complete_bed(ctx: click.Context, parameter: click.Parameter, incomplete: str
     "--run", "finished", type=click.Path(path_type=Path), help="Score the run in this folder, and run nothing."
 )
 @take_settings
+@take_trust
 @outlive_output
 def validate(
-    name: str | None, output: Path | None, ranks: int, resume: bool, finished: Path | None, sets: tuple[str, ...]
+    name: str | None,
+    output: Path | None,
+    ranks: int,
+    resume: bool,
+    finished: Path | None,
+    sets: tuple[str, ...],
+    trusted: bool,
 ) -> None:
     """Run the measured bed NAME and score it against its data; without NAME list the measured beds.
 
@@ -80,7 +87,7 @@ def validate(
     folder = finished or choose_folder(bed, output)
     require_plain(folder)
     if finished is None:
-        run_bed(bed, folder, ranks, resume, sets, click.echo)
+        run_bed(bed, folder, ranks, resume, sets, trusted, click.echo)
     results = open_results(folder)
     result = score(bed, results)
     files, facts = write_result(bed, results, result, output or folder)

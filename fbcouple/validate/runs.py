@@ -31,20 +31,22 @@ def choose_folder(bed: Bed, output: Path | None) -> Path:
     return output or Path("runs/validate") / name_run(bed.name, bed.folder / FILE_NAME)
 
 
-def run_bed(bed: Bed, folder: Path, ranks: int, resume: bool, sets: Sequence[str], say: Say) -> None:
+def run_bed(bed: Bed, folder: Path, ranks: int, resume: bool, sets: Sequence[str], trusted: bool, say: Say) -> None:
     """Set the bed's case up in `folder` and run it to its end; resume: go on with the run that is there.
+
+    trusted: also with code that the case brings.
 
     Raises: as `fbcouple.setup` and `Run.start`; StoppedError if it stopped early with a checkpoint.
     """
     if resume and sets:
         raise CaseError([f"--set: {sets[0]}: a run that goes on has its case already; leave --set or --resume out."])
     if not resume:
-        lay_out(str(bed.name), folder, sets, trusted=False, say=say)
+        lay_out(str(bed.name), folder, sets, trusted, say=say)
     run = Run(folder)
-    status = run.resume(ranks) if resume else run.start(ranks)
+    status = run.resume(ranks, trust=trusted) if resume else run.start(ranks, trust=trusted)
     if status.state != "complete":
-        go_on = f"`fbcouple validate {quote(bed.name)} -o {quote(str(folder))} -n {ranks} --resume`"
-        raise StoppedError(f"{folder}: {status.message}; go on with {go_on}")
+        command = f"fbcouple validate {quote(bed.name)} -o {quote(str(folder))} -n {ranks} --resume"
+        raise StoppedError(f"{folder}: {status.message}; go on with `{command}{' --trust' if trusted else ''}`")
 
 
 def list_facts(bed: Bed, results: Results) -> list[Fact]:
@@ -57,7 +59,7 @@ def list_facts(bed: Bed, results: Results) -> list[Fact]:
         "measured by": bed.about.source,
         "simulated [s]": time,
         "complete": "yes" if results.complete else f"no, it ends at {results.case['end_time']:g} s",
-        "time means over": format_window(results) or "none",
+        "time means over": _tell_window(results),
         "ranks": ranks,
         "wall time [s]": float(data.get("core_seconds", 0.0)) / ranks,
         "core-seconds a simulated second": float(data.get("core_seconds", 0.0)) / time if time else None,
@@ -66,6 +68,13 @@ def list_facts(bed: Bed, results: Results) -> list[Fact]:
         "differs from the bed's case in": "; ".join(list_differences(bed, results)) or "nothing",
     }
     return [{"what": name, "value": value} for name, value in facts.items()]
+
+
+def _tell_window(results: Results) -> str:
+    window = results.window
+    if window is None:
+        return "none"
+    return format_window(results) if window[1] > window[0] else f"not begun, they start at {window[0]:g} s"
 
 
 def list_differences(bed: Bed, results: Results) -> list[str]:

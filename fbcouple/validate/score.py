@@ -111,7 +111,7 @@ def _make_row(task: Task, by: str, numbers: Row, away: Deviation | None, source:
         "rms stderr": known.rms_error,
         "largest": known.largest,
         "amplitude": known.amplitude,
-        "wanted": measurement.wanted,
+        "wanted": measurement.wanted if by == RUN else None,
         "verdict": _judge(measurement.wanted, known) if by == RUN else "",
         "source": source,
     }

@@ -257,7 +257,7 @@ def _tell_comparison(row: Comparison, mean: str) -> Content:
         "error of measurement": row.error,
         "statistical error": row.noise,
         "measured range": row.range,
-        "amplitude over measured": row.amplitude,
+        "amplitude": row.amplitude,
         "measured zeros [m]": row.measured_zeros,
         "zeros [m]": row.zeros,
     }
