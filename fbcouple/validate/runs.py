@@ -62,6 +62,7 @@ def list_facts(bed: Bed, results: Results) -> list[Fact]:
         "time means over": _tell_window(results),
         "ranks": ranks,
         "wall time [s]": float(data.get("core_seconds", 0.0)) / ranks,
+        "processor time [s]": float(data["cpu_seconds"]) if "cpu_seconds" in data else None,
         "core-seconds a simulated second": float(data.get("core_seconds", 0.0)) / time if time else None,
         "machine": str(data.get("machine", "not known")),
         "made with": str(data.get("source", "not known")),
