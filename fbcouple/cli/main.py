@@ -282,7 +282,7 @@ def require_run(run: Path) -> None:
 
 
 @cli.command()
-@click.argument("place", metavar="RUN", type=click.Path(path_type=Path))
+@click.argument("folder", metavar="RUN", type=click.Path(path_type=Path))
 @click.option("--scheduler", required=True, type=click.Choice(list(SCHEDULERS)), help="The batch system.")
 @click.option(
     "--time", "limit", required=True, metavar="HH:MM:SS", callback=read_clock, help="Wall-time limit of a job."
