@@ -26,6 +26,8 @@ HEARTBEAT = "logs/heartbeat"
 """In a run folder: touched while coupling steps are taken."""
 LOG = "logs/run.jsonl"
 """In a run folder: the history, a row a line, while the run goes on."""
+PROBES = "probes"
+"""In a run folder: rows of the probes as they were taken, a file a set."""
 FRAMES = "frames"
 """In a run folder: particles and gas at single moments, a netCDF file each."""
 

@@ -16,6 +16,7 @@ import fbcouple.case.checks.feeds
 import fbcouple.case.checks.inlets
 import fbcouple.case.checks.output
 import fbcouple.case.checks.positions
+import fbcouple.case.checks.probes
 import fbcouple.case.checks.region
 import fbcouple.case.checks.start
 import fbcouple.case.checks.voidage  # noqa: F401  (each registers its checks)

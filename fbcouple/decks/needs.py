@@ -298,6 +298,12 @@ def _tracked_particles(case: Case) -> tuple[bool, str]:
     return count > 0, f"output.tracked has {count}" if count else "no output.tracked"
 
 
+@_part
+def _probes(case: Case) -> tuple[bool, str]:
+    sets = case.output.probes
+    return len(sets) > 0, f"output.probes has {len(sets)}" if sets else "no output.probes"
+
+
 def explain(case: Case) -> list[Part]:
     """Every part a case can have, whether this one has it, and why."""
     return [Part(name, *decide(case)) for name, decide in _DECISIONS.items()]

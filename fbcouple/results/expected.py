@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from fbcouple.results.probes import PROBED, find_dimensions, list_tables, name_variable
 from fbcouple.results.writer import EXITS, HISTORIES, HISTORIES_OF_SPECIES, HISTORY_VECTORS, MEANS
 
 SECTIONS = ("domain", "gas", "particles", "contact", "exchange", "averages", "output", "start")
@@ -45,6 +46,16 @@ def are_rows(value: Any) -> bool:
     return isinstance(value, list) and bool(value) and all(_is_row(row) for row in value)
 
 
+def are_probes(value: Any) -> bool:
+    """Tables with a name and quantities."""
+    return isinstance(value, list) and all(map(_is_probe, value))
+
+
+def _is_probe(value: Any) -> bool:
+    quantities = value.get("quantities") if isinstance(value, dict) else None
+    return isinstance(quantities, list) and is_text(value.get("name")) and all(name in PROBED for name in quantities)
+
+
 def _is_row(value: Any) -> bool:
     return isinstance(value, list) and len(value) == 2 and all(map(is_number, value))
 
@@ -73,6 +84,7 @@ OPTIONAL: dict[str, Is] = {
     "contact.steps_per_contact": is_number,
     "contact.wall_restitution": is_number,
     "output.particles_every": is_size,
+    "output.probes": are_probes,
     "output.snapshots_every": is_size,
 }
 NUMBERS = (
@@ -99,7 +111,12 @@ def find_faults(data: xr.Dataset, case: Mapping[str, Any]) -> list[str]:
     """Everything in which `data` and its `case` are not as a run writes them, a text each."""
     unfounded = "particles" not in case and any(name in data for name in OF_PARTICLES)
     alone = ["it has numbers of particles, and its case has no [particles]"] if unfounded else []
-    return _find_in_case(case) + alone + _find_in_attributes(data) + (_find_in_axes(data) or _find_in_variables(data))
+    return (
+        _find_in_case(case)
+        + alone
+        + _find_in_attributes(data)
+        + (_find_in_axes(data) or _find_in_variables(data, case))
+    )
 
 
 def _find_in_case(case: Mapping[str, Any]) -> list[str]:
@@ -183,9 +200,12 @@ def _is_even(axis: xr.DataArray) -> bool:
     return not steps.size or bool(steps[0] > 0.0 and np.allclose(steps, steps.mean(), rtol=1e-3))
 
 
-def _find_in_variables(data: xr.Dataset) -> list[str]:
+def _find_in_variables(data: xr.Dataset, case: Mapping[str, Any]) -> list[str]:
     faults = []
-    for name, dims in _list_shapes(data).items():
+    for name, dims in (_list_shapes(data) | _list_probes(data, case)).items():
+        if name not in data:
+            faults.append(f"it has no variable {name}")
+            continue
         field = data[name]
         if sorted(map(str, field.dims)) != sorted(dims):
             faults.append(f"its variable {name} is over {_list(field.dims)}, and not over {_list(dims)}")
@@ -217,6 +237,19 @@ def _list_shapes(data: xr.Dataset) -> dict[str, tuple[str, ...]]:
         dims = ("component", *axes) if name in VECTORS else axes
         known |= {name: dims, f"{name}_stderr": dims}
     return {name: dims for name, dims in known.items() if name in data}
+
+
+def _list_probes(data: xr.Dataset, case: Mapping[str, Any]) -> dict[str, tuple[str, ...]]:
+    """Variables of the probes of `case` -> the dimensions that each has."""
+    known: dict[str, tuple[str, ...]] = {}
+    for table in list_tables(case):
+        name = table["name"]
+        if (time := name_variable(name, "time")) in data:
+            known |= {time: (time,)} | {name_variable(name, axis): (name_variable(name, "point"),) for axis in AXES}
+            known |= {
+                name_variable(name, quantity): find_dimensions(name, quantity) for quantity in table["quantities"]
+            }
+    return known
 
 
 def _find_in_cells(data: xr.Dataset) -> list[str]:

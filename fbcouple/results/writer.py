@@ -15,6 +15,7 @@ from fbcouple.geometry.grid import Grid
 from fbcouple.geometry.ragged import Ragged
 from fbcouple.machine.whole_files import replacing
 from fbcouple.results.conventions import encode_coordinates, follow_conventions
+from fbcouple.results.probes import ProbeSet, append_probes
 
 STAGES = ("dem", "cfd", "map", "drag", "react", "average", "record", "wait")
 
@@ -113,6 +114,7 @@ def write_results(
     attributes: dict[str, Any],
     snapshots: Sequence[tuple[float, np.ndarray]] = (),
     exits: Mapping[str, np.ndarray] | None = None,
+    probes: Sequence[ProbeSet] = (),
     centres: np.ndarray | None = None,
     volumes: np.ndarray | None = None,
     samples: np.ndarray | None = None,
@@ -123,7 +125,8 @@ def write_results(
 
     `means`: name -> (z, y, x) or (component, z, y, x), `..._stderr` beside it; `history`: a row a record, `wall`
     in it the seconds of each stage since the row before, `tracked` particles by number; `snapshots`:
-    time [s] and depth-mean voidage (z, x); `exits`: name of EXITS -> values of the particles that left.
+    time [s] and depth-mean voidage (z, x); `exits`: name of EXITS -> values of the particles that left;
+    `probes`: sets of probes, whose rows are copied from their files.
 
     Of a mesh of polyhedra the means are (cell,) or (component, cell), with the cells' `centres` (cell, 3) [m] and
     `volumes` (cell,) [m3], the mesh's `points` (node, 3) [m] and `faces`, a row a cell: how many it has, and of each
@@ -178,7 +181,7 @@ def write_results(
         times = np.array([time for time, _ in snapshots])
         coordinates["snapshot_time"] = ("snapshot_time", times, {"units": "s", "long_name": "time of a snapshot"})
         encoding["voidage_snapshots"] = {"zlib": True, "complevel": 1}
-    write_dataset(path, follow_conventions(xr.Dataset(data, coordinates, attributes)), encoding)
+    write_dataset(path, follow_conventions(xr.Dataset(data, coordinates, attributes)), encoding, probes)
 
 
 def _lay_out_histories(history: list[dict[str, Any]]) -> dict[str, Any]:
@@ -211,11 +214,12 @@ def _lay_out_tracks(history: list[dict[str, Any]]) -> dict[str, Any]:
     }
 
 
-def write_dataset(path: Path, dataset: xr.Dataset, encoding: dict[str, Any]) -> None:
-    """Write `dataset` as netCDF, all of it or nothing. Raises: OSError."""
+def write_dataset(path: Path, dataset: xr.Dataset, encoding: dict[str, Any], probes: Sequence[ProbeSet] = ()) -> None:
+    """Write `dataset` and `probes` as netCDF, all of it or nothing. Raises: OSError."""
     try:
         with replacing(path) as fresh:
             dataset.to_netcdf(fresh, encoding=encode_coordinates(dataset, encoding))
+            append_probes(fresh, probes)
     except (OSError, RuntimeError) as error:  # the latter are the netCDF library's
         raise OSError(f"{error}; is the disk full?") from error
 

@@ -7,7 +7,7 @@ import shutil
 from contextlib import suppress
 from pathlib import Path
 
-from fbcouple.paths import FRAMES
+from fbcouple.paths import FRAMES, PROBES
 from fbcouple.run_folder.manifest import read_manifest
 
 PICTURES = (
@@ -22,6 +22,7 @@ PICTURES = (
     "fluidization_curve",
     "history",
     "impact",
+    "probes",
     "flux_profile",
     "voidage_snapshots",
     "spectrum",
@@ -34,6 +35,7 @@ _STEP = r"step-\d{12}"
 _PRODUCTS = {
     "": r"results\.nc(\.part)?|report\.(html|json)|validation\.(html|json|csv|png)",
     FRAMES: r"frame-\d{6,}\.nc(\.part)?",
+    PROBES: r"[a-z][a-z0-9_]*\.rows",
     "checkpoints": rf"{_STEP}(\.refused)?|\.unfinished-({_STEP}|\d+)",
     "figures": rf"({'|'.join(PICTURES)})\.(png|svg|pdf)|bed\.gif",
     "vtk": r"means\.vt[iu]|particles-\d{6,}\.vtp|gas-\d{6,}\.vti|(particles|gas)\.pvd",

@@ -16,6 +16,7 @@ from fbcouple.simulation.tasks.frames import Frames
 from fbcouple.simulation.tasks.history import History
 from fbcouple.simulation.tasks.ledger import LedgerKeeper
 from fbcouple.simulation.tasks.monitors import Monitors
+from fbcouple.simulation.tasks.probes import Probes
 from fbcouple.simulation.tasks.restart import read_checkpoint
 from fbcouple.simulation.tasks.results_file import ResultsFile
 from fbcouple.simulation.tasks.snapshots import Snapshots
@@ -56,8 +57,9 @@ def list_tasks(
     frames = Frames(comm, cells, run / FRAMES, output.particles_every) if output.particles_every else None
     history = History(sim, run, monitors)
     ledger = LedgerKeeper(sim.traffic) if sim.traffic else None
-    results = ResultsFile(run, case_text, history, averages, snapshots, made_with or {}, ledger)
-    own: tuple[Task | None, ...] = averages, monitors, snapshots, frames, history, ledger, results
+    probes = Probes(sim, run) if output.probes else None
+    results = ResultsFile(run, case_text, history, averages, snapshots, made_with or {}, ledger, probes)
+    own: tuple[Task | None, ...] = averages, monitors, snapshots, frames, probes, history, ledger, results
     tasks = [task for task in own if task]
     if output.task_file:
         tasks += load_tasks(run / output.task_file)

@@ -133,6 +133,7 @@ OTHER_OPTIONS = {
     "gaussian_kernel": "test_voidage_parts.py",
     "diffusion": "test_voidage_parts.py",
     "polydisperse_drag": "test_voidage_parts.py",
+    "probes": "tests/simulation/test_probes.py",
 }
 OTHER_OPTIONS |= dict.fromkeys(GAS_OPTIONS, "test_gas_decks.py")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fbcouple.case.schema.option import Amounts, NonNegative, Numbers, Positive, Section, Texts, option
+from fbcouple.case.schema.probes import Probes
 
 
 class Averages(Section):
@@ -26,6 +27,9 @@ class Output(Section):
     )
     tracked: Numbers = option(
         "Particles, numbered from 1 as they start, whose position and velocity the history has.", default=()
+    )
+    probes: Probes = option(
+        "Points and lines at which fields are followed in time: tables [[output.probes]].", default=()
     )
     task_file: str | None = option(
         "Python file beside the case with tasks of your own, classes of fbcouple.Task: their methods are called after "

@@ -37,6 +37,11 @@ class BoxCells:
         """The values of all ranks at the places of the grid, (z, y, x) or (component, z, y, x)."""
         return self.arrange(parts)
 
+    def find_holders(self, comm: MPI.Comm, points: np.ndarray) -> np.ndarray:
+        """Rows (n,) of this rank's cells that hold `points` (n, 3) [m], -1 for points in cells of others; one on a wall
+        is in the cell inside."""
+        return find_rows(self.grid, self.owned, points)
+
     def open_depth_mean(self, comm: MPI.Comm) -> BoxDepthMean:
         """Means over the depth."""
         return BoxDepthMean(comm, self.grid, self.owned)
@@ -84,6 +89,15 @@ class BoxDepthMean:
         total = np.empty_like(sums)
         self._comm.Reduce(sums, total)
         return None if self._comm.rank else (total / self._depth).reshape(nz, nx)
+
+
+def find_rows(grid: Grid, owned: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Rows (n,) of the cells `owned` (cells, 3), index triples in `grid`, that hold `points` (n, 3) [m]; -1 where none
+    does. A point on a wall is in the cell inside."""
+    places = np.floor(grid.measure_from_corner(points) / grid.spacing).astype(np.int64)
+    rows = np.full(grid.cells, -1)
+    rows[tuple(owned.T)] = np.arange(len(owned))
+    return rows[tuple(np.clip(places, 0, np.array(grid.cells) - 1).T)]
 
 
 def find_outside(grid: Grid, positions: np.ndarray) -> int | None:

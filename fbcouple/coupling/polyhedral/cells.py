@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.coupling.box.cells import Part, find_outside
+from fbcouple.coupling.box.cells import Part, find_outside, find_rows
 from fbcouple.coupling.polyhedral.sampling import DepthMean, Find, find_samples, open_finder
 from fbcouple.geometry.grid import Grid
+from fbcouple.geometry.holders import find_holders
 from fbcouple.geometry.polyhedra import Polyhedra
 
 
@@ -84,6 +85,18 @@ class MeshCells:
         mesh; after `prepare_samples`."""
         assert self._samples is not None, "places are found before values are put there"
         return np.where(self._samples >= 0, self.arrange(parts)[..., self._samples], np.float32(np.nan))
+
+    def find_holders(self, comm: MPI.Comm, points: np.ndarray) -> np.ndarray:
+        """Rows (n,) of this rank's cells that hold `points` (n, 3) [m], -1 for points in cells of others; of cells that
+        meet at a point the one with the highest number (collective)."""
+        if self._bricks:
+            return find_rows(self._bricks, self._bricks.indices(self._cells.centres), points)
+        own = find_holders(self._cells, points)
+        found = np.empty_like(own)
+        comm.Allreduce(own, found, MPI.MAX)
+        rows = np.full(self.shape[0] + 1, -1)  # the last one is that of points in no cell
+        rows[self._cells.ids] = np.arange(len(self._cells))
+        return np.where(own == found, rows[own], -1)
 
     def open_depth_mean(self, comm: MPI.Comm) -> DepthMean:
         """Means over the depth of what is inside of the mesh; places that are cut count by that part (collective)."""

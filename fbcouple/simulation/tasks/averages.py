@@ -6,13 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from fbcouple.case.bed.particle_types import largest_diameter
 from fbcouple.case.schema.output import Averages as Options
-from fbcouple.coupling.box.halo import HaloExchange, find_local_grid
 from fbcouple.simulation.clock import ALMOST, Cadence
 from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.tasks.means import Means
-from fbcouple.simulation.tasks.samplers import SAMPLERS, CellSampler, SolidsSampler, sample_gas
+from fbcouple.simulation.tasks.samplers import CellSampler, SolidsSampler, open_sampler, sample_gas, sample_solids
 from fbcouple.simulation.tasks.task import Saved, Task
 
 
@@ -26,7 +24,7 @@ class Averages(Task):
         self._phases: dict[str, Means] = {}
         self._sampler: SolidsSampler | CellSampler | None = None
         if sim.has_particles:
-            self._sampler = _open_sampler(sim)
+            self._sampler = open_sampler(sim)
             self._phases["solids"] = Means("solids", cells, window, options.blocks)
         if sim.has_gas:
             self._phases["gas"] = Means("gas", cells, window, options.blocks)
@@ -38,10 +36,7 @@ class Averages(Task):
             return
         with sim.timers("average"):
             if self._sampler:
-                p, inside = sim.particles, sim.rows_inside
-                columns = p.positions, p.velocities, p.radii, p.masses
-                rows = self._sampler.sample(*(column[inside] for column in columns))
-                self._phases["solids"].add(rows, time)
+                self._phases["solids"].add(sample_solids(self._sampler, sim), time)
             if sim.has_gas:
                 self._phases["gas"].add(sample_gas(sim.gas.voidage, sim.gas.velocity, sim.gas.pressure), time)
 
@@ -68,15 +63,6 @@ class Averages(Task):
         for phase, means in self._phases.items():
             own = {name.partition(".")[2]: rows for name, rows in saved.cells.items() if name.startswith(f"{phase}.")}
             means.load(saved.numbers[phase], own)
-
-
-def _open_sampler(sim: Simulation) -> SolidsSampler | CellSampler:
-    assert sim.case.particles is not None
-    if not sim.is_coupled:
-        reach = largest_diameter(sim.case.particles)
-        low, high = sim.liggghts.bounds
-        return SolidsSampler(HaloExchange(sim.comm, find_local_grid(sim.grid, low, high, reach, 0), sim.owned))
-    return SAMPLERS[type(sim.coupling.space)](sim.coupling.space)
 
 
 def _gather(sim: Simulation, means: Means) -> dict[str, np.ndarray]:

@@ -17,6 +17,7 @@ from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.tasks.averages import Averages
 from fbcouple.simulation.tasks.history import History
 from fbcouple.simulation.tasks.ledger import LedgerKeeper
+from fbcouple.simulation.tasks.probes import Probes
 from fbcouple.simulation.tasks.snapshots import Snapshots
 from fbcouple.simulation.tasks.task import Saved, Task
 from fbcouple.simulation.tasks.writing import writing
@@ -36,10 +37,12 @@ class ResultsFile(Task):
         snapshots: Snapshots | None,
         made_with: dict[str, Any],
         ledger: LedgerKeeper | None = None,
+        probes: Probes | None = None,
     ) -> None:
         """`made_with`: what the file says of the programs that the run is made with."""
         self._run, self._case_text, self._made_with = run, case_text, made_with
         self._history, self._averages, self._snapshots, self._ledger = history, averages, snapshots, ledger
+        self._probes = probes
         self._begin = self._saved = time.monotonic()
         self._busy_begin = time.process_time()
         self._earlier = {"core_seconds": 0.0, "cpu_seconds": 0.0}
@@ -76,8 +79,9 @@ class ResultsFile(Task):
             with writing(self._run, _NAME):
                 path = self._run / _NAME
                 exits = self._ledger.exits if self._ledger else {}
+                probes = self._probes.records if self._probes else ()
                 write_results(
-                    path, sim.grid, means, self._history.rows, self._describe(sim) | bed, taken, exits, **about
+                    path, sim.grid, means, self._history.rows, self._describe(sim) | bed, taken, exits, probes, **about
                 )
         self._saved = time.monotonic()
 

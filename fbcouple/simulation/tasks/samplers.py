@@ -7,12 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from fbcouple.coupling.box.halo import HaloExchange, LocalGrid
+from fbcouple.case.bed.particle_types import largest_diameter
+from fbcouple.coupling.box.halo import HaloExchange, LocalGrid, find_local_grid
 from fbcouple.coupling.discretisation import BoxSpace, MeshSpace
 from fbcouple.coupling.polyhedral.halo import CellHaloExchange
 from fbcouple.coupling.polyhedral.mapping import CellMapping
 from fbcouple.errors import DivergedError
 from fbcouple.physics.compiler import njit
+from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.tasks.means import SOLIDS_COLUMNS
 
 
@@ -66,6 +68,22 @@ SAMPLERS: dict[type, Callable[[Any], SolidsSampler | CellSampler]] = {
     MeshSpace: lambda space: CellSampler(space.mapping, space.halo, space.volumes),
 }
 """Who samples the particles in the cells of each discretisation."""
+
+
+def open_sampler(sim: Simulation) -> SolidsSampler | CellSampler:
+    """The sampler of the cells that `sim` has (collective)."""
+    assert sim.case.particles is not None
+    if not sim.is_coupled:
+        reach = largest_diameter(sim.case.particles)
+        low, high = sim.liggghts.bounds
+        return SolidsSampler(HaloExchange(sim.comm, find_local_grid(sim.grid, low, high, reach, 0), sim.owned))
+    return SAMPLERS[type(sim.coupling.space)](sim.coupling.space)
+
+
+def sample_solids(sampler: SolidsSampler | CellSampler, sim: Simulation) -> np.ndarray:
+    """Rows (cells, SOLIDS_COLUMNS) of this rank's cells from the particles as they are now (collective)."""
+    p, inside = sim.particles, sim.rows_inside
+    return sampler.sample(*(column[inside] for column in (p.positions, p.velocities, p.radii, p.masses)))
 
 
 def _row_up(rows: np.ndarray) -> np.ndarray:
