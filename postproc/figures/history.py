@@ -88,7 +88,7 @@ def histories(runs: Sequence[Results]) -> Figure:
                 look = {key: LINES[index % len(LINES)][key] for key in ("color", "linestyle")}
                 rows.append((run.data["time"].values, factor * run.history(name).values))
                 axes.plot(*rows[-1], linewidth=0.9, label=wrap_label(run.label), **look)
-        _keep_in_view(axes, *np.concatenate(rows, axis=1))
+        keep_in_view(axes, *np.concatenate(rows, axis=1))
         axes.set(ylabel=text, xlim=(0.0, longest if longest > 0.0 else None))
     picture.align_ylabels(panels)
     panels[-1].set_xlabel("Time [s]")
@@ -111,7 +111,7 @@ def pressure_drop(axes: Axes, results: Results) -> None:
     """Pressure drop of the gas [Pa] beside the weight of the bed less its buoyancy over its cross-section."""
     _line(axes, results, "pressure_drop")
     axes.set_ylabel("Pressure drop\n[Pa]")
-    _keep_in_view(axes, results.data["time"].values, results.history("pressure_drop").values)
+    keep_in_view(axes, results.data["time"].values, results.history("pressure_drop").values)
     if results.weight_per_area is not None:
         label = f"weight − buoyancy\nover cross-section\n{results.weight_per_area:.1f} Pa"
         _limit(axes, results.weight_per_area, label)
@@ -151,7 +151,7 @@ def _after_a_step(results: Results, name: str) -> tuple[np.ndarray, np.ndarray]:
     return history["time"].values[taken], history.values[taken]
 
 
-def _keep_in_view(axes: Axes, time: np.ndarray, values: np.ndarray) -> None:
+def keep_in_view(axes: Axes, time: np.ndarray, values: np.ndarray) -> None:
     """Bound the axis by what 98 of 100 rows have where others are far off, and tell of those: a jet that starts takes
     thousands of Pa in its first step, and the bed would be a flat line."""
     time, values = time[np.isfinite(values)], values[np.isfinite(values)]

@@ -1,4 +1,4 @@
-"""How fast the bed pulsates: power spectra of pressure drop and bed height, and their highest peaks."""
+"""How fast the bed pulsates: power spectra of pressure drop, bed height and probes, and their highest peaks."""
 
 from __future__ import annotations
 
@@ -10,9 +10,11 @@ from matplotlib.figure import Figure
 from scipy.signal import detrend, welch
 from scipy.stats import chi2
 
+from fbcouple.postproc.figures.probes import is_map
 from fbcouple.postproc.figures.registry import figure
 from fbcouple.postproc.statistics import FEWEST, find_steady_time
 from fbcouple.postproc.style import BLUE, COLUMN, GREY, INK, VERMILION, inset_axes, new_figure
+from fbcouple.results.probes import read_probes
 from fbcouple.results.reader import NotDrawableError, Results
 
 SIGNALS = {
@@ -105,8 +107,13 @@ def _make_red_noise(even: np.ndarray, step: float, frequency: np.ndarray, mean: 
     return mean * shape / shape[1:].mean()
 
 
+def describe_signal(name: str) -> tuple[str, str, float]:
+    """Words, unit and factor to it of a signal: one of `SIGNALS`, or the pressure at a probe."""
+    return SIGNALS.get(name, (name, "Pa", 1.0))
+
+
 def spectra_of(results: Results) -> list[Spectrum]:
-    """Spectra of the `SIGNALS` that the run has, after its start-up."""
+    """Spectra of the `SIGNALS` that the run has, and of the pressure at points of its probes, after its start-up."""
     start = find_steady_time(results)
     spectra = []
     for name in SIGNALS:
@@ -114,12 +121,18 @@ def spectra_of(results: Results) -> list[Spectrum]:
             history = results.history(name)[1:]
             steady = history["time"].values >= start
             spectra.append(find_spectrum(name, history["time"].values[steady], history.values[steady]))
+    for found in read_probes(results.data, results.case):
+        steady = found.times >= start
+        if "pressure" in found.values and not is_map(found):
+            for number, values in enumerate(found.values["pressure"].T, start=1):
+                name = f"Pressure at {found.name} {number}"
+                spectra.append(find_spectrum(name, found.times[steady], values[steady]))
     return spectra
 
 
 @figure
 def spectrum(results: Results) -> Figure:
-    """Power spectral density of pressure drop and bed height, with the highest peak of each."""
+    """Power spectral density of pressure drop, bed height and the pressure at probes, with the highest peak of each."""
     spectra = spectra_of(results)
     each, gap, left, bottom = 1.25, 0.42, 0.66, 0.42
     start = find_steady_time(results)
@@ -135,7 +148,7 @@ def spectrum(results: Results) -> Figure:
 
 def _draw(axes: Axes, found: Spectrum) -> None:
     """The density where a segment tells it, the band that each point of it has, and its peak if it stands out."""
-    words, unit, factor = SIGNALS[found.name]
+    words, unit, factor = describe_signal(found.name)
     shown = (found.frequency > 0.0) & (found.frequency <= HIGHEST)
     frequency, power = found.frequency[shown], found.power[shown] * factor**2
     axes.semilogy(frequency, power, color=BLUE, marker=".", markersize=3)

@@ -13,8 +13,7 @@ import numpy as np
 from fbcouple.postproc.averaging import format_window, list_marks
 from fbcouple.postproc.figures.bubbles import find_bubbling, summarise_bubbles
 from fbcouple.postproc.figures.cost import SOLVERS, stage_seconds
-from fbcouple.postproc.figures.spectrum import SIGNALS as SPECTRA
-from fbcouple.postproc.figures.spectrum import spectra_of
+from fbcouple.postproc.figures.spectrum import describe_signal, spectra_of
 from fbcouple.postproc.report.monitors import MONITORS
 from fbcouple.postproc.statistics import format_not_reached, summarise
 from fbcouple.results.inlet_speed import is_constant, list_rows
@@ -196,7 +195,7 @@ def tabulate_spectra(results: Results) -> Rows:
     """The highest peak of each spectrum. Raises NotDrawableError if the record is too short."""
     return [
         {
-            "quantity": SPECTRA[found.name][0].lower(),
+            "quantity": describe_signal(found.name)[0].lower(),
             "dominant frequency [Hz]": found.peak,
             "resolution [Hz]": found.resolution,
             "segments": found.segments,

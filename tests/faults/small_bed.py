@@ -45,6 +45,18 @@ record_every = 2e-4
 snapshots_every = 1e-3
 particles_every = 2e-3
 tracked = [7, 250]
+[[output.probes]]
+name = "tap"
+points = [[0.005, 0.003, 0.001], [0.0, 0.006, 0.003]]
+quantities = ["pressure", "solids_velocity"]
+every = 1e-4
+[[output.probes]]
+name = "axis"
+line = [[0.005, 0.003, 0.0], [0.005, 0.003, 0.02]]
+count = 5
+quantities = ["gas_flux"]
+every = 7e-4
+start = 1e-3
 [checkpoint]
 moment_steps = 5
 [gas]

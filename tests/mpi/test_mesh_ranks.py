@@ -21,8 +21,22 @@ CASE = {
     "start": {},
     "exchange": {"filter_passes": 1},
     "averages": {"start": 0.0, "every": 1e-5, "blocks": 2},
-    "output": {"record_every": 1e-4, "particles_every": 7e-4, "snapshots_every": 7e-4},
+    "output": {
+        "record_every": 1e-4,
+        "particles_every": 7e-4,
+        "snapshots_every": 7e-4,
+        "probes": [
+            {
+                "name": "axis",
+                "line": [[0.008, 0.008, 0.0], [0.008, 0.008, 0.032]],
+                "count": 17,
+                "every": 1e-5,
+                "quantities": ["pressure", "gas_velocity", "solids_fraction", "solids_flux"],
+            }
+        ],
+    },
 }
+PROBED = [f"probe_axis_{quantity}" for quantity in CASE["output"]["probes"][0]["quantities"]]
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +61,7 @@ def found(runs):
 
 
 @pytest.mark.parametrize("ranks", [2, 4])
-@pytest.mark.parametrize("name", FIELDS)
+@pytest.mark.parametrize("name", FIELDS + PROBED)
 def test_fields_do_not_depend_on_ranks(found, ranks, name):
     one, many = found[1][name].values, found[ranks][name].values
     scale = np.nanmax(np.abs(one))
@@ -70,6 +84,15 @@ def test_frames_and_snapshots_do_not_depend_on_ranks(runs, found, ranks):
         first, other = (frame[name].values for frame in frames)
         assert (np.isnan(first) == np.isnan(other)).all() and np.nanmax(np.abs(first - other)) < 1e-6
     assert np.isnan(frames[0]["voidage"].values).mean() == pytest.approx(4 / 36)
+
+
+def test_probes_on_the_axis_have_the_means_of_cells_that_meet_there(found):
+    results = found[1]
+    probed = results["probe_axis_solids_fraction"].mean("probe_axis_time").values
+    for height, value in zip(results["probe_axis_z"].values, probed, strict=True):
+        near = np.abs(results["cell_z"] - height) < 0.032 / 12
+        assert np.abs(results["solids_fraction"].values[near] - value).min() < 1e-12
+    assert probed[1] > 0.2 and probed[-1] == 0.0
 
 
 @pytest.mark.parametrize("ranks", [1, 2, 4])

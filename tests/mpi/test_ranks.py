@@ -8,6 +8,16 @@ from fbcouple.case.load import load_case
 from fbcouple.decks.render import set_up
 from fbcouple.launcher.launch import launch
 
+QUANTITIES = [
+    "pressure",
+    "voidage",
+    "gas_velocity",
+    "gas_flux",
+    "solids_fraction",
+    "solids_velocity",
+    "solids_flux",
+    "granular_temperature",
+]
 # 20 steps: the sub-steps grow by one a step up to the Courant limit. The pressure is solved to rounding, so that what
 # is left is the order of sums; samples of the means are taken at every step.
 SETTINGS = [
@@ -18,8 +28,12 @@ SETTINGS = [
     "averages.blocks=2",
     "output.record_every=1e-4",
     "output.snapshots_every=5e-4",
+    'output.probes=[{name="bed", every=1e-5, points=[[0.041, 0.0074, 0.0011], [0.02, 0.001, 0.012]], '
+    f"quantities={QUANTITIES}}}]",
 ]
 FIELDS = ["solids_fraction", "solids_flux", "voidage", "gas_velocity", "gas_flux", "pressure"]
+PROBED = [f"probe_bed_{quantity}" for quantity in QUANTITIES]
+MEANS = ["voidage", "gas_velocity", "gas_flux", "solids_fraction", "solids_flux"]
 
 
 @pytest.fixture(scope="module", params=["patil/c1", "patil/c2"])
@@ -36,7 +50,7 @@ def fields(request, tmp_path_factory):
 
 
 @pytest.mark.parametrize("ranks", [2, 4])
-@pytest.mark.parametrize("name", FIELDS)
+@pytest.mark.parametrize("name", FIELDS + PROBED)
 def test_fields_do_not_depend_on_ranks(fields, ranks, name):
     case, found = fields
     one, many = found[1][name].values, found[ranks][name].values
@@ -45,6 +59,18 @@ def test_fields_do_not_depend_on_ranks(fields, ranks, name):
     print(f"{case} {name} on {ranks} ranks: {difference:.2e} of {scale:.3g}")
     assert scale > 0
     assert difference < 1e-9
+
+
+@pytest.mark.parametrize("ranks", [1, 2, 4])
+@pytest.mark.parametrize("name", MEANS)
+def test_probes_have_the_means_of_the_cells_that_hold_them(fields, name, ranks):
+    results = fields[1][ranks]
+    probed = results[f"probe_bed_{name}"]
+    assert probed.sizes["probe_bed_time"] > 15 and np.isfinite(probed).all()
+    for point in range(2):
+        place = {axis: float(results[f"probe_bed_{axis}"][point]) for axis in "xyz"}
+        mean, found = results[name].sel(place, method="nearest"), probed.isel(probe_bed_point=point)
+        assert found.mean("probe_bed_time").values == pytest.approx(mean.values, rel=1e-12, abs=1e-15)
 
 
 def test_same_steps(fields):

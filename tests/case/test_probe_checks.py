@@ -1,0 +1,69 @@
+"""[[output.probes]]: what cannot be had is told with its place, what is allowed and how to mend it."""
+
+import pytest
+
+from fbcouple.case.load import load_case, write_case
+from fbcouple.errors import CaseError
+
+SET = 'name="tap", every=1e-3, quantities=["pressure"]'
+
+
+def problems_of(*tables, case="patil/c2", sets=()):
+    with pytest.raises(CaseError) as caught:
+        load_case(case, [f"output.probes=[{', '.join(f'{{{table}}}' for table in tables)}]", *sets])
+    return caught.value.problems
+
+
+def test_probes_come_back_from_a_run_folder(tmp_path):
+    sets = f"output.probes=[{{{SET}, points=[[0.0, 0.0, 0.0], [0.08, 0.015, 0.25]]}}]"
+    case = load_case("patil/c2", [sets])
+    write_case(case, tmp_path / "case.toml")
+    assert load_case(str(tmp_path / "case.toml")).output.probes == case.output.probes
+
+
+@pytest.mark.parametrize(
+    ("table", "told"),
+    [
+        (
+            f"{SET}, points=[[0.04, 0.007, 0.1], [0.1, 0.007, 0.1]]",
+            'set 1 ("tap"): point 2 at (0.1, 0.007, 0.1) m is not in the box of x from 0 to 0.08, y from 0 to 0.015, '
+            "z from 0 to 0.25 m; give points in the bed, in m.",
+        ),
+        (f"{SET}, points=[[40.0, 7.0, 100.0]]", "(they look like mm)"),
+        (f"{SET}, line=[[0.0, 0.0, 0.0], [0.0, 0.0, 0.5]], count=11", "point 7 at (0, 0, 0.3) m and 4 more are not in"),
+        (f"{SET}", "neither points nor line is given; give one of them (in m)"),
+        (f"{SET}, points=[[0,0,0]], line=[[0,0,0],[0,0,0.1]]", "points and line are both given"),
+        (f"{SET}, line=[[0,0,0],[0,0,0.1]]", "line is given and no count"),
+        (f"{SET}, points=[[0,0,0]], count=4", "count is given and no line"),
+        (SET.replace("tap", "Tap 1") + ", points=[[0,0,0]]", "a small letter, then small letters, digits and"),
+        (f"{SET}, points=[[0,0,0]], start=99.0", "start = 99 s is given and the run ends at"),
+        (SET.replace('["pressure"]', '["pressure", "pressure"]') + ", points=[[0,0,0]]", "name each quantity once"),
+        (SET.replace("1e-3", "1e-8") + ", points=[[0,0,0]]", "at most 5e+07 are allowed; sample more seldom"),
+        (SET.replace('"pressure"', '"presure"') + ", points=[[0,0,0]]", 'each entry "pressure" or "voidage" or'),
+        (f"{SET}, point=[[0,0,0]]", "[[output.probes]] has no such key"),
+        ('name="tap", points=[[0,0,0]], quantities=["pressure"]', "every: is missing; add `every = ...`"),
+    ],
+)
+def test_sets_that_cannot_be_had(table, told):
+    assert told in "\n".join(problems_of(table))
+
+
+def test_two_sets_of_a_name():
+    (problem,) = problems_of(f"{SET}, points=[[0,0,0]]", f"{SET}, points=[[0,0,0]]")
+    assert 'set 2 ("tap"): another set has this name' in problem
+
+
+def test_quantities_need_their_phase(spoil):
+    path = spoil()
+    text = path.read_text()
+    path.write_text(text[: text.index("[gas]")] + text[text.index("[particles]") : text.index("[exchange]")])
+    (problem,) = problems_of(f"{SET}, points=[[0,0,0]]", case=str(path))
+    assert '"pressure" is given and the case has no [gas]; remove it or add [gas].' in problem
+
+
+def test_points_beside_a_cylinder_are_outside_of_its_mesh():
+    size = ["domain.shape=cylinder", "domain.size=[0.08, 0.08, 0.25]", "domain.cells=[8, 8, 25]"]
+    inside = f"output.probes=[{{{SET}, points=[[0.04, 0.04, 0.0], [0.0401, 0.04, 0.25]]}}]"
+    assert load_case("mueller/0.9", [inside, *size]).output.probes
+    (problem,) = problems_of(f"{SET}, points=[[0.04, 0.04, 0.1], [0.001, 0.001, 0.1]]", case="mueller/0.9", sets=size)
+    assert "point 2 at (0.001, 0.001, 0.1) m is not in a cell of the mesh, which lies in the box of x from 0" in problem
