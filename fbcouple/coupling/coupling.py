@@ -28,9 +28,9 @@ class Coupling:
         """`space` has the cells; a drag file lies in the current folder (collective)."""
         assert case.gas is not None and case.exchange is not None
         self.space, self.halo, self.mapping = space, space.halo, space.mapping
-        self._law = choose_law(case.exchange, Path())
+        self.law = choose_law(case.exchange, Path())
         self._explicit = case.exchange.scheme == "explicit"
-        addresses = find_address(self._law.kernel), find_address(DRAG_SCHEMES[case.exchange.scheme])
+        addresses = find_address(self.law.kernel), find_address(DRAG_SCHEMES[case.exchange.scheme])
         self._polydisperse = case.exchange.polydisperse != "none"
         self._drag = Drag(*addresses, self._explicit, self._polydisperse, case.gas.density, case.gas.viscosity)
         self._gradient_factor = float(case.exchange.pressure_gradient)

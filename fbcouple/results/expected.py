@@ -229,6 +229,7 @@ def _list_shapes(data: xr.Dataset) -> dict[str, tuple[str, ...]]:
         "tracked_position": ("time", "tracked", "component"),
         "tracked_velocity": ("time", "tracked", "component"),
         "sampled_cell": ("z", "y", "x"),
+        "drag_onset_velocity": ("packed_voidage",),
     }
     known |= dict.fromkeys(HISTORIES, ("time",)) | dict.fromkeys(HISTORY_VECTORS, ("time", "component"))
     known |= dict.fromkeys(HISTORIES_OF_SPECIES, ("time", "species"))

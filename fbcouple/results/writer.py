@@ -115,6 +115,7 @@ def write_results(
     snapshots: Sequence[tuple[float, np.ndarray]] = (),
     exits: Mapping[str, np.ndarray] | None = None,
     probes: Sequence[ProbeSet] = (),
+    onset: np.ndarray | None = None,
     centres: np.ndarray | None = None,
     volumes: np.ndarray | None = None,
     samples: np.ndarray | None = None,
@@ -126,7 +127,8 @@ def write_results(
     `means`: name -> (z, y, x) or (component, z, y, x), `..._stderr` beside it; `history`: a row a record, `wall`
     in it the seconds of each stage since the row before, `tracked` particles by number; `snapshots`:
     time [s] and depth-mean voidage (z, x); `exits`: name of EXITS -> values of the particles that left;
-    `probes`: sets of probes, whose rows are copied from their files.
+    `probes`: sets of probes, whose rows are copied from their files; `onset`: rows (n, 2) of a
+    packed bed's voidage and U_mf by the case's drag [m/s], none where no ramp is to be held against them.
 
     Of a mesh of polyhedra the means are (cell,) or (component, cell), with the cells' `centres` (cell, 3) [m] and
     `volumes` (cell,) [m3], the mesh's `points` (node, 3) [m] and `faces`, a row a cell: how many it has, and of each
@@ -156,21 +158,17 @@ def write_results(
     for axis, name in enumerate("xyz"):
         coordinates[name] = (name, grid.centres(axis), {"units": "m", "long_name": f"cell centre {name}"})
     if centres is not None:
-        about = {"units": "m3", "long_name": "volume of the cell"}
-        coordinates["cell_volume"] = ("cell", volumes, about)
-        for axis, name in enumerate("xyz"):
-            about = {"units": "m", "long_name": f"{name} of the cell's centre"}
-            coordinates[f"cell_{name}"] = ("cell", centres[:, axis], about)
+        coordinates |= _lay_out_cells(centres, volumes)
         about = {"units": "1", "long_name": "cell at the place of the regular grid, -1 outside of the mesh"}
         data["sampled_cell"] = (("z", "y", "x"), samples, about)
+    if onset is not None and len(onset):
+        about = {"units": "1", "long_name": "voidage of a packed bed"}
+        coordinates["packed_voidage"] = ("packed_voidage", onset[:, 0], about)
+        about = {"units": "m s-1", "long_name": "minimum fluidization velocity by the case's drag at that voidage"}
+        data["drag_onset_velocity"] = ("packed_voidage", onset[:, 1], about)
     encoding: dict[str, Any] = {}
     if points is not None and faces is not None:
-        about = {"units": "m", "long_name": "points of the mesh"}
-        data["mesh_points"] = (("mesh_node", "component"), points, about)
-        about = {"units": "1", "long_name": "of each cell its number of faces, of each its number of points, and these"}
-        data["mesh_faces"] = ("mesh_entry", faces.values.astype(np.int32), about)
-        about = {"units": "1", "long_name": "first entry of each cell in mesh_faces, and one past the last"}
-        data["mesh_starts"] = ("mesh_row", faces.starts, about)
+        data |= _lay_out_mesh(points, faces)
         encoding["mesh_faces"] = {"zlib": True, "complevel": 1}
     times = np.array([row["time"] for row in history], dtype=float)
     coordinates["time"] = ("time", times, {"units": "s", "long_name": "simulated time"})
@@ -200,6 +198,26 @@ def _lay_out_histories(history: list[dict[str, Any]]) -> dict[str, Any]:
         numbers = np.arange(1, 1 + len(first["species_centre_z"]))
         data["species"] = ("species", numbers, {"long_name": "number of the species, in the order of the case"})
     return data | (_lay_out_tracks(history) if "tracked" in first else {})
+
+
+def _lay_out_cells(centres: np.ndarray, volumes: np.ndarray | None) -> dict[str, Any]:
+    """Centres and volumes of the cells of a mesh."""
+    found = {"cell_volume": ("cell", volumes, {"units": "m3", "long_name": "volume of the cell"})}
+    for axis, name in enumerate("xyz"):
+        about = {"units": "m", "long_name": f"{name} of the cell's centre"}
+        found[f"cell_{name}"] = ("cell", centres[:, axis], about)
+    return found
+
+
+def _lay_out_mesh(points: np.ndarray, faces: Ragged) -> dict[str, Any]:
+    """The mesh itself."""
+    entries = "of each cell its number of faces, of each its number of points, and these"
+    starts = "first entry of each cell in mesh_faces, and one past the last"
+    return {
+        "mesh_points": (("mesh_node", "component"), points, {"units": "m", "long_name": "points of the mesh"}),
+        "mesh_faces": ("mesh_entry", faces.values.astype(np.int32), {"units": "1", "long_name": entries}),
+        "mesh_starts": ("mesh_row", faces.starts, {"units": "1", "long_name": starts}),
+    }
 
 
 def _lay_out_tracks(history: list[dict[str, Any]]) -> dict[str, Any]:

@@ -115,6 +115,7 @@ def _describe_run(run: Results) -> Content:
         "figures": [figure for figure in figures if figure],
         "statistics": statistics,
         "spectra": _try(tables.tabulate_spectra, run),
+        "onsets": _try(tables.tabulate_onsets, run),
         "bubbles": _try(tables.tabulate_bubbles, run),
         "monitors": tables.tabulate_monitors(run),
         "cost": _try(tables.tabulate_cost, run),

@@ -13,6 +13,7 @@ import numpy as np
 from fbcouple.postproc.averaging import format_window, list_marks
 from fbcouple.postproc.figures.bubbles import find_bubbling, summarise_bubbles
 from fbcouple.postproc.figures.cost import SOLVERS, stage_seconds
+from fbcouple.postproc.figures.fluidization_curve import list_branches
 from fbcouple.postproc.figures.spectrum import describe_signal, spectra_of
 from fbcouple.postproc.report.monitors import MONITORS
 from fbcouple.postproc.statistics import format_not_reached, summarise
@@ -202,6 +203,21 @@ def tabulate_spectra(results: Results) -> Rows:
             "stands out of red noise": found.stands_out,
         }
         for found in spectra_of(results)
+    ]
+
+
+def tabulate_onsets(results: Results) -> Rows:
+    """U_mf on each branch of a ramp of the gas. Raises NotDrawableError where there is none."""
+    return [
+        {
+            "branch": branch.name,
+            "U_mf [m s-1]": branch.onset.velocity if branch.onset else math.nan,
+            "standard error [m s-1]": branch.onset.error if branch.onset else math.nan,
+            "rows of the packed bed": int(branch.onset.rows.sum()) if branch.onset else 0,
+            "voidage of the packed bed": branch.voidage,
+            "U_mf by the drag law [m s-1]": branch.by_drag,
+        }
+        for branch in list_branches(results)
     ]
 
 

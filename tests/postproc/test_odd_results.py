@@ -96,6 +96,10 @@ REFUSED = {
     "mean over time": (lambda d: d.assign(pressure=("time", np.ones(2001))), r"pressure is over \(time\)"),
     "no particles in the case": (edit(r"^\[particles\]\n(.*\n){3}", ""), r"no \[particles\]"),
     "a scalar mean": (lambda d: d.assign(solids_fraction=0.5), r"solids_fraction is over \(\)"),
+    "probes are a number": (edit(r"^name = \"tap\"$", "name = 3"), r"output\.probes of its case is"),
+    "a probe of nothing": (edit(r'"pressure"\]$', '"colour"]'), r"output\.probes of its case is"),
+    "probes without their values": (lambda d: d.drop_vars("probe_tap_pressure"), "has no variable probe_tap_pressure"),
+    "probes over time": (lambda d: d.assign(probe_tap_x=("time", np.ones(2001))), r"probe_tap_x is over \(time\)"),
     "other components": (lambda d: d.assign_coords(component=["a", "b", "c"]), "component is not x, y, z"),
 }
 
@@ -118,6 +122,8 @@ DRAWN = {
     "nothing recorded": lambda d: d.isel(time=slice(0, 0)),
     "one row": lambda d: d.isel(time=slice(0, 1)),
     "no stages": lambda d: d.drop_vars(["wall_seconds", "stage"]),
+    "no sample of probes": lambda d: d.isel(probe_tap_time=slice(0, 0), probe_axis_time=slice(0, 0)),
+    "no probes": lambda d: d.drop_vars([name for name in d.variables if str(name).startswith("probe_")]),
     "no snapshots": lambda d: d.isel(snapshot_time=slice(0, 0)),
     "infinite pressure": put("pressure_drop", ("time", np.full(2001, np.inf))),
     "no window": put("averaging_start", float("nan")),

@@ -23,7 +23,15 @@ from fbcouple.postproc.report.wording import keep_units, show
 from fbcouple.results.reader import open_results
 from fbcouple.results.writer import HISTORIES
 from tests.postproc.frames_of_bed import write_frames
-from tests.postproc.whole_run import BUBBLE, HEIGHT_FREQUENCY, PRESSURE_FREQUENCY, RISE, SIZE, write_whole
+from tests.postproc.whole_run import (
+    BUBBLE,
+    HEIGHT_FREQUENCY,
+    PRESSURE_FREQUENCY,
+    RISE,
+    SIZE,
+    TAP_FREQUENCY,
+    write_whole,
+)
 
 VOID = {"meta", "img", "link", "br", "hr"}
 LINE = "x,value,error\n0.02,-0.3,0.05\n0.04,0.0,0.05\n0.06,0.3,0.05\n"
@@ -175,7 +183,8 @@ def test_statistics_spectra_and_bubbles_of_a_run(content):
     assert height["deviation"] == pytest.approx(2e-3 / np.sqrt(2.0), rel=0.05)
     peaks = {row["quantity"]: row["dominant frequency [Hz]"] for row in run["spectra"]}
     assert peaks == pytest.approx(
-        {"pressure drop": PRESSURE_FREQUENCY, "bed height": HEIGHT_FREQUENCY, "centre of mass": HEIGHT_FREQUENCY},
+        {"pressure drop": PRESSURE_FREQUENCY, "bed height": HEIGHT_FREQUENCY, "centre of mass": HEIGHT_FREQUENCY}
+        | {"pressure at tap 1": TAP_FREQUENCY, "pressure at tap 2": TAP_FREQUENCY},
         abs=0.02,
     )
     assert all(row["stands out of red noise"] for row in run["spectra"])

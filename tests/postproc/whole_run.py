@@ -9,10 +9,11 @@ import numpy as np
 import xarray as xr
 
 from fbcouple.geometry.grid import Grid
+from fbcouple.results.probes import ProbeSet, Rows
 from fbcouple.results.writer import STAGES, write_results
 
 SIZE = (0.08, 0.015, 0.25)
-PRESSURE_FREQUENCY, HEIGHT_FREQUENCY = 2.5, 2.0
+PRESSURE_FREQUENCY, HEIGHT_FREQUENCY, TAP_FREQUENCY = 2.5, 2.0, 3.0
 BUBBLE, RISE = 0.02, 0.25
 """Diameter [m] and rise velocity [m/s] of the bubbles, three a second."""
 BED = 0.09
@@ -40,6 +41,17 @@ start = 2.0
 [output]
 particles_every = 0.1
 references = {references}
+[[output.probes]]
+name = "tap"
+points = [[0.04, 0.0, 0.01], [0.04, 0.0, 0.05]]
+quantities = ["pressure"]
+every = 5e-3
+[[output.probes]]
+name = "axis"
+line = [[0.04, 0.0075, 0.0], [0.04, 0.0075, 0.25]]
+count = 11
+quantities = ["solids_fraction", "solids_velocity"]
+every = 0.02
 """
 
 
@@ -67,7 +79,9 @@ def write_whole(
         "ranks": 2,
         "complete": 1,
     }
-    write_results(run / "results.nc", grid, make_means(grid, shift), make_history(), attributes, make_snapshots(grid))
+    snapshots, probes = make_snapshots(grid), make_probes(run)
+    means, history = make_means(grid, shift), make_history()
+    write_results(run / "results.nc", grid, means, history, attributes, snapshots, probes=probes)
     return run
 
 
@@ -76,6 +90,23 @@ def leave_out(data: xr.Dataset, outside: xr.DataArray) -> xr.Dataset:
     places = (outside | xr.zeros_like(data["solids_fraction"], dtype=bool)).transpose("z", "y", "x")
     fields = {name: field.where(~places) for name, field in data.items() if {"x", "y", "z"} <= set(field.dims)}
     return data.assign(fields).assign_coords(inside=~places)
+
+
+def make_probes(run: Path) -> list[ProbeSet]:
+    """Two taps, every 5 ms, at 3 Hz; a line with solids, that go up and down, in its lower part alone."""
+    rng = np.random.default_rng(11)
+    points = np.array([[0.04, 0.0, 0.01], [0.04, 0.0, 0.05]])
+    taps = Rows(run / "probes/tap.rows", 2)
+    for time in 5e-3 * np.arange(1, 4001):
+        wave = 20.0 * np.sin(2 * np.pi * TAP_FREQUENCY * time)
+        taps.append(time, np.array([500.0, 200.0]) + wave + rng.standard_normal(2))
+    line = np.column_stack([np.full(11, 0.04), np.full(11, 0.0075), np.linspace(0.0, 0.25, 11)])
+    axis, bed = Rows(run / "probes/axis.rows", 44), line[:, 2] < BED
+    for time in 0.02 * np.arange(1, 1001):
+        velocity = np.where(bed[:, None], [0.0, 0.0, np.sin(time)], np.nan)
+        axis.append(time, np.concatenate([np.where(bed, 0.3, 0.0), velocity.ravel()]))
+    quantities = "solids_fraction", "solids_velocity"
+    return [ProbeSet("tap", points, ("pressure",), taps), ProbeSet("axis", line, quantities, axis)]
 
 
 def make_means(grid: Grid, shift: float = 0.0) -> dict[str, np.ndarray]:

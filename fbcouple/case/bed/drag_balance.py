@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import numpy as np
+
+from fbcouple.case.bed.derived import has_ramp
 from fbcouple.case.bed.number import Law
-from fbcouple.case.bed.particle_types import Kind, list_kinds, mean_kind
+from fbcouple.case.bed.particle_types import Kind, list_kinds, mean_density, mean_kind, particle_count
 from fbcouple.case.schema.sections import Case
 
 EXPANDED = 0.40
 """Voidage of the interstitial velocity and of minimum fluidization."""
+
+
+PACKED = (0.30, 0.60)
+"""Voidages of packed beds, from the densest mixtures to loose ones."""
 
 
 def minimum_fluidization(case: Case, voidage: float = EXPANDED, law: Law | None = None) -> float:
@@ -17,6 +24,18 @@ def minimum_fluidization(case: Case, voidage: float = EXPANDED, law: Law | None 
     """
     assert case.particles is not None
     return voidage * find_balance(case, voidage, law, mean_kind(case.particles))
+
+
+def tabulate_onset(case: Case, law: Law | None = None) -> np.ndarray:
+    """Rows (n, 2) of the voidage of a packed bed and `minimum_fluidization` there, to be held against what a ramp
+    shows; none in a case without a ramp, or without a bed that gas can lift."""
+    bed, gas = case.particles, case.gas
+    if bed is None or gas is None or case.exchange is None or not has_ramp(gas) or not particle_count(bed):
+        return np.empty((0, 2))
+    if case.gravity == 0.0 or mean_density(bed) <= gas.density:
+        return np.empty((0, 2))
+    voidages = np.linspace(*PACKED, 31)
+    return np.array([(voidage, minimum_fluidization(case, voidage, law)) for voidage in voidages.tolist()])
 
 
 def terminal_velocity(case: Case, law: Law | None = None) -> float:

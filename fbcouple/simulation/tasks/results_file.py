@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from fbcouple.case.bed.drag_balance import tabulate_onset
 from fbcouple.case.bed.particle_types import mean_density, solids_volume
 from fbcouple.case.bed.region import find_region
 from fbcouple.case.bed.speeds import SETTLED
@@ -46,6 +47,7 @@ class ResultsFile(Task):
         self._begin = self._saved = time.monotonic()
         self._busy_begin = time.process_time()
         self._earlier = {"core_seconds": 0.0, "cpu_seconds": 0.0}
+        self._onset: np.ndarray | None = None
 
     def after_step(self, sim: Simulation) -> None:
         """With a row of the history: write if the last writing is too long ago (collective)."""
@@ -80,10 +82,17 @@ class ResultsFile(Task):
                 path = self._run / _NAME
                 exits = self._ledger.exits if self._ledger else {}
                 probes = self._probes.records if self._probes else ()
+                history, onset = self._history.rows, self._find_onset(sim)
                 write_results(
-                    path, sim.grid, means, self._history.rows, self._describe(sim) | bed, taken, exits, probes, **about
+                    path, sim.grid, means, history, self._describe(sim) | bed, taken, exits, probes, onset, **about
                 )
         self._saved = time.monotonic()
+
+    def _find_onset(self, sim: Simulation) -> np.ndarray:
+        """What a ramp of the gas is held against, found once."""
+        if self._onset is None:
+            self._onset = tabulate_onset(sim.case, sim.coupling.law) if sim.is_coupled else np.empty((0, 2))
+        return self._onset
 
     def _count_costs(self, sim: Simulation) -> dict[str, float]:
         """Wall time times the ranks, and processor time of rank 0 times the ranks: what core-seconds are where the
