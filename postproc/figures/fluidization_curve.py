@@ -17,10 +17,14 @@ from fbcouple.results.reader import NotDrawableError, NotMeantError, Results
 
 PACKED = (0.1, 0.85)
 """Pressure drop over the bed's weight per area, from and to which a bed counts as packed and at rest."""
+RAISED = 1.02
+"""Height of the centre of mass over its lowest on a branch above which the bed is expanded, or still falls."""
 FEWEST = 5
 """Rows of a packed bed from which a line is laid through them."""
 GROUPS = 10
 """Groups of rows, each left out once, by which the error of an onset is told."""
+STILL = 1e-9
+"""Change of the velocity from row to row, over the fastest, below which the gas is neither turned up nor down."""
 BRANCHES = {"up": (1.0, BLUE, "o"), "down": (-1.0, VERMILION, "s")}
 """Sign of the change of velocity, colour and marker of each."""
 
@@ -45,8 +49,11 @@ class Onset:
         return self.linear * velocity + self.square * velocity**2
 
 
-def find_onset(velocity: np.ndarray, pressure: np.ndarray, weight: float) -> Onset | None:
-    """The onset on one branch: `velocity` [m/s] and `pressure` drop [Pa] of its rows (n,), `weight` per area [Pa].
+def find_onset(
+    velocity: np.ndarray, pressure: np.ndarray, weight: float, centre: np.ndarray | None = None
+) -> Onset | None:
+    """The onset on one branch, of whose rows (n,) `velocity` [m/s], `pressure` drop [Pa] and height of the `centre` of
+    mass [m] are given; `weight` per area [Pa].
 
     None if the branch has fewer than `FEWEST` rows of a packed bed. Least squares with a, b >= 0; the error is that of
     the jackknife by groups (Tukey 1958; Miller 1974, Biometrika 61:1).
@@ -54,6 +61,8 @@ def find_onset(velocity: np.ndarray, pressure: np.ndarray, weight: float) -> Ons
     above = velocity[pressure > PACKED[1] * weight]
     packed = (pressure > PACKED[0] * weight) & (pressure < PACKED[1] * weight) & (velocity > 0.0)
     packed &= velocity < (above.min() if above.size else math.inf)
+    if centre is not None:
+        packed &= centre <= RAISED * centre.min()
     if packed.sum() < FEWEST:
         return None
     speeds, losses = velocity[packed], pressure[packed]
@@ -95,11 +104,14 @@ def list_branches(results: Results) -> list[Branch]:
     speed, pressure = results.history("inlet_velocity").values, results.history("pressure_drop").values
     change = np.gradient(speed) if len(speed) > 1 else np.zeros_like(speed)
     known = np.isfinite(speed) & np.isfinite(pressure)
+    least = STILL * float(np.nanmax(np.abs(speed)))
+    centre = results.history("solids_centre_z").values if "solids_centre_z" in results.data else None
     branches = []
     for name, (sign, *_) in BRANCHES.items():
-        chosen = known & (sign * change > 0.0)
+        chosen = known & (sign * change > least)
         if chosen.any():
-            onset = find_onset(speed[chosen], pressure[chosen], weight)
+            heights = None if centre is None else centre[chosen]
+            onset = find_onset(speed[chosen], pressure[chosen], weight, heights)
             voidage = _find_voidage(results, np.flatnonzero(chosen)[onset.rows]) if onset else math.nan
             by_drag = _find_by_drag(results, voidage)
             branches.append(Branch(name, speed[chosen], pressure[chosen], onset, voidage, by_drag))

@@ -40,6 +40,19 @@ def test_rows_of_an_overshoot_and_of_noise_move_it_little():
     assert onset is not None and onset.velocity == pytest.approx(0.6, rel=0.01)
 
 
+def test_rows_of_a_bed_that_falls_back_are_none_of_a_packed_one():
+    """Half of its weight is carried while it falls, at velocities above the onset and below."""
+    velocity = np.linspace(1.0, 0.0, 101)
+    falls = (velocity > 0.5) & (velocity < 0.9)
+    pressure = np.where(falls, 0.5 * WEIGHT, bed(velocity, 1000.0, 0.0))
+    pressure[velocity >= 0.9] = 0.8 * WEIGHT
+    centre = np.where(velocity > 0.5, 0.012, 0.01)
+    onset = find_onset(velocity, pressure, WEIGHT, centre)
+    assert onset is not None and onset.velocity == pytest.approx(0.6, rel=1e-9) and onset.error < 1e-9
+    misled = find_onset(velocity, pressure, WEIGHT)
+    assert misled is not None and misled.velocity > 0.7
+
+
 def test_no_onset_without_a_packed_bed():
     velocity = np.linspace(1.0, 1.5, 50)
     assert find_onset(velocity, np.full(50, WEIGHT), WEIGHT) is None
