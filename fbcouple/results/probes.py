@@ -139,14 +139,14 @@ def _append(file: Dataset, probes: ProbeSet) -> None:
     time, point = name_variable(name, "time"), name_variable(name, "point")
     file.createDimension(time, count or None)  # none: of no length yet
     file.createDimension(point, len(probes.points))
-    places = [name_variable(name, axis) for axis in "xyz"]
-    for axis, place in enumerate(places):
-        _create(file, place, (point,), ("m", f"{'xyz'[axis]} of the point"))[:] = probes.points[:, axis]
+    coordinates = [name_variable(name, axis) for axis in "xyz"]
+    for axis, variable_name in enumerate(coordinates):
+        _create(file, variable_name, (point,), ("m", f"{'xyz'[axis]} of the point"))[:] = probes.points[:, axis]
     variables = [_create(file, time, (time,), ("s", "time of a sample"))]
     for quantity in probes.quantities:
         dims = find_dimensions(name, quantity)
         variables.append(_create(file, name_variable(name, quantity), dims, PROBED[quantity]))
-        variables[-1].setncatts({"coordinates": " ".join(places), "cell_methods": f"{time}: point"})
+        variables[-1].setncatts({"coordinates": " ".join(coordinates), "cell_methods": f"{time}: point"})
     start = 0
     for rows in probes.rows.read() if count else ():
         end, column = start + len(rows), 0

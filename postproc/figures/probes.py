@@ -77,9 +77,9 @@ def _pick(found: Probed, quantity: str) -> np.ndarray:
 def _draw_series(picture: Figure, bottom: float, found: Probed, quantity: str) -> Axes:
     axes = inset_axes(picture, _LEFT, bottom, PAGE - _LEFT - 1.75, _EACH)
     values = _pick(found, quantity)
-    for place, series in enumerate(values.T):
-        x, y, z = (1e3 * found.points[place]).tolist()
-        look: dict[str, Any] = {key: LINES[place][key] for key in ("color", "linestyle")}
+    for index, series in enumerate(values.T):
+        x, y, z = (1e3 * found.points[index]).tolist()
+        look: dict[str, Any] = {key: LINES[index][key] for key in ("color", "linestyle")}
         axes.plot(found.times, series, linewidth=0.8, label=f"{x:.4g}, {y:.4g}, {z:.4g}", **look)
     if np.isfinite(values).any():
         keep_in_view(axes, np.repeat(found.times, values.shape[1]), values.ravel())

@@ -1,4 +1,4 @@
-"""Whether the probes of a case can be had: their names, phases and places, and how much they write."""
+"""Whether the probes of a case can be had: their names, phases and positions, and how much they write."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def check_probes(case: Case, folder: Path) -> Iterator[Problem]:
     """Each set has a name of its own, quantities of a phase that is there, and points in the bed."""
     names: set[str] = set()
     for number, probe in enumerate(case.output.probes, start=1):
-        for text in [*_check_words(case, probe, names), *_check_places(case, folder, probe)]:
+        for text in [*_check_words(case, probe, names), *_check_positions(case, folder, probe)]:
             yield Problem(KEY, f"set {number} ({show(probe.name)}): {text}")
         names.add(probe.name)
 
@@ -55,7 +55,7 @@ def _check_words(case: Case, probe: Probe, names: set[str]) -> Iterator[str]:
         yield f"{text}; start before end_time."
 
 
-def _check_places(case: Case, folder: Path, probe: Probe) -> Iterator[str]:
+def _check_positions(case: Case, folder: Path, probe: Probe) -> Iterator[str]:
     if (probe.points is None) == (probe.line is None):
         given = "neither points nor line is" if probe.points is None else "points and line are both"
         yield f"{given} given; give one of them (in m)."
@@ -104,8 +104,10 @@ def _format_outside(case: Case, folder: Path, points: np.ndarray, outside: np.nd
     ends = zip("xyz", low.tolist(), high.tolist(), strict=True)
     allowed = ", ".join(f"{axis} from {first:g} to {last:g}" for axis, first, last in ends)
     where = "the box" if case.domain.shape == "box" else "a cell of the mesh, which lies in the box"
-    place = ", ".join(f"{value:g}" for value in points[row])
+    position = ", ".join(f"{value:g}" for value in points[row])
     more = f" and {len(outside) - 1} more are" if len(outside) > 1 else " is"
     guess = guess_frame(points.min(axis=0).tolist(), points.max(axis=0).tolist(), list(case.domain.size))
     guess = guess if region and not any(region.corner) else ""
-    return f"point {row + 1} at ({place}) m{more} not in {where} of {allowed} m{guess}; give points in the bed, in m."
+    return (
+        f"point {row + 1} at ({position}) m{more} not in {where} of {allowed} m{guess}; give points in the bed, in m."
+    )

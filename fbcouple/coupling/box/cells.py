@@ -94,10 +94,10 @@ class BoxDepthMean:
 def find_rows(grid: Grid, owned: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Rows (n,) of the cells `owned` (cells, 3), index triples in `grid`, that hold `points` (n, 3) [m]; -1 where none
     does. A point on a wall is in the cell inside."""
-    places = np.floor(grid.measure_from_corner(points) / grid.spacing).astype(np.int64)
+    indices = np.floor(grid.measure_from_corner(points) / grid.spacing).astype(np.int64)
     rows = np.full(grid.cells, -1)
     rows[tuple(owned.T)] = np.arange(len(owned))
-    return rows[tuple(np.clip(places, 0, np.array(grid.cells) - 1).T)]
+    return rows[tuple(np.clip(indices, 0, np.array(grid.cells) - 1).T)]
 
 
 def find_outside(grid: Grid, positions: np.ndarray) -> int | None:

@@ -28,7 +28,7 @@ Values = Callable[[str], np.ndarray]
 
 @dataclass
 class _Set:
-    """A set of probes: which of its points (k,) this rank has, the rows (k,) of their cells, and their places in these
+    """A set of probes: which of its points (k,) this rank has, the rows (k,) of their cells, and their offsets in these
     cells, (k, 3) [m] from the centre."""
 
     probe: Probe
