@@ -130,7 +130,7 @@ def test_every_variable_and_stage_is_listed(site):
 
 def test_results_of_a_run_hold_no_other_variable(site):
     writer = (ROOT / "fbcouple/results/writer.py").read_text(encoding="utf-8")
-    written = set(re.findall(r'data\["(\w+)"\]', writer)) | set(re.findall(r'"(tracked_\w+)"', writer))
+    written = set(re.findall(r'data\["(\w+)"\]', writer)) | set(re.findall(r'"((?:tracked|mesh)_\w+)": \(', writer))
     assert len(written) >= 7
     assert written <= read_codes(site, "reference/results-file")
 
