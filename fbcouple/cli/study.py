@@ -78,7 +78,9 @@ def error_vs_time(name: str, output: Path | None, dry: bool, only_done: bool, on
     tables = {"members": rows, "knobs": knobs}
     files = write_tables(folder, "study", tables, {"title": loaded.title, "machine": describe_machine()})
     picture = draw(rows, list(done[0].member.knobs), loaded.title, folder / "study.png")
-    page = write_page(folder / "study.html", loaded.title, describe_machine(), [picture], tables, "pareto")
+    page = write_page(
+        folder / "study.html", loaded.title, describe_machine(), [picture], tables, lambda row: bool(row.get("pareto"))
+    )
     columns = ["measure", "member", "error", "stderr", "core_seconds_per_second", "pareto", "over_cheapest"]
     print_table(columns, [[show_cell(row[column]) for column in columns] for row in rows])
     columns = ["measure", "knob", "points", "order", "slope", "gain", "price"]
@@ -118,7 +120,7 @@ def stability(name: str, output: Path | None, dry: bool, jobs: int) -> None:
     }
     files = write_tables(folder, "stability", tables, {"title": loaded.title, "machine": describe_machine()})
     picture = draw_map(rows, loaded.title, folder / "stability.png")
-    page = write_page(folder / "stability.html", loaded.title, describe_machine(), [picture], tables, "")
+    page = write_page(folder / "stability.html", loaded.title, describe_machine(), [picture], tables)
     for table in ("confusion", "limits"):
         if tables[table]:
             print_table(tables[table][0], [[show_cell(cell) for cell in row.values()] for row in tables[table]])

@@ -14,22 +14,6 @@ from fbcouple.cli.table import print_explained, print_table
 from fbcouple.machine.output import outlive_output
 from fbcouple.run_folder.plain_files import require_plain
 
-COLUMNS = (
-    "measurement",
-    "by",
-    "unit",
-    "measured",
-    "computed",
-    "stderr",
-    "rms",
-    "rms stderr",
-    "largest",
-    "amplitude",
-    "wanted",
-    "verdict",
-)
-"""Columns of the table on the terminal; files have all."""
-
 
 def complete_bed(ctx: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
     """Shipped measured beds that begin with `incomplete`; the shell adds files where there is none."""
@@ -78,7 +62,7 @@ def validate(
         raise click.UsageError("--run scores a run that was made: leave --resume and --set out")
     from fbcouple.postproc import open_results
     from fbcouple.results.tables import show_cell
-    from fbcouple.validate.page import drop_blank, write_result
+    from fbcouple.validate.page import COLUMNS, drop_blank, write_result
     from fbcouple.validate.runs import choose_folder, run_bed
     from fbcouple.validate.score import score
     from fbcouple.validate.source import read_bed

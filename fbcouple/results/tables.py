@@ -9,7 +9,7 @@ import json
 import math
 import os
 import platform
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -60,8 +60,15 @@ def _spare(row: Row) -> Row:
     return {key: None if isinstance(v, float) and not math.isfinite(v) else v for key, v in row.items()}
 
 
-def write_page(path: Path, title: str, note: str, pictures: Sequence[Path], tables: Tables, mark: str) -> Path:
-    """Write a page with the pictures inside it; rows whose column `mark` holds are marked."""
+def write_page(
+    path: Path,
+    title: str,
+    note: str,
+    pictures: Sequence[Path],
+    tables: Tables,
+    is_marked: Callable[[Row], bool] = lambda row: False,
+) -> Path:
+    """Write a page with the pictures inside it; rows of which `is_marked` holds are marked."""
     environment = Environment(
         loader=FileSystemLoader(TEMPLATES / "tables"), undefined=StrictUndefined, autoescape=True, trim_blocks=True
     )
@@ -70,7 +77,7 @@ def write_page(path: Path, title: str, note: str, pictures: Sequence[Path], tabl
         columns = [
             c for c in dict.fromkeys(k for r in rows for k in r) if any(r.get(c) not in (None, "") for r in rows)
         ]
-        cells = [{"marked": bool(r.get(mark)), "cells": [show_cell(r.get(c)) for c in columns]} for r in rows]
+        cells = [{"marked": is_marked(r), "cells": [show_cell(r.get(c)) for c in columns]} for r in rows]
         shown.append({"title": name, "columns": columns, "rows": cells})
     coded = [base64.b64encode(picture.read_bytes()).decode() for picture in pictures]
     page = environment.get_template("page.html").render(title=title, note=note, pictures=coded, tables=shown)

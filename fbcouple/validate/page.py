@@ -18,6 +18,21 @@ from fbcouple.validate.score import BEYOND, RUN, Panel, Result
 from fbcouple.validate.source import Bed
 
 NAME = "validation"
+COLUMNS = (
+    "measurement",
+    "by",
+    "unit",
+    "measured",
+    "computed",
+    "stderr",
+    "rms",
+    "rms stderr",
+    "largest",
+    "amplitude",
+    "wanted",
+    "verdict",
+)
+"""What the terminal and the page show of a row; the files have all of it."""
 _ACROSS = 2
 _MILLI = {"m": ("mm", 1e3)}
 """Units of an axis that are drawn in another."""
@@ -30,13 +45,20 @@ def write_result(bed: Bed, results: Results, result: Result, folder: Path) -> tu
     about = {"title": bed.title, "run": {fact["what"]: fact["value"] for fact in facts}, "remarks": remarks}
     files = write_tables(folder, NAME, {NAME: result.rows}, about)
     pictures = [draw(bed, result.panels, folder / f"{NAME}.png")] if result.panels else []
-    rows = [row | {"beyond": row["verdict"] == BEYOND} for row in map(drop_blank, result.rows)]
+    rows = [{name: row[name] for name in COLUMNS} for row in map(drop_blank, result.rows)]
+    sources = {row["by"]: row["source"] for row in result.rows}
     tables: dict[str, list[dict[str, Any]]] = {"Measured and computed": rows, "The run": facts}
+    if peers := [{"by": by, "source": source} for by, source in sources.items() if source]:
+        tables["What others computed"] = peers
     if remarks:
         tables["Remarks"] = [{"": text} for text in remarks]
     note = f"{bed.about.source}. Amplitude: largest less smallest computed value over the same of the measured ones."
-    page = write_page(folder / f"{NAME}.html", bed.title, note, pictures, tables, "beyond")
+    page = write_page(folder / f"{NAME}.html", bed.title, note, pictures, tables, _is_beyond)
     return [*files, *pictures, page], facts
+
+
+def _is_beyond(row: dict[str, Any]) -> bool:
+    return row.get("verdict") == BEYOND
 
 
 def drop_blank(row: dict[str, Any]) -> dict[str, Any]:
