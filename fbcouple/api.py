@@ -23,6 +23,7 @@ from fbcouple.case.schema.sections import Case
 from fbcouple.case.source import list_sets
 from fbcouple.decks import set_up
 from fbcouple.errors import CaseError, StoppedError
+from fbcouple.launcher.change_case import ask
 from fbcouple.launcher.launch import is_complete, launch
 from fbcouple.launcher.progress import RunProgress
 from fbcouple.launcher.stop_signals import Requests
@@ -169,7 +170,9 @@ class Run:
         until: float | None = None,
         **options: Any,
     ) -> Status:
-        end = min(self.case.end_time, until or math.inf)
+        sets = options.get("sets", ())
+        case = ask(self.case, sets, self.path) if sets else self.case
+        end = min(case.end_time, until or math.inf)
         watch: Watch = progress if callable(progress) else lambda row: None
         try:
             with Requests() as requests:

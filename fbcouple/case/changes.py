@@ -87,11 +87,11 @@ def _is_same_inflow(before: Values, now: Values, until: float) -> bool:
     """Does gas come in by the same inlets, as fast up to `until` [s]?"""
     try:
         one, other = list_inflows(before), list_inflows(now)
+        return [opening for opening, _ in one] == [opening for opening, _ in other] and all(
+            _is_same_ramp(rows, others, until) for (_, rows), (_, others) in zip(one, other, strict=True)
+        )
     except (AttributeError, TypeError, ValueError):  # an index of a checkpoint may come from anybody
         return False
-    return [opening for opening, _ in one] == [opening for opening, _ in other] and all(
-        _is_same_ramp(rows, others, until) for (_, rows), (_, others) in zip(one, other, strict=True)
-    )
 
 
 def _is_same_ramp(one: list[Row], other: list[Row], until: float) -> bool:

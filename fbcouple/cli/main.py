@@ -235,13 +235,13 @@ def run_on(
     from fbcouple.case.user_code import require_trust
     from fbcouple.decks.unchanged import require_unchanged
     from fbcouple.errors import StoppedError
-    from fbcouple.launcher.change_case import ask
+    from fbcouple.launcher.change_case import ask, changes_inlet
     from fbcouple.launcher.launch import is_complete, launch
     from fbcouple.launcher.progress import RunProgress
 
     case, sets = load_case(str(run)), limits["sets"]
     require_trust(case, trusted)
-    require_unchanged(case, run, trusted, bool(sets))
+    require_unchanged(case, run, trusted, changes_inlet(sets))
     if sets:
         case = ask(case, sets, run)
     end = min(case.end_time, limits["until"] or case.end_time)

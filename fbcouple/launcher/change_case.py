@@ -3,6 +3,7 @@ comes in: up to the checkpoint the inlet's ramp stays what it was, so that the c
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -21,6 +22,7 @@ from fbcouple.case.schema.sections import Case
 from fbcouple.case.source import apply_settings, read_value
 from fbcouple.decks.needs import explain
 from fbcouple.decks.render import render_decks
+from fbcouple.decks.unchanged import INLET_DECK
 from fbcouple.errors import CaseError
 from fbcouple.machine.whole_files import write_whole
 from fbcouple.results.inlet_speed import Row, find_after, find_before
@@ -55,6 +57,11 @@ def ask(case: Case, sets: Sequence[str], run: Path) -> Case:
     if problems:
         raise CaseError([f"--set: {problem}" for problem in problems])
     return asked
+
+
+def changes_inlet(sets: Sequence[str]) -> bool:
+    """Is how fast gas comes in among what is set?"""
+    return any(key in _OF_FLOOR or _OF_INLET.fullmatch(key) for key in map(_find_key, sets))
 
 
 def _find_key(setting: str) -> str:
@@ -101,16 +108,13 @@ def change_case(run: Path, case: Case, asked: Case, checkpoint: Checkpoint | Non
             text = f"its checkpoint, at t = {checkpoint.time:.6g} s, is not before the end, {asked.end_time:g} s"
             raise CaseError([f"--set: {run}: {text}; give a later end_time, too."])
         told = list(_tell(checkpoint.index.case, asked, checkpoint.time))
-        asked = _join(checkpoint.index.case, asked, checkpoint.time)
+        joined = _join(checkpoint.index.case, asked, checkpoint.time).gas if told else case.gas
+        asked = asked.model_copy(update={"gas": joined})
         _require_same_faces(case, asked)
         earlier = [change for change in manifest.get("inlet_changes", []) if change["time"] < checkpoint.time]
         changes = [*earlier, *({"time": checkpoint.time, "inlet": text} for text in told)]
         manifest["inlet_changes"] = changes
-    decks = {
-        name: text
-        for name, text in render_decks(asked, run).items()
-        if not (run / name).is_file() or (run / name).read_bytes() != text.encode()
-    }
+    decks = {name: text for name, text in render_decks(asked, run).items() if _is_to_write(run, name, text, manifest)}
     write_case(asked, run / "case.toml")
     for name, text in decks.items():
         write_whole(run / name, text)
@@ -122,12 +126,22 @@ def change_case(run: Path, case: Case, asked: Case, checkpoint: Checkpoint | Non
     return asked
 
 
+def _is_to_write(run: Path, name: str, text: str, manifest: dict[str, Any]) -> bool:
+    """Is the deck `name` another than `text`, and none that somebody else has changed? The inlet's is ours always: it
+    may be of an earlier attempt that was cut short."""
+    path = run / name
+    if not path.is_file():
+        return True
+    is_ours = name == INLET_DECK or hash_file(path) == manifest["files"].get(name)
+    return is_ours and path.read_bytes() != text.encode()
+
+
 def _tell(before: Values, asked: Case, time: float) -> Iterator[str]:
     """Of each inlet that is another from `time` [s] on, what it was and what it is."""
     for number, ((_, old), (_, new)) in enumerate(
         zip(list_inflows(before), list_inflows(list_values(asked)), strict=True), start=1
     ):
-        if old != new:
+        if not _is_same_after(old, new, time):
             name = f"inlet {number}" if asked.gas and asked.gas.inlets else "inlet"
             later = [row for row in new if row[0] > time]
             ramp = f", and {len(later)} rows of a ramp after it" if later else ""
@@ -146,6 +160,8 @@ def _join(before: Values, asked: Case, time: float) -> Case:
             "inlets": tuple(
                 inlet
                 if old == new
+                else inlet.model_copy(update={"velocity": None, "ramp_file": None, "ramp": tuple(old)})
+                if _is_same_after(old, new, time)
                 else inlet.model_copy(update={"velocity": None, "ramp_file": None, "ramp": _join_rows(old, new, time)})
                 for inlet, old, new in pairs
             )
@@ -154,6 +170,13 @@ def _join(before: Values, asked: Case, time: float) -> Case:
         ((_, new),) = list_inflows(list_values(asked))
         update = {} if past[0] == new else {"inlet_velocity": None, "inlet_ramp": _join_rows(past[0], new, time)}
     return asked.model_copy(update={"gas": gas.model_copy(update=update)})
+
+
+def _is_same_after(old: list[Row], new: list[Row], time: float) -> bool:
+    """Does gas come in as fast by `new` as by `old` from `time` [s] on?"""
+    later = [moment for moment, _ in [*old, *new] if moment > time]
+    pairs = [(find(old, moment), find(new, moment)) for moment in later for find in (find_before, find_after)]
+    return all(math.isclose(a, b, rel_tol=_LATER) for a, b in [*pairs, (find_after(old, time), find_after(new, time))])
 
 
 def _join_rows(old: list[Row], new: list[Row], time: float) -> tuple[Row, ...]:

@@ -20,7 +20,7 @@ from fbcouple.case.schema.sections import Case
 from fbcouple.case.user_code import require_trust
 from fbcouple.decks.unchanged import require_own_decks, require_unchanged
 from fbcouple.errors import CaseError, SolverError, StoppedError
-from fbcouple.launcher.change_case import ask, change_case
+from fbcouple.launcher.change_case import ask, change_case, changes_inlet
 from fbcouple.launcher.job import Job, Watch
 from fbcouple.launcher.openfoam_mesh import Guard, prepare_mesh, resume_mesh
 from fbcouple.launcher.stop_signals import Requests
@@ -133,7 +133,7 @@ def make_ready(run: Path, ranks: int, choice: Choice, guard: Guard) -> Start | N
 def _make_ready(run: Path, ranks: int, choice: Choice, guard: Guard) -> Start | None:
     case = _read_run(run, choice.fresh, choice.resume)
     require_trust(case, choice.trusted)
-    changed = require_unchanged(case, run, choice.trusted, bool(choice.sets))
+    changed = require_unchanged(case, run, choice.trusted, changes_inlet(choice.sets))
     asked = ask(case, choice.sets, run) if choice.sets else case
     case = asked.model_copy(update={"gas": case.gas})
     start = _choose(run, case, choice) if choice.resume else Start(list_versions(case))

@@ -40,9 +40,21 @@ def read_manifest(run: Path) -> dict[str, Any]:
             [f"{format_path(path)}: `files` holds what is no file of the run folder; set up another folder."]
         )
     content.setdefault("replaced", [])
+    if not _are_changes(content.get("inlet_changes", [])):
+        raise CaseError([f"{format_path(path)}: `inlet_changes` is no list of times and texts; set up another folder."])
     if not isinstance(content["replaced"], list):
         raise CaseError([f"{format_path(path)}: `replaced` is no list; set up another folder."])
     return content
+
+
+def _are_changes(value: Any) -> bool:
+    """Tables of a `time` and what the `inlet` was changed to then."""
+    return isinstance(value, list) and all(
+        isinstance(change, dict)
+        and isinstance(change.get("time"), int | float)
+        and isinstance(change.get("inlet"), str)
+        for change in value
+    )
 
 
 def _is_inside(name: str) -> bool:

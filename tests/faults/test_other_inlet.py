@@ -137,6 +137,24 @@ def test_an_inlet_that_was_changed_by_hand_is_told_how(stopped):
         launch(stopped, 1, lambda row: None, resume=True)
 
 
+def test_another_setting_lets_no_inlet_by_that_was_changed_by_hand(stopped):
+    path = stopped / "case.toml"
+    path.write_text(path.read_text().replace("inlet_velocity = 1.2", "inlet_ramp = [[0.0, 1.2], [1.0, 9.0]]"))
+    before = read_files(stopped)
+    with pytest.raises(CaseError, match="since set-up"):
+        launch(stopped, 1, lambda row: None, resume=True, sets=["end_time=4e-3"])
+    assert read_files(stopped) == before
+
+
+def test_a_deck_that_was_changed_by_hand_stays_so(stopped):
+    """With trust a run goes on with it; the other decks are written as the case wants them."""
+    deck = stopped / "CFD/system/fvSchemes"
+    deck.write_text(deck.read_text() + "// mine\n")
+    case = load_case(str(stopped))
+    change_case.change_case(stopped, case, change_case.ask(case, ["end_time=4e-3"], stopped), None)
+    assert deck.read_text().endswith("// mine\n") and load_case(str(stopped)).end_time == 4e-3
+
+
 @pytest.mark.parametrize("cut", ["write_whole", pytest.param("write_manifest", marks=pytest.mark.slow)])
 def test_a_change_that_is_cut_short_is_made_by_the_same_command(stopped, monkeypatch, cut):
     with monkeypatch.context() as patched:
@@ -156,9 +174,12 @@ def test_a_change_that_is_cut_short_is_made_by_the_same_command(stopped, monkeyp
 def test_from_python_with_a_later_end(stopped):
     run = fbcouple.Run(stopped)
     with pytest.raises(CaseError, match="is not before the end"):
-        run.resume(values={"gas.inlet_velocity": 2.0, "end_time": 1e-3}, progress=False)
+        run.resume(values={"gas.inlet_velocity": 2.0, "end_time": 1.0001e-3}, progress=False)
     status = run.resume(values={"gas.inlet_velocity": 2.0, "end_time": 2e-3}, progress=False)
     assert status.state == "complete" and status.end_time == 2e-3
     status = run.resume(values={"gas.inlet_velocity": 1.5, "end_time": 2.3e-3}, progress=False)
     assert status.state == "complete" and len(run.results().attrs["inlet_changed_at"]) == 2
+    assert [speed for _, speed in run.case.gas.inlet_ramp] == [1.2, 1.2, 2.0, 2.0, 1.5]
+    status = run.resume(values={"gas.inlet_velocity": 1.5, "end_time": 2.6e-3}, progress=False)
+    assert status.state == "complete" and len(run.results().attrs["inlet_changed_at"]) == 2, "the same is no change"
     assert [speed for _, speed in run.case.gas.inlet_ramp] == [1.2, 1.2, 2.0, 2.0, 1.5]
