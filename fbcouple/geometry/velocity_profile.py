@@ -19,6 +19,8 @@ _GAUSS = np.polynomial.legendre.leggauss(4)
 """Places in -1 to 1, and weights."""
 _FINE = 101
 """Radii of a circle at least: what it has of a face grows like a root where the circle first touches it."""
+_SLIVER = 1e-12
+"""Area of a triangle, over that of all, below which its corners are on one line."""
 _NEAR = 1e-6
 """Part of the inlet's length by which points may fall short of its edge."""
 
@@ -172,7 +174,7 @@ def make_triangles(rectangle: Rectangle, positions: np.ndarray, speeds: np.ndarr
     corners = positions[mesh.simplices]
     edges = corners[:, 1:] - corners[:, :1]
     turns = edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]
-    whole = np.abs(turns) > 0.0
+    whole = np.abs(turns) > _SLIVER * np.ptp(positions, axis=0).prod()  # points on an edge may be off it by rounding
     corners, values = corners[whole], speeds[mesh.simplices[whole]]
     rows = np.concatenate([np.ones((*corners.shape[:2], 1)), corners], axis=2)
     planes = np.linalg.solve(rows, values[..., None])[..., 0]

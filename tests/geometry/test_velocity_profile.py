@@ -53,6 +53,16 @@ def test_a_straight_profile_is_exact_on_any_face():
     assert strips.integrate(FACE) * strips.mean == pytest.approx(0.15 * 0.17 * 2.35, rel=1e-13)
 
 
+def test_points_that_are_off_an_edge_by_rounding_make_no_slivers():
+    """Triangles without area among them gave planes of any slope, or none."""
+    rng, edge = np.random.default_rng(3), np.linspace(0.1, 0.4, 32)
+    sides = [np.stack([edge, np.full(32, at)], axis=1) for at in (0.1, 0.4)]
+    positions = np.concatenate([*sides, *(side[1:-1, ::-1] for side in sides), rng.uniform(0.12, 0.38, (40, 2))])
+    positions[:124] = np.nextafter(positions[:124], rng.choice([0.0, 1.0], (124, 2)))
+    profile = make_triangles(Rectangle((0.1, 0.1), (0.4, 0.4)), positions, 1.0 + positions[:, 0])
+    assert profile.mean == pytest.approx(1.25, rel=1e-9) and profile.peak * profile.mean == pytest.approx(1.4, rel=1e-9)
+
+
 def test_a_fine_parabola_in_the_radius_is_the_built_in_one():
     radii = np.linspace(0.0, 0.31, 400)
     profile = make_radial(CIRCLE, radii, 1.0 - (radii / 0.31) ** 2)
