@@ -155,6 +155,11 @@ def test_new_riser_is_fit(call, diameter):
     assert fraction == pytest.approx(0.02, rel=1e-3)
 
 
+def test_a_low_riser_is_fed_too(call):
+    assert call("init", "riser", "--kind", "riser", "--size", 0.01, 0.01, 0.01).exit_code == 0
+    assert load_case("riser").particles.feeds[0].high == (0.01, 0.01, 0.002)
+
+
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [(("--velocity", 2.0), r"more than 6\.76\d* m s-1 is allowed"), (("--bed-height", 0.05), "a riser starts empty")],

@@ -110,7 +110,7 @@ def _fill(wanted: Wanted, velocity: float, rise: float, stiffness: float, words:
         cell=CELL,
         velocity=velocity,
         velocity_words=words,
-        fed=_write_vector((width, depth, FED * height)),
+        fed=_write_vector((width, depth, max(FED * height, 2.0 * wanted.diameter))),
         solids=SOLIDS,
         flow=wanted.density * SOLIDS * rise * width * depth,
         rise=rise,
