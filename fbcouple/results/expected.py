@@ -53,7 +53,11 @@ def are_probes(value: Any) -> bool:
 
 def _is_probe(value: Any) -> bool:
     quantities = value.get("quantities") if isinstance(value, dict) else None
-    return isinstance(quantities, list) and is_text(value.get("name")) and all(name in PROBED for name in quantities)
+    return (
+        isinstance(quantities, list)
+        and is_text(value.get("name"))
+        and all(isinstance(name, str) and name in PROBED for name in quantities)
+    )
 
 
 def _is_row(value: Any) -> bool:
@@ -95,6 +99,7 @@ NUMBERS = (
     "ranks",
     "complete",
     "floor",
+    "bed_section",
     "solids_mass",
     "solids_volume",
 )
@@ -111,12 +116,9 @@ def find_faults(data: xr.Dataset, case: Mapping[str, Any]) -> list[str]:
     """Everything in which `data` and its `case` are not as a run writes them, a text each."""
     unfounded = "particles" not in case and any(name in data for name in OF_PARTICLES)
     alone = ["it has numbers of particles, and its case has no [particles]"] if unfounded else []
-    return (
-        _find_in_case(case)
-        + alone
-        + _find_in_attributes(data)
-        + (_find_in_axes(data) or _find_in_variables(data, case))
-    )
+    broken = _find_in_case(case)
+    variables = _find_in_axes(data) or _find_in_variables(data, {} if broken else case)
+    return broken + alone + _find_in_attributes(data) + variables
 
 
 def _find_in_case(case: Mapping[str, Any]) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -125,8 +126,9 @@ def spectra_of(results: Results) -> list[Spectrum]:
         steady = found.times >= start
         if "pressure" in found.values and not is_map(found):
             for number, values in enumerate(found.values["pressure"].T, start=1):
-                name = f"Pressure at {found.name} {number}"
-                spectra.append(find_spectrum(name, found.times[steady], values[steady]))
+                with suppress(NotDrawableError):  # too few samples, or none that change: the others stay
+                    name = f"Pressure at {found.name} {number}"
+                    spectra.append(find_spectrum(name, found.times[steady], values[steady]))
     return spectra
 
 

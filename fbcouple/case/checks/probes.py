@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -79,7 +80,8 @@ def check_size(case: Case, folder: Path) -> Iterator[Problem]:
     sets = [probe for probe in case.output.probes if (probe.points is None) != (probe.line is None)]
     counts = [len(probe.points) if probe.points else probe.count or 0 for probe in sets]
     rates = [count_columns(probe.quantities) * count / probe.every for probe, count in zip(sets, counts, strict=True)]
-    if (total := sum(rates) * case.end_time) > MOST_NUMBERS:
+    lengths = [max(case.end_time - probe.start, 0.0) for probe in sets]
+    if (total := sum(map(operator.mul, rates, lengths))) > MOST_NUMBERS:
         text = f"{total:.3g} numbers up to the end are asked for, at most {MOST_NUMBERS:.3g} are allowed"
         yield Problem(KEY, f"{text}; sample more seldom (every), or fewer points or quantities.")
 
