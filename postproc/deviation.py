@@ -12,8 +12,9 @@ import numpy as np
 class Deviation:
     """Computed less measured values at the same points, in their unit.
 
-    `rms`, `bias` (the mean) and `largest` (the greatest distance); `rms_error`: standard error of `rms`, if the errors
-    of the points are independent, nan where none are known; `amplitude`: largest less smallest computed value over the
+    `rms`, `bias` (the mean) and `largest` (the greatest distance); `rms_error`: the largest that the standard
+    error of `rms` can be: points share cells, and cells the same slow swings, so that the errors of all may go
+    together; nan where the error of a point is not known; `amplitude`: largest less smallest computed value over the
     same of the measured ones, nan of a single point: below 1 the computed profile is too flat.
     """
 
@@ -30,8 +31,8 @@ def find_deviation(computed: np.ndarray, measured: np.ndarray, stderr: np.ndarra
     rms = float(np.sqrt(np.mean(apart**2)))
     spread = float(np.ptp(measured))
     error = math.nan
-    if stderr is not None and np.isfinite(stderr).any():
-        error = float(np.sqrt(np.nansum((apart * stderr) ** 2))) / (len(apart) * rms) if rms else 0.0
+    if stderr is not None:
+        error = float(np.mean(np.abs(apart) * stderr)) / rms if rms else float(np.sqrt(np.mean(stderr**2)))
     return Deviation(
         rms,
         float(np.mean(apart)),

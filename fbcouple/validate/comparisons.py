@@ -123,9 +123,13 @@ def compare_fluctuation(results: Results, task: Task) -> Found:
 
 @comparison("frequency", dict.fromkeys(SIGNALS, "Hz"), takes=("span", "error"))
 def compare_frequency(results: Results, task: Task) -> Found:
-    """The frequency of the highest peak in the spectrum of a history (Welch) against a number."""
+    """The frequency of the highest peak in the spectrum of a history (Welch) against a number; it is told to half the
+    distance at which two peaks are told apart."""
     name = task.measurement.of
-    return Found(np.array([find_spectrum(name, *_read_history(results, task.measurement)).peak]))
+    found = find_spectrum(name, *_read_history(results, task.measurement))
+    if not found.stands_out:
+        raise NotDrawableError([f"no peak of `{name}` in {results.path} stands out of red noise."])
+    return Found(np.array([found.peak]), np.array([0.5 * found.resolution]))
 
 
 @comparison("separation", {"species_centre_z": "1"}, takes=("span", "error"))
@@ -148,7 +152,7 @@ def compare_impact(results: Results, task: Task) -> Found:
         raise NotDrawableError([f"{results.path} has no `tracked_velocity` (ask for it by output.tracked)."])
     motion = results.history("tracked_velocity").transpose("time", "tracked", "component").values
     before, after = motion[0], motion[-1]
-    if (before[:, 2] >= 0.0).any() or (after[:, 2] <= 0.0).any():
+    if not ((before[:, 2] < 0.0).all() and (after[:, 2] > 0.0).all()):
         raise NotDrawableError([f"not all tracked particles of {results.path} have met the floor and left it."])
     across = np.hypot(before[:, 0], before[:, 1])
     angle = np.degrees(np.arctan2(across, -before[:, 2]))
@@ -176,10 +180,10 @@ def _cut(results: Results, measurement: Measurement, history: xr.DataArray) -> t
     if span is None:
         text = f"{results.path} has no averaging window; say from when to when by `span`, or give the case [averages]."
         raise NotDrawableError([text])
+    if measurement.span:
+        _require_within(results, np.array(span), history["time"].values.astype(float), "rows", "s")
     history = history[1:]
     time = history["time"].values.astype(float)
-    if measurement.span:
-        _require_within(results, np.array(span), time, "rows", "s")
     inside = (time >= span[0]) & (time <= span[1]) & np.isfinite(history.values)
     if inside.sum() < FEWEST:
         text = f"`{measurement.of}` in {results.path} has {inside.sum()} rows in {span[0]:g} to {span[1]:g} s"
@@ -196,6 +200,8 @@ def _at_times(results: Results, name: str, moments: np.ndarray) -> np.ndarray:
 
 def _require_within(results: Results, places: np.ndarray, known: np.ndarray, what: str, unit: str) -> None:
     """Nothing is extrapolated. Raises: NotDrawableError if `places` reach beyond those that are `known`."""
+    if not known.size:
+        raise NotDrawableError([f"{results.path} has no {what}."])
     slack = 1e-6 * float(np.ptp(known))
     if places.min() < known.min() - slack or places.max() > known.max() + slack:
         reach = f"{known.min():.4g} to {known.max():.4g} {unit}"

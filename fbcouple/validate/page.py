@@ -8,7 +8,6 @@ from typing import Any
 
 from matplotlib.axes import Axes
 
-from fbcouple.postproc.averaging import list_warnings
 from fbcouple.postproc.style import INK, LINES, PAGE, journal_style, lay_out, save
 from fbcouple.results.reader import Results
 from fbcouple.results.tables import write_page, write_tables
@@ -41,8 +40,7 @@ _MILLI = {"m": ("mm", 1e3)}
 def write_result(bed: Bed, results: Results, result: Result, folder: Path) -> tuple[list[Path], list[Fact]]:
     """Write validation.json, .csv, .png and .html to `folder`. Returns: the files, and the facts about the run."""
     facts = list_facts(bed, results)
-    remarks = [*result.remarks, *list_warnings([results])]
-    about = {"title": bed.title, "run": {fact["what"]: fact["value"] for fact in facts}, "remarks": remarks}
+    about = {"title": bed.title, "run": {fact["what"]: fact["value"] for fact in facts}, "remarks": result.remarks}
     files = write_tables(folder, NAME, {NAME: result.rows}, about)
     pictures = [draw(bed, result.panels, folder / f"{NAME}.png")] if result.panels else []
     rows = [{name: row[name] for name in COLUMNS} for row in map(drop_blank, result.rows)]
@@ -50,8 +48,8 @@ def write_result(bed: Bed, results: Results, result: Result, folder: Path) -> tu
     tables: dict[str, list[dict[str, Any]]] = {"Measured and computed": rows, "The run": facts}
     if peers := [{"by": by, "source": source} for by, source in sources.items() if source]:
         tables["What others computed"] = peers
-    if remarks:
-        tables["Remarks"] = [{"": text} for text in remarks]
+    if result.remarks:
+        tables["Remarks"] = [{"": text} for text in result.remarks]
     note = f"{bed.about.source}. Amplitude: largest less smallest computed value over the same of the measured ones."
     page = write_page(folder / f"{NAME}.html", bed.title, note, pictures, tables, _is_beyond)
     return [*files, *pictures, page], facts
@@ -80,7 +78,11 @@ def draw(bed: Bed, panels: list[Panel], path: Path) -> Path:
             axes.remove()
         shown = [axes.get_legend_handles_labels() for axes in picture.axes]
         by_label = {label: handle for handles, labels in shown for handle, label in zip(handles, labels, strict=True)}
-        picture.legend(list(by_label.values()), list(by_label), loc="outside lower center", ncols=4, handlelength=2.4)
+        legend = picture.legend(
+            list(by_label.values()), list(by_label), loc="outside lower center", ncols=4, handlelength=2.4
+        )
+        for text in legend.get_texts():
+            text.set_parse_math(False)
         return save(picture, path, bed.title)
 
 

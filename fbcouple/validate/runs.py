@@ -61,7 +61,7 @@ def list_facts(bed: Bed, results: Results) -> list[Fact]:
         "complete": "yes" if results.complete else f"no, it ends at {results.case['end_time']:g} s",
         "time means over": _tell_window(results),
         "ranks": ranks,
-        "wall time [s]": float(data.get("core_seconds", 0.0)) / ranks,
+        "core-seconds": float(data["core_seconds"]) if "core_seconds" in data else None,
         "processor time [s]": float(data["cpu_seconds"]) if "cpu_seconds" in data else None,
         "core-seconds a simulated second": float(data.get("core_seconds", 0.0)) / time if time else None,
         "machine": str(data.get("machine", "not known")),

@@ -8,11 +8,15 @@ from pydantic import BeforeValidator, Field
 
 from fbcouple.case.schema.option import Positive, Section, Stretch, as_tuple, option
 
+_PRINTABLE: dict[str, Any] = {"pattern": r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029]*$"}
+"""A text of one line, as it goes to terminals."""
 _FINITE: dict[str, Any] = {"allow_inf_nan": False}
 
 
 class Measurement(Section):
-    name: str = option("What was measured, in a few words; no two have the same.", min_length=1, max_length=80)
+    name: str = option(
+        "What was measured, in a few words; no two have the same.", min_length=1, max_length=80, **_PRINTABLE
+    )
     compare: str = option("How it is compared with a run: a comparison of fbcouple/validate/comparisons.py.")
     of: str = option("What of the run: a line quantity@height of output.references, or a history of results.nc.")
     file: str | None = option(
@@ -35,8 +39,8 @@ class Measurement(Section):
 
 class Peer(Section):
     of: str = option("Name of the measurement.")
-    name: str = option("Which code.", min_length=1, max_length=80)
-    source: str = option("Where its numbers are published.", min_length=1, max_length=300)
+    name: str = option("Which code.", min_length=1, max_length=80, **_PRINTABLE)
+    source: str = option("Where its numbers are published.", min_length=1, max_length=300, **_PRINTABLE)
     file: str | None = option(
         "CSV file beside this one with what it computed, as that of the measurement.", default=None
     )
@@ -47,8 +51,8 @@ class Peer(Section):
 class Validation(Section):
     """A validation.toml beside the case.toml of a measured bed."""
 
-    source: str = option("Who measured it, and where that is published.", min_length=1, max_length=300)
-    cost: str = option("What a run of the whole case takes, in words.", min_length=1, max_length=200)
+    source: str = option("Who measured it, and where that is published.", min_length=1, max_length=300, **_PRINTABLE)
+    cost: str = option("What a run of the whole case takes, in words.", min_length=1, max_length=200, **_PRINTABLE)
     measurements: Annotated[tuple[Measurement, ...], BeforeValidator(as_tuple), Field(min_length=1)] = option(
         "What was measured, a table [[measurements]] each."
     )

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from fbcouple.input_files.measured_lines import Points
+from fbcouple.postproc.averaging import list_warnings
 from fbcouple.postproc.deviation import Deviation, find_deviation
 from fbcouple.results.reader import NotDrawableError, Results
 from fbcouple.validate.comparisons import COMPARISONS, Found, Task, find_unit
@@ -17,6 +18,8 @@ from fbcouple.validate.source import Bed, Scored
 Row = dict[str, Any]
 RUN = "this run"
 WITHIN, BEYOND, UNDECIDED = "within", "BEYOND", "undecided"
+_ROUNDING = 1e-9
+"""Part of the bed's width by which a measured point may be outside of it: 43 mm are a little more than 0.043 m."""
 SURE = 2.0
 """Standard errors by which a deviation is to be off what was wanted, or it is undecided."""
 
@@ -32,7 +35,7 @@ class Panel:
 
 @dataclass(frozen=True)
 class Result:
-    """All of a bed: the rows of the table, why rows are empty, and what can be drawn."""
+    """All of a bed: the rows of the table, why rows are empty or to be read with care, and what can be drawn."""
 
     rows: list[Row]
     remarks: list[str]
@@ -57,7 +60,7 @@ def score(bed: Bed, results: Results) -> Result:
         rows += [_score_peer(task, one) for one in peers]
         if chosen.axis:
             panels.append(Panel(task, found, peers))
-    return Result(rows, remarks, panels)
+    return Result(rows, [*remarks, *list_warnings([results])], panels)
 
 
 def _require_in_bed(results: Results, task: Task) -> None:
@@ -66,7 +69,8 @@ def _require_in_bed(results: Results, task: Task) -> None:
         return
     left, width = results.corner[0], results.size[0]
     low, high = float(task.points.x[0]), float(task.points.x[-1])
-    if low < left or high > left + width:
+    slack = _ROUNDING * width
+    if low < left - slack or high > left + width + slack:
         text = f"it was measured from x = {low:g} to {high:g} m, the run's bed is from {left:g} to {left + width:g} m"
         raise NotDrawableError([f"{text}: it is another bed."])
 

@@ -12,7 +12,7 @@ from fbcouple.case.base import read_case
 from fbcouple.case.problems import Problem, format_errors, show, suggest
 from fbcouple.case.source import FILE_NAME, VALIDATION_NAME, list_shipped, read_toml
 from fbcouple.errors import CaseError
-from fbcouple.input_files.companion_files import find_companion
+from fbcouple.input_files.companion_files import find_companion, is_bare
 from fbcouple.input_files.measured_lines import Points, Reference, parse_reference, read_points
 from fbcouple.validate.comparisons import COMPARISONS, Task, find_unit
 from fbcouple.validate.points import read_series, take_span, take_value
@@ -170,7 +170,7 @@ class _Reader:
         return read_points(self._find(file), line.quantity)
 
     def _find(self, file: str) -> Path:
-        holding = (folder for folder in self._folders if (folder / file).exists())
+        holding = (folder for folder in self._folders if is_bare(file) and (folder / file).exists())
         return find_companion(next(holding, self._folders[0]), file, ".csv")
 
 

@@ -40,7 +40,7 @@ def test_a_run_is_scored_as_by_hand(write, results):
     assert line["bias"] == pytest.approx(apart.mean(), abs=1e-6) and line["points"] == 4
     assert line["amplitude"] == pytest.approx(0.9 / 1.5, abs=1e-6)
     assert line["stderr"] == pytest.approx(0.01) and line["error of measurement"] == pytest.approx(0.1)
-    assert line["rms stderr"] == pytest.approx(0.01 * math.sqrt(float((apart**2).sum())) / (4 * rms), rel=1e-6)
+    assert line["rms stderr"] == pytest.approx(0.01 * float(np.abs(apart).mean()) / rms, rel=1e-6)
     assert line["verdict"] == "BEYOND" and line["wanted"] == 0.4
     assert right["points"] == 2 and right["rms"] == pytest.approx(math.sqrt((0.05**2 + 0.95**2) / 2), abs=1e-6)
     assert right["verdict"] == ""
