@@ -104,7 +104,7 @@ def reached(name: str, *starts: str) -> set[str]:
 def test_imports_are_found_wherever_they_stand():
     source = (
         "import numpy as np, rich.table\nfrom fbcouple import worker\n"
-        "def f():\n    from fbcouple.coupling.halo import Plan\n    if f:\n        from . import native\n"
+        "def f():\n    from fbcouple.coupling.halo import LocalGrid\n    if f:\n        from . import native\n"
         "        from ..case import load\n"
     )
     assert find_imports(source, "fbcouple.solvers.liggghts") == {
@@ -113,7 +113,7 @@ def test_imports_are_found_wherever_they_stand():
         "fbcouple",
         "fbcouple.worker",
         "fbcouple.coupling.halo",
-        "fbcouple.coupling.halo.Plan",
+        "fbcouple.coupling.halo.LocalGrid",
         "fbcouple.solvers",
         "fbcouple.solvers.native",
         "fbcouple.case",

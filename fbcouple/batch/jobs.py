@@ -69,7 +69,7 @@ def find_runs(folder: Path) -> list[Path]:
 
 
 def write_job(target: Path, scheduler: str, request: Request) -> tuple[Path, Path]:
-    """Write PLACE/batch/SCHEDULER.sh, the job script, and submit-SCHEDULER.sh, which hands it in.
+    """Write TARGET/batch/SCHEDULER.sh, the job script, and submit-SCHEDULER.sh, which hands it in.
 
     Raises: CaseError if `request` cannot be met or a name or path could be taken for something else than a name.
     """

@@ -2,7 +2,7 @@
 
 A method writes particle values to the cells of a local grid and reads cell values back with the same weights, so that
 one is the transpose of the other and what is written adds up to what the particles have, next to walls too. The kernels
-of the forces (momentum.py) know trilinear stencils only. A method whose weights are none reads the cells into one row a
+of the forces (kernels.py) know trilinear stencils only. A method whose weights are none reads the cells into one row a
 particle before a kernel runs, lets the kernel write such rows, and shares them among the cells itself: for the kernel,
 each particle then stands on a cell of its own.
 """
