@@ -144,7 +144,7 @@ def test_too_few_steps_are_refused_with_what_is_wanted(bed):
     with pytest.raises(CaseError) as caught:
         require_fit(load_case(bed, ["contact.steps_per_contact=6"]))
     (problem,) = caught.value.problems
-    assert problem.startswith("DEM steps per contact: 6 1 is expected, at least 9 is fit")
+    assert problem.startswith("DEM steps per contact: 6 is expected, at least 9 is fit")
     assert "contact.steps_per_contact" in problem and "--force" in problem
 
 

@@ -56,7 +56,7 @@ line = [[0.005, 0.003, 0.0], [0.005, 0.003, 0.02]]
 count = 5
 quantities = ["gas_flux"]
 every = 7e-4
-start = 1e-3
+start = 4e-4
 [checkpoint]
 moment_steps = 5
 [gas]
