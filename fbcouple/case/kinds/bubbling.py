@@ -8,8 +8,11 @@ from dataclasses import dataclass
 from fbcouple.case.bed.drag_balance import minimum_fluidization
 from fbcouple.case.kinds.registry import Wanted, kind
 from fbcouple.case.kinds.writing import (
+    AIR,
     BED,
     HEAD,
+    OVERLAP,
+    TIMES,
     TRIAL_STIFFNESS,
     align,
     choose_bed,
@@ -19,6 +22,7 @@ from fbcouple.case.kinds.writing import (
     fill_bed,
     read,
     round_to,
+    write_vector,
 )
 
 SIZE = (40.0, 8.0, 100.0)
@@ -29,8 +33,6 @@ CELL = 2.0
 """Width of a cell that is aimed at, in diameters."""
 EXCESS = 2.0
 """Superficial velocity over U_mf, where none is given."""
-OVERLAP = 0.03
-"""Overlap of a contact, in diameters, that the spring is chosen for."""
 
 TEXT = """\
 # A {name}, written by `fbcouple init`. All values are in SI units.
@@ -38,17 +40,21 @@ TEXT = """\
 TEXT += HEAD
 TEXT += """
 title = "{title}: {diameter_mm:.4g} mm, {density:.4g} kg/m3, gas at {velocity:.4g} m/s"
-end_time = 2.0                  # s; try the case first with --set end_time=0.1
-accuracy = "standard"           # steps and tolerances: "draft" is faster, "reference" finer
-
+"""
+TEXT += (
+    TIMES
+    + """
 [domain]
 {domain}
-[gas]                           # air at 20 degrees Celsius and 1 bar
-density = 1.2                   # kg m-3
-viscosity = 1.8e-5              # Pa s
+"""
+)
+TEXT += (
+    AIR
+    + """\
 # Superficial velocity over the whole floor. {velocity_words}
 inlet_velocity = {velocity:.4g}       # m s-1
 """
+)
 TEXT += BED
 TEXT += """\
 snapshots_every = 0.01          # s, of the voidage, for bubbles
@@ -101,7 +107,7 @@ def _fill(wanted: Wanted, shape: Shape, velocity: float, stiffness: float, words
     bed = choose_bed(wanted, size, FILLED)
     domain = shape.domain.format(
         diameter=wanted.diameter,
-        size=f"[{', '.join(f'{edge:.6g}' for edge in size)}]",
+        size=write_vector(size),
         cells=shape.count_cells(size, shape.cell * wanted.diameter),
         cell=shape.cell,
     )

@@ -5,9 +5,13 @@ from __future__ import annotations
 from fbcouple.case.bed.drag_balance import terminal_velocity
 from fbcouple.case.kinds.registry import Wanted, kind
 from fbcouple.case.kinds.writing import (
+    AIR,
     CONTACT,
     HEAD,
+    MATERIAL,
     OUTPUT,
+    OVERLAP,
+    TIMES,
     TRIAL_STIFFNESS,
     align,
     choose_cells,
@@ -15,6 +19,7 @@ from fbcouple.case.kinds.writing import (
     choose_stiffness,
     read,
     round_to,
+    write_vector,
 )
 from fbcouple.errors import CaseError
 
@@ -28,8 +33,6 @@ SOLIDS = 0.02
 """Mean solids fraction that the feed is chosen for."""
 FED = 0.05
 """Height of the box that is fed over that of the shaft."""
-OVERLAP = 0.03
-"""Overlap of a contact, in diameters, that the spring is chosen for."""
 
 TEXT = """\
 # A riser, written by `fbcouple init`. All values are in SI units.
@@ -37,24 +40,28 @@ TEXT = """\
 TEXT += HEAD
 TEXT += """
 title = "Riser: {diameter_mm:.4g} mm, {density:.4g} kg/m3, gas at {velocity:.4g} m/s"
-end_time = 2.0                  # s; try the case first with --set end_time=0.1
-accuracy = "standard"           # steps and tolerances: "draft" is faster, "reference" finer
-
+"""
+TEXT += (
+    TIMES
+    + """
 [domain]
 size = {size}     # m: width, depth and height; z is up
 # As many cells along each edge as are at least {cell:g} diameters ({cell:g} x {diameter:.4g} m) wide.
 cells = {cells}
 # periodic = ["x", "y"]         # in place of the walls: a part of a wide riser
 
-[gas]                           # air at 20 degrees Celsius and 1 bar
-density = 1.2                   # kg m-3
-viscosity = 1.8e-5              # Pa s
+"""
+)
+TEXT += (
+    AIR
+    + """\
 # Superficial velocity over the whole floor. {velocity_words}
 inlet_velocity = {velocity:.4g}       # m s-1
-
-[particles]
-diameter = {diameter:.6g}               # m
-density = {density:.6g}                  # kg m-3, of the material
+"""
+)
+TEXT += (
+    MATERIAL
+    + """\
 count = 0                       # an empty start
 rotation = true
 
@@ -69,6 +76,7 @@ velocity = [0.0, 0.0, {rise:.3g}]    # m s-1
 [[particles.outlets]]
 face = "top"                    # all that reach the open top leave
 """
+)
 TEXT += CONTACT
 TEXT += """
 [start]
@@ -105,12 +113,12 @@ def _fill(wanted: Wanted, velocity: float, rise: float, stiffness: float, words:
         diameter=wanted.diameter,
         diameter_mm=1e3 * wanted.diameter,
         density=wanted.density,
-        size=_write_vector(size),
+        size=write_vector(size),
         cells=choose_cells(size, CELL * wanted.diameter),
         cell=CELL,
         velocity=velocity,
         velocity_words=words,
-        fed=_write_vector((width, depth, max(FED * height, 2.0 * wanted.diameter))),
+        fed=write_vector((width, depth, max(FED * height, 2.0 * wanted.diameter))),
         solids=SOLIDS,
         flow=wanted.density * SOLIDS * rise * width * depth,
         rise=rise,
@@ -118,7 +126,3 @@ def _fill(wanted: Wanted, velocity: float, rise: float, stiffness: float, words:
         overlap=OVERLAP,
     )
     return align(text)
-
-
-def _write_vector(values: tuple[float, ...]) -> str:
-    return f"[{', '.join(f'{value:.6g}' for value in values)}]"

@@ -5,8 +5,11 @@ from __future__ import annotations
 from fbcouple.case.bed.drag_balance import minimum_fluidization
 from fbcouple.case.kinds.registry import Wanted, kind
 from fbcouple.case.kinds.writing import (
+    AIR,
     BED,
     HEAD,
+    OVERLAP,
+    TIMES,
     TRIAL_STIFFNESS,
     align,
     choose_bed,
@@ -16,6 +19,7 @@ from fbcouple.case.kinds.writing import (
     fill_bed,
     read,
     round_to,
+    write_vector,
 )
 
 SIZE = (60.0, 8.0, 200.0)
@@ -28,8 +32,6 @@ CELL = 2.0
 """Width of a cell that is aimed at, in diameters."""
 EXCESS = 1.3
 """Superficial velocity in the column over U_mf, where no velocity of the jet is given."""
-OVERLAP = 0.03
-"""Overlap of a contact, in diameters, that the spring is chosen for."""
 
 TEXT = """\
 # A spouted bed, written by `fbcouple init`. All values are in SI units.
@@ -37,18 +39,20 @@ TEXT = """\
 TEXT += HEAD
 TEXT += """
 title = "Spouted bed: {diameter_mm:.4g} mm, {density:.4g} kg/m3, jet at {velocity:.4g} m/s"
-end_time = 2.0                  # s; try the case first with --set end_time=0.1
-accuracy = "standard"           # steps and tolerances: "draft" is faster, "reference" finer
-
+"""
+TEXT += (
+    TIMES
+    + """
 [domain]
 size = {size}     # m: width, depth and height; z is up
 # As many cells along each edge as are at least {cell:g} diameters ({cell:g} x {diameter:.4g} m) wide.
 cells = {cells}
 
-[gas]                           # air at 20 degrees Celsius and 1 bar
-density = 1.2                   # kg m-3
-viscosity = 1.8e-5              # Pa s
-
+"""
+)
+TEXT += (
+    AIR
+    + """
 # The jet: a slot right across the middle of the floor. It need not follow the cells; all else of the floor is wall.
 # Another table [[gas.inlets]] adds an inlet; one that lies on another has its place.
 [[gas.inlets]]
@@ -56,6 +60,7 @@ rectangle = [[{left:.6g}, 0.0], [{right:.6g}, {depth:.6g}]]     # m: x and y of 
 # Times and superficial velocities over the slot. {velocity_words}
 ramp = [[0.0, 0.0], [0.05, {velocity:.4g}]]     # s, m s-1
 """
+)
 TEXT += BED
 TEXT += """\
 snapshots_every = 0.01          # s, of the voidage
@@ -79,7 +84,7 @@ def _fill(wanted: Wanted, velocity: float, stiffness: float, words: str) -> str:
     width, depth, _ = size
     text = TEXT.format(
         diameter_mm=1e3 * wanted.diameter,
-        size=f"[{', '.join(f'{edge:.6g}' for edge in size)}]",
+        size=write_vector(size),
         cells=choose_cells(size, CELL * wanted.diameter),
         cell=CELL,
         left=0.5 * width * (1.0 - SLOT),

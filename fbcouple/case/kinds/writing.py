@@ -19,10 +19,21 @@ HEAD = """\
 # For completion in an editor with Taplo, write the schema beside this file with
 # `fbcouple options --schema > fbcouple.schema.json` and make this the first line: #:schema ./fbcouple.schema.json
 """
-PARTICLES = """
+TIMES = """\
+end_time = 2.0                  # s; try the case first with --set end_time=0.1
+accuracy = "standard"           # steps and tolerances: "draft" is faster, "reference" finer
+"""
+AIR = """\
+[gas]                           # air at 20 degrees Celsius and 1 bar
+density = 1.2                   # kg m-3
+viscosity = 1.8e-5              # Pa s
+"""
+MATERIAL = """
 [particles]
 diameter = {diameter:.6g}               # m
 density = {density:.6g}                  # kg m-3, of the material
+"""
+PARTICLES = """\
 # Mass for a bed at rest that is {bed:.4g} m high, at a solids fraction of {settled:g}.
 mass = {mass:.4g}               # kg
 rotation = true
@@ -51,8 +62,10 @@ start = 0.5                     # s: what happens before is the start-up
 [output]
 record_every = 0.01             # s, between rows of the history: bed height, pressure drop ...
 """
-BED = PARTICLES + CONTACT + START + OUTPUT
+BED = MATERIAL + PARTICLES + CONTACT + START + OUTPUT
 """From the particles to the output, the same for all kinds of beds that start at rest."""
+OVERLAP = 0.03
+"""Overlap of a contact, in diameters, that the spring is chosen for."""
 COLUMN = 32
 """Column of the comments behind values."""
 HIGHEST = 0.8
@@ -74,6 +87,11 @@ def _align_line(line: str) -> str:
 def read(text: str) -> Case:
     """The case that a text describes."""
     return adopt_inlets(Case.model_validate(tomllib.loads(text)))
+
+
+def write_vector(values: Sequence[float]) -> str:
+    """Lengths as a case file has them."""
+    return f"[{', '.join(f'{value:.6g}' for value in values)}]"
 
 
 def round_to(value: float, digits: int = 2) -> float:
