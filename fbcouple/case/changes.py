@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -88,17 +89,22 @@ def _is_same_inflow(before: Values, now: Values, until: float) -> bool:
     try:
         one, other = list_inflows(before), list_inflows(now)
         return [opening for opening, _ in one] == [opening for opening, _ in other] and all(
-            _is_same_ramp(rows, others, until) for (_, rows), (_, others) in zip(one, other, strict=True)
+            is_same_ramp(rows, others, end=until) for (_, rows), (_, others) in zip(one, other, strict=True)
         )
     except (AttributeError, TypeError, ValueError):  # an index of a checkpoint may come from anybody
         return False
 
 
-def _is_same_ramp(one: list[Row], other: list[Row], until: float) -> bool:
+def is_same_ramp(one: list[Row], other: list[Row], start: float = -math.inf, end: float = math.inf) -> bool:
+    """Does gas come in as fast by `one` as by `other` from `start` to `end` [s]?"""
     room = _SAME * max(abs(speed) for _, speed in [*one, *other])
-    times = [time for time, _ in [*one, *other] if time < until]
+    times = [time for time, _ in [*one, *other] if start < time < end]
     pairs = [(find(one, time), find(other, time)) for time in times for find in (find_before, find_after)]
-    return all(abs(a - b) <= room for a, b in [*pairs, (find_before(one, until), find_before(other, until))])
+    if start > -math.inf:
+        pairs.append((find_after(one, start), find_after(other, start)))
+    if end < math.inf:
+        pairs.append((find_before(one, end), find_before(other, end)))
+    return all(abs(a - b) <= room for a, b in pairs)
 
 
 def _word(value: Any) -> str:

@@ -309,6 +309,15 @@ def explain(case: Case) -> list[Part]:
     return [Part(name, *decide(case)) for name, decide in _DECISIONS.items()]
 
 
+def tell_parts(case: Case) -> dict[str, dict[str, str]]:
+    """What a manifest says of it: the parts that are in and those that are left out, each with why."""
+    parts = explain(case)
+    return {
+        "in": {part.name: part.why for part in parts if part.is_in},
+        "left_out": {part.name: part.why for part in parts if not part.is_in},
+    }
+
+
 def find_needs(case: Case) -> dict[str, bool]:
     """Part name -> is it in, for the templates and the time loop."""
     return {part.name: part.is_in for part in explain(case)}

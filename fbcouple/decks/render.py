@@ -20,7 +20,7 @@ from fbcouple.case.companions import copy_companions
 from fbcouple.case.load import write_case
 from fbcouple.case.schema.sections import Case
 from fbcouple.decks.context import build_context, find_box
-from fbcouple.decks.needs import explain, find_needs
+from fbcouple.decks.needs import find_needs, tell_parts
 from fbcouple.decks.replace import put_in_place, refuse_foreign
 from fbcouple.errors import CaseError
 from fbcouple.geometry.stl import write_surface
@@ -160,7 +160,6 @@ def _write(path: Path, text: str) -> None:
 
 
 def _describe(case: Case, fresh: Path) -> dict[str, Any]:
-    parts = explain(case)
     files = sorted(path for path in fresh.rglob("*") if path.is_file())
     return {
         "fbcouple": __version__,
@@ -168,8 +167,7 @@ def _describe(case: Case, fresh: Path) -> dict[str, Any]:
         "start": _find_origin(case, fresh),
         "particles": particle_count(case.particles) if case.particles else 0,
         "set_up_with": list_own_versions(),
-        "in": {part.name: part.why for part in parts if part.is_in},
-        "left_out": {part.name: part.why for part in parts if not part.is_in},
+        **tell_parts(case),
         "case": list_values(case),
         "files": {path.relative_to(fresh).as_posix(): hash_file(path) for path in files},
     }

@@ -3,7 +3,6 @@ comes in: up to the checkpoint the inlet's ramp stays what it was, so that the c
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -14,13 +13,13 @@ from pydantic import ValidationError
 from fbcouple.case.bed.adopt_inlets import adopt_inlets
 from fbcouple.case.bed.derived import inlet_rows
 from fbcouple.case.bed.streams import has_openings, list_streams
-from fbcouple.case.changes import FREE, FREE_SECTIONS, Values, is_free, list_inflows, list_values
+from fbcouple.case.changes import FREE, FREE_SECTIONS, Values, is_free, is_same_ramp, list_inflows, list_values
 from fbcouple.case.checks.registry import list_problems
 from fbcouple.case.load import write_case
 from fbcouple.case.problems import Problem, format_errors
 from fbcouple.case.schema.sections import Case
 from fbcouple.case.source import apply_settings, read_value
-from fbcouple.decks.needs import explain
+from fbcouple.decks.needs import tell_parts
 from fbcouple.decks.render import render_decks
 from fbcouple.decks.unchanged import INLET_DECK
 from fbcouple.errors import CaseError
@@ -118,9 +117,7 @@ def change_case(run: Path, case: Case, asked: Case, checkpoint: Checkpoint | Non
     write_case(asked, run / "case.toml")
     for name, text in decks.items():
         write_whole(run / name, text)
-    parts = explain(asked)
-    manifest["in"] = {part.name: part.why for part in parts if part.is_in}
-    manifest["left_out"] = {part.name: part.why for part in parts if not part.is_in}
+    manifest |= tell_parts(asked)
     manifest["files"] |= {name: hash_file(run / name) for name in ["case.toml", *decks]}
     write_manifest(run, manifest | {"case": list_values(asked)})
     return asked
@@ -141,7 +138,7 @@ def _tell(before: Values, asked: Case, time: float) -> Iterator[str]:
     for number, ((_, old), (_, new)) in enumerate(
         zip(list_inflows(before), list_inflows(list_values(asked)), strict=True), start=1
     ):
-        if not _is_same_after(old, new, time):
+        if not is_same_ramp(old, new, start=time):
             name = f"inlet {number}" if asked.gas and asked.gas.inlets else "inlet"
             later = [row for row in new if row[0] > time]
             ramp = f", and {len(later)} rows of a ramp after it" if later else ""
@@ -161,7 +158,7 @@ def _join(before: Values, asked: Case, time: float) -> Case:
                 inlet
                 if old == new
                 else inlet.model_copy(update={"velocity": None, "ramp_file": None, "ramp": tuple(old)})
-                if _is_same_after(old, new, time)
+                if is_same_ramp(old, new, start=time)
                 else inlet.model_copy(update={"velocity": None, "ramp_file": None, "ramp": _join_rows(old, new, time)})
                 for inlet, old, new in pairs
             )
@@ -170,13 +167,6 @@ def _join(before: Values, asked: Case, time: float) -> Case:
         ((_, new),) = list_inflows(list_values(asked))
         update = {} if past[0] == new else {"inlet_velocity": None, "inlet_ramp": _join_rows(past[0], new, time)}
     return asked.model_copy(update={"gas": gas.model_copy(update=update)})
-
-
-def _is_same_after(old: list[Row], new: list[Row], time: float) -> bool:
-    """Does gas come in as fast by `new` as by `old` from `time` [s] on?"""
-    later = [moment for moment, _ in [*old, *new] if moment > time]
-    pairs = [(find(old, moment), find(new, moment)) for moment in later for find in (find_before, find_after)]
-    return all(math.isclose(a, b, rel_tol=_LATER) for a, b in [*pairs, (find_after(old, time), find_after(new, time))])
 
 
 def _join_rows(old: list[Row], new: list[Row], time: float) -> tuple[Row, ...]:

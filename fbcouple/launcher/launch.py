@@ -134,8 +134,10 @@ def _make_ready(run: Path, ranks: int, choice: Choice, guard: Guard) -> Start | 
     case = _read_run(run, choice.fresh, choice.resume)
     require_trust(case, choice.trusted)
     changed = require_unchanged(case, run, choice.trusted, changes_inlet(choice.sets))
-    asked = ask(case, choice.sets, run) if choice.sets else case
-    case = asked.model_copy(update={"gas": case.gas})
+    asked = case
+    if choice.sets:
+        asked = ask(case, choice.sets, run)
+        case = asked.model_copy(update={"gas": case.gas})
     start = _choose(run, case, choice) if choice.resume else Start(list_versions(case))
     if start is None:
         return None
