@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -77,15 +78,14 @@ class PolyMesh:
         """Area [m2] of the patch `name`: the sum over its faces, also where it is curved."""
         return float(np.linalg.norm(self.find_vectors(self.list_patch(name)), axis=1).sum())
 
-    @property
+    @cached_property
     def is_rectilinear(self) -> bool:
         """Are all cells bricks along the axes: six faces, each of four points in a plane across an axis?"""
-        if not np.all(self.faces.lengths == 4):
-            return False
-        corners = self.points[self.faces.values].reshape(-1, 4, 3)
-        widths = np.ptp(corners, axis=1)
         faces = np.bincount(self.owner, minlength=self.count) + np.bincount(self.neighbour, minlength=self.count)
-        return bool(np.all(widths.min(axis=1) <= _FLAT * widths.max(axis=1)) and np.all(faces == 6))
+        if not (np.all(faces == 6) and np.all(self.faces.lengths == 4)):
+            return False
+        widths = np.stack([np.ptp(axis[self.faces.values].reshape(-1, 4), axis=1) for axis in self.points.T])
+        return bool(np.all(widths.min(axis=0) <= _FLAT * widths.max(axis=0)))
 
     @property
     def volume(self) -> float:
