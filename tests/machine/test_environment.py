@@ -122,6 +122,14 @@ def test_an_outer_mpi_job_does_not_reach_the_inner_one(monkeypatch):
     assert {name: inner[name] for name in settings} == settings
 
 
+def test_ranks_that_wait_let_others_have_their_core_unless_the_user_says_otherwise(monkeypatch):
+    name = "OMPI_MCA_mpi_yield_when_idle"
+    monkeypatch.delenv(name, raising=False)
+    assert mpi_environment()[name] == "1"
+    monkeypatch.setenv(name, "0")
+    assert mpi_environment()[name] == "0"
+
+
 def test_settings_of_mpi_stay_where_there_is_no_outer_job():
     given = {"OMPI_MCA_pmix": "^s1", "OMPI_MCA_orte_launch_agent": "x", "PMIX_SECURITY_MODE": "native"}
     assert given.items() <= child_environment(given).items()
