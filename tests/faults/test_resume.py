@@ -12,18 +12,6 @@ from small_bed import compare_frames, find_differences, prepare, stop_at_next_mo
 
 from fbcouple.launcher.launch import launch
 
-SCENES = {
-    "paper": [],
-    "stiff": ["exchange.accelerated=true"],
-    "forces": ["exchange.lift_force=true", "exchange.virtual_mass=true"],
-    "rough": [
-        "particles.rotation=true",
-        "contact.tangential=history",
-        "contact.rolling_friction=0.01",
-        "gas.turbulence=smagorinsky",
-    ],
-}
-
 
 def run_through(run: Path, ranks: int = 1) -> list[dict]:
     rows: list[dict] = []
@@ -40,13 +28,9 @@ def run_with_stops(run: Path, *ranks: int) -> list[dict]:
     return rows
 
 
-@pytest.mark.parametrize(
-    ("ranks", "scene"),
-    [(2, scene) for scene in SCENES]
-    + [pytest.param(1, scene, marks=[pytest.mark.slow] if scene != "paper" else []) for scene in SCENES],
-)
-def test_resumed_run_is_the_uninterrupted_one(tmp_path, ranks, scene):
-    one, other = prepare(tmp_path / "one", SCENES[scene]), prepare(tmp_path / "other", SCENES[scene])
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_resumed_run_is_the_uninterrupted_one(tmp_path, ranks):
+    one, other = prepare(tmp_path / "one"), prepare(tmp_path / "other")
     rows = run_through(one, ranks)
     resumed = run_with_stops(other, ranks, ranks, ranks)
     assert find_differences(one, other) == [] and compare_frames(one, other) == []

@@ -23,6 +23,8 @@ TRAFFIC = [
     "{low=[0.0,0.0,0.012],high=[0.003,0.003,0.015],mass_flow=0.1,species=2,start=1e-3}]",
     "particles.outlets=[{low=[0.0,0.0,0.0],high=[0.003,0.006,0.001]},{face='top'}]",
 ]
+ROUGH = ["particles.rotation=true", "contact.tangential=history", "contact.rolling_friction=0.01"]
+FAST = ("together", "traffic", "stiff", "forces", "rough")
 RAMP = ["gas.inlet_ramp=[[0.0, 0.0], [1e-3, 1.2], [2e-3, 1.2], [2e-3, -0.3]]"]
 INLETS = [
     "gas.inlets=[{rectangle=[[0.0, 0.0], [0.01, 0.006]], velocity=0.6}, {circle=[0.0047, 0.0032, 0.0037], "
@@ -34,6 +36,9 @@ SHORT_FORM = "inlet_velocity = 1.2\n"
 # Settings and ranks.
 SCENES: dict[str, tuple[list[str], int]] = {
     "together": ([*HERTZ, *MIXTURE, *KERNEL, *RAMP, "domain.periodic=['x']", "gas.turbulence=keqn"], 3),
+    "stiff": (["exchange.accelerated=true"], 2),
+    "forces": (["exchange.lift_force=true", "exchange.virtual_mass=true"], 2),
+    "rough": ([*ROUGH, "gas.turbulence=smagorinsky"], 2),
     "hertz": (HERTZ, 1),
     "traffic": ([*TRAFFIC, *MIXTURE, "contact.tangential=history", "output.tracked=[7, 251]"], 2),
     "traffic from nothing": ([TRAFFIC[0], *MIXTURE, "particles.count=0", "output.tracked=[]"], 1),
@@ -57,7 +62,7 @@ SCENES: dict[str, tuple[list[str], int]] = {
 
 @pytest.mark.parametrize(
     "scene",
-    [name if name in ("together", "traffic") else pytest.param(name, marks=pytest.mark.slow) for name in SCENES],
+    [name if name in FAST else pytest.param(name, marks=pytest.mark.slow) for name in SCENES],
 )
 def test_resumed_run_is_the_uninterrupted_one(tmp_path, scene):
     sets, ranks = SCENES[scene]

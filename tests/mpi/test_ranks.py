@@ -36,7 +36,7 @@ PROBED = [f"probe_bed_{quantity}" for quantity in QUANTITIES]
 MEANS = ["voidage", "gas_velocity", "gas_flux", "solids_fraction", "solids_flux"]
 
 
-@pytest.fixture(scope="module", params=["patil/c1", "patil/c2"])
+@pytest.fixture(scope="module", params=["patil/c1", pytest.param("patil/c2", marks=pytest.mark.slow)])
 def fields(request, tmp_path_factory):
     """The case, and ranks -> its results."""
     found = {}

@@ -74,7 +74,7 @@ def test_path_ends_at_the_terminal_velocity(write):
 
 def test_member_that_is_out_of_time_goes_on_from_its_checkpoint(write, tmp_path):
     base, run = str(write().parent / "case.toml"), tmp_path / "run"
-    settings = {"end_time": 0.5, "gas.max_step": 1e-4, "gas.max_courant": 10.0, "gas.inlet_velocity": 0.52}
+    settings = {"end_time": 0.1, "gas.max_step": 1e-4, "gas.max_courant": 10.0, "gas.inlet_velocity": 0.52}
     first = run_case(base, settings, run, 1, 0.01)
     assert first.how == "out of time" and not first.is_final
     again = run_case(base, settings, run, 1, 1200.0)
