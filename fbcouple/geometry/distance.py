@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 
 class Surface:
@@ -12,7 +12,7 @@ class Surface:
     def __init__(self, triangles: np.ndarray) -> None:
         self._triangles = triangles
         middles = triangles.mean(axis=1)
-        self._tree = cKDTree(middles)
+        self._tree = scipy.spatial.cKDTree(middles)
         self._widest = float(np.linalg.norm(triangles - middles[:, None], axis=2).max())
         self._low, self._high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
 

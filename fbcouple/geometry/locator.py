@@ -7,7 +7,7 @@ on the point alone. Where a walk ends at a wall (around a corner of the region) 
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from fbcouple.geometry.tetrahedra import Tetrahedra, find_neighbours
 from fbcouple.physics.compiler import njit
@@ -31,7 +31,7 @@ class Locator:
         self._frames = np.ascontiguousarray(np.concatenate([origin, inverse.reshape(-1, 9)], axis=1))
         self._neighbours = find_neighbours(corners)
         middles = origin + edges.sum(axis=1) / 4.0
-        self._tree = cKDTree(middles)
+        self._tree = scipy.spatial.cKDTree(middles)
         self._lay_bins(middles)
         corners = parts.nodes[self.corners].reshape(-1, 3)
         margin = 1e-6 * np.ptp(corners, axis=0).max()

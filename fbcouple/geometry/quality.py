@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from scipy import sparse
-from scipy.spatial import cKDTree
+import scipy
 
 from fbcouple.errors import CaseError
 from fbcouple.geometry.polyhedra import find_centres
@@ -72,14 +71,14 @@ def measure_cells(mesh: PolyMesh, centres: np.ndarray) -> tuple[np.ndarray, np.n
 def _find_bodies(mesh: PolyMesh) -> Iterator[str]:
     """Parts of the mesh that share no face: gas that cannot flow from one to the other."""
     inner = len(mesh.neighbour)
-    links = sparse.coo_matrix((np.ones(inner), (mesh.owner[:inner], mesh.neighbour)), (mesh.count, mesh.count))
-    bodies, label = sparse.csgraph.connected_components(links, directed=False)
+    links = scipy.sparse.coo_matrix((np.ones(inner), (mesh.owner[:inner], mesh.neighbour)), (mesh.count, mesh.count))
+    bodies, label = scipy.sparse.csgraph.connected_components(links, directed=False)
     if bodies == 1:
         return
     sizes = ", ".join(str(size) for size in np.sort(np.bincount(label))[::-1][:5].tolist())
     text = f"the mesh has {bodies} bodies that share no face (of {sizes}{', ...' if bodies > 5 else ''} cells)"
     edge = (mesh.volume / mesh.count) ** (1.0 / 3.0)
-    if double := len(cKDTree(mesh.points).query_pairs(_TOUCHING * edge)):
+    if double := len(scipy.spatial.cKDTree(mesh.points).query_pairs(_TOUCHING * edge)):
         mend = "make the volumes share their surface (gmsh: Coherence; or BooleanFragments; OpenFOAM: stitchMesh)"
         yield f"{text}, and {double} points are there twice: {mend}."
     else:

@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
+import scipy
 
 from fbcouple.errors import CaseError
 from fbcouple.geometry.polyhedra import Polyhedra
@@ -30,7 +30,7 @@ class Tetrahedra:
     """Of each site [m], (sites, 3)."""
     cells: int
     points: int
-    middles: sparse.csr_matrix
+    middles: scipy.sparse.csr_matrix
 
     @property
     def owners(self) -> np.ndarray:
@@ -70,7 +70,7 @@ def cut(cells: Polyhedra) -> Tetrahedra:
 
 def _find_middles(
     starts: np.ndarray, values: np.ndarray, lengths: np.ndarray, cells: Polyhedra
-) -> tuple[sparse.csr_matrix, np.ndarray]:
+) -> tuple[scipy.sparse.csr_matrix, np.ndarray]:
     """Shares of points in the middle of each face that is no triangle, and its number for each face, -1 for triangles.
 
     The two cells of a face name the same middle: three points are in one face only.
@@ -78,7 +78,7 @@ def _find_middles(
     number = np.full(len(lengths), -1)
     large = np.flatnonzero(lengths > 3)
     if not len(large):
-        return sparse.csr_matrix((0, len(cells.points))), number
+        return scipy.sparse.csr_matrix((0, len(cells.points))), number
     face = np.repeat(np.arange(len(lengths)), lengths)
     order = np.lexsort([values, face])
     keys = values[order][starts[:-1][large][:, None] + np.arange(3)]
@@ -88,10 +88,10 @@ def _find_middles(
     columns = np.concatenate([values[starts[f] : starts[f + 1]] for f in chosen])
     rows = np.repeat(np.arange(len(chosen)), lengths[chosen])
     shares = np.repeat(1.0 / lengths[chosen], lengths[chosen])
-    return sparse.csr_matrix((shares, (rows, columns)), (len(chosen), len(cells.points))), number
+    return scipy.sparse.csr_matrix((shares, (rows, columns)), (len(chosen), len(cells.points))), number
 
 
-def share_volumes(parts: Tetrahedra) -> sparse.csr_matrix:
+def share_volumes(parts: Tetrahedra) -> scipy.sparse.csr_matrix:
     """How much of each cell's volume [m3] is nearest to each of its points, (cells, points): rows add up to the cells.
 
     A third of each tetrahedron goes to each of its corners but the centre, and what a middle of a face gets, to the
@@ -99,11 +99,11 @@ def share_volumes(parts: Tetrahedra) -> sparse.csr_matrix:
     """
     rows = np.repeat(parts.owners, 3)
     columns = parts.corners[:, 1:].ravel() - parts.cells
-    sites = sparse.csr_matrix(
+    sites = scipy.sparse.csr_matrix(
         (np.repeat(parts.volumes / 3.0, 3), (rows, columns)), (parts.cells, len(parts.nodes) - parts.cells)
     )
     shares = sites[:, : parts.points] + sites[:, parts.points :] @ parts.middles
-    return sparse.csr_matrix(shares)
+    return scipy.sparse.csr_matrix(shares)
 
 
 def find_neighbours(corners: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.spatial import Delaunay, QhullError
+import scipy
 
 from fbcouple.errors import CaseError
 from fbcouple.geometry.plane_cover import Circle, Rectangle, clip_to, find_disc_area
@@ -167,8 +167,8 @@ def make_triangles(rectangle: Rectangle, positions: np.ndarray, speeds: np.ndarr
     if len(np.unique(positions, axis=0)) < len(positions):
         raise CaseError(["a position is given twice; keep one row of it."])
     try:
-        mesh = Delaunay(positions)
-    except (QhullError, ValueError):
+        mesh = scipy.spatial.Delaunay(positions)
+    except (scipy.spatial.QhullError, ValueError):
         text = "the positions lie on one line, or are fewer than three"
         raise CaseError([f"{text}; give points all over the rectangle, or leave the other coordinate out."]) from None
     corners = positions[mesh.simplices]

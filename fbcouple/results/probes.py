@@ -9,11 +9,13 @@ import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
-import xarray as xr
 from netCDF4 import Dataset
+
+if TYPE_CHECKING:  # a case names its probes without the readers of results
+    import xarray as xr
 
 # name -> unit, long name
 OF_GAS: dict[str, tuple[str, str]] = {

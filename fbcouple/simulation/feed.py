@@ -10,8 +10,8 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import scipy
 from mpi4py import MPI
-from scipy.spatial import cKDTree
 
 from fbcouple.case.bed.derived import wraps
 from fbcouple.case.bed.feeds import find_inner_box, find_mean_mass, list_feed_kinds
@@ -146,7 +146,7 @@ class FreeSpace:
             points, rows = add_images(positions, self._period, reach)
             near = ((points >= low) & (points <= high)).all(axis=1)
             for size in np.unique(held[rows[near]]):
-                tree = cKDTree(points[near & (held[rows] == size)])
+                tree = scipy.spatial.cKDTree(points[near & (held[rows] == size)])
                 distances = tree.query(tried.reshape(-1, 3))[0].reshape(blocked.shape)
                 blocked |= (distances < radii[:, None] + size).astype(np.uint8)
         self._comm.Allreduce(MPI.IN_PLACE, blocked, MPI.MAX)

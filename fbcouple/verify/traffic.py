@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy
 from mpi4py import MPI
-from scipy.spatial import cKDTree
 
 from fbcouple.case.bed.region import read_mesh
 from fbcouple.case.bed.region_lattice import Inside
@@ -154,7 +154,7 @@ def crowded_feed(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
         new = own.identity[:, 1] == bench.time
         pressed += int((~inside.is_clear(own.positions[new], radius * (1.0 - 1e-9))).sum())
         if new.any() and own.count > 1:
-            distances = cKDTree(own.positions).query(own.positions[new], k=2)[0][:, 1]
+            distances = scipy.spatial.cKDTree(own.positions).query(own.positions[new], k=2)[0][:, 1]
             overlap = max(overlap, 1.0 - float(distances.min()) / (2.0 * radius))
     fed, owed = bench.traffic.ledger.fed.count, bench.traffic.count_owed(bench.time)
     yield Number("particles that came in into a wall", pressed, 0.0, 0.0)

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from functools import partial
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from fbcouple.case.bed.layers import stack
 from fbcouple.case.bed.particle_types import count_kinds, draw_kinds, largest_diameter, list_kinds, particle_count
@@ -39,7 +39,7 @@ class Inside:
         cells = take_apart(mesh, find_centres(mesh), number, np.arange(len(mesh.points)))
         self._locator = Locator(cut(cells))
         triangles = mesh.cut_faces(np.arange(len(mesh.neighbour), len(mesh.owner)))
-        self._walls = cKDTree(triangles.mean(axis=1))
+        self._walls = scipy.spatial.cKDTree(triangles.mean(axis=1))
         self._widest = float(np.linalg.norm(triangles - triangles.mean(axis=1)[:, None], axis=2).max())
 
     def is_clear(self, points: np.ndarray, distance: float) -> np.ndarray:

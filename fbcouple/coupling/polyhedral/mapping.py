@@ -16,7 +16,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 
 import numpy as np
-from scipy import sparse
+import scipy
 
 from fbcouple.coupling.box.corners import Stencil
 from fbcouple.coupling.particles import report_outside
@@ -29,8 +29,8 @@ from fbcouple.physics.jit import compiled, inlined
 class Rows:
     """A sparse matrix whose product with columns of a field is written in place."""
 
-    def __init__(self, matrix: sparse.spmatrix) -> None:
-        matrix = sparse.csr_matrix(matrix)
+    def __init__(self, matrix: scipy.sparse.spmatrix) -> None:
+        matrix = scipy.sparse.csr_matrix(matrix)
         matrix.sort_indices()
         self.shape = matrix.shape
         self._parts = matrix.indptr.astype(np.int64), matrix.indices.astype(np.int64), matrix.data.astype(float)
@@ -61,8 +61,8 @@ class CellGeometry:
         shares = share_volumes(self.parts)
         self.volumes = np.asarray(shares.sum(axis=1)).ravel()
         around = np.asarray(shares.sum(axis=0)).ravel()
-        self.to_points = sparse.csr_matrix(sparse.diags(1.0 / around) @ shares.T)
-        self.to_cells = sparse.csr_matrix(sparse.diags(1.0 / self.volumes) @ shares)
+        self.to_points = scipy.sparse.csr_matrix(scipy.sparse.diags(1.0 / around) @ shares.T)
+        self.to_cells = scipy.sparse.csr_matrix(scipy.sparse.diags(1.0 / self.volumes) @ shares)
 
 
 class CellFilter:

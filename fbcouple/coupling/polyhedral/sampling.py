@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+import scipy
 from mpi4py import MPI
-from scipy import sparse
 
 from fbcouple.geometry.grid import Grid
 from fbcouple.geometry.polyhedra import Polyhedra
@@ -84,7 +84,7 @@ class DepthMean:
             rows.append(sample[mine])
             columns.append(order[at[mine]])
         row, column = np.concatenate(rows), np.concatenate(columns)
-        self._sums = sparse.csr_matrix((np.ones(len(row)), (row, column)), (nz * nx, len(ids)))
+        self._sums = scipy.sparse.csr_matrix((np.ones(len(row)), (row, column)), (nz * nx, len(ids)))
         self._counts = counts
 
     def find(self, values: np.ndarray) -> np.ndarray | None:
