@@ -141,11 +141,11 @@ def _clock_own(comm: MPI.Comm, run: Callable[[], None]) -> tuple[float, float]:
     return time.perf_counter() - begin, own
 
 
-def measure_overhead(case: Case, comm: MPI.Comm, warm: float, seconds: float) -> dict[str, Any]:
-    """Coupled steps for about `seconds` of wall time after `warm` [s] of simulated time, and the floors of the same
-    steps; rows a rank and their totals, on every rank (collective)."""
+def measure_overhead(case: Case, comm: MPI.Comm, warm: float, seconds: float, steps: int = 0) -> dict[str, Any]:
+    """`steps` coupled steps after `warm` [s] of simulated time, or those of about `seconds` of wall time, and the
+    floors of the same steps; rows a rank and their totals, on every rank (collective)."""
     sim, tasks = open_run(case, comm, warm)
-    coupled = time_coupled_for(sim, tasks, seconds)
+    coupled = time_coupled(sim, tasks, steps) if steps else time_coupled_for(sim, tasks, seconds)
     kept: list[list[np.ndarray]] = []
     if sim.is_coupled:
         for _ in range(_REPLAYED):
@@ -215,17 +215,14 @@ def measure_dem(case: Case, comm: MPI.Comm, warm: float, steps: int) -> dict[str
     return {"seconds_per_second": float(np.mean(blocks)), "cheapest": min(blocks)}
 
 
-def measure_steps(case: Case, comm: MPI.Comm, steps: int, repeats: int, warm: float = 0.0) -> dict[str, Any]:
-    """Wall seconds of a coupled step after `warm` [s] of simulated time, the fastest of `repeats` times `steps` steps
-    (collective)."""
+def measure_steps(case: Case, comm: MPI.Comm, steps: int, warm: float = 0.0) -> dict[str, Any]:
+    """Wall seconds of a coupled step after `warm` [s] of simulated time, the mean of `steps` (collective)."""
     sim, tasks = open_run(case, comm, warm)
-    taken = [time_coupled(sim, tasks, steps) for _ in range(repeats)]
-    walls = [one.wall / steps for one in taken]
+    taken = time_coupled(sim, tasks, steps)
     return {
-        "step": sum(dt for one in taken for dt, _ in one.steps) / (steps * repeats),
+        "step": sum(dt for dt, _ in taken.steps) / steps,
         "ranks": comm.size,
-        "seconds": min(walls),
-        "slowest_seconds": max(walls),
+        "seconds": taken.wall / steps,
         "particles": comm.allreduce(sim.liggghts.count if sim.has_particles else 0),
         "cells": comm.allreduce(len(sim.owned)),
         "substeps": sim.substeps,

@@ -21,11 +21,11 @@ from fbcouple.case.schema.sections import Case
 
 FOUND = "bench.json"
 KINDS: dict[str, Callable[..., dict[str, Any]]] = {
-    "overhead": measure_overhead,
+    "overhead": lambda case, comm, warm, seconds, steps: measure_overhead(case, comm, warm, seconds, int(steps)),
     "dem": lambda case, comm, warm, steps: measure_dem(case, comm, warm, int(steps)),
     "memory": measure_memory,
     "peer": lambda case, comm, warm, steps: measure_peer(case, comm, warm, int(steps)),
-    "steps": lambda case, comm, steps, repeats, warm=0.0: measure_steps(case, comm, int(steps), int(repeats), warm),
+    "steps": lambda case, comm, steps, warm=0.0: measure_steps(case, comm, int(steps), warm),
     "traffic": lambda case, comm, ranks: count_traffic(case, int(ranks)),
     "variant": lambda case, comm, warm, steps: measure_variant(case, comm, warm, int(steps)),
 }

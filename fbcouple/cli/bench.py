@@ -22,17 +22,27 @@ take_warm = click.option(
     show_default=True,
     help="Simulated time before the measurement [s].",
 )
+take_turns = click.option(
+    "--turns",
+    type=click.IntRange(min=1),
+    default=3,
+    show_default=True,
+    help="Most turns of each measurement, one after the other; none follows once the two cheapest agree within 3 %.",
+)
 take_file = click.option(
     "--json", "file", type=click.Path(path_type=Path, dir_okay=False), help="Write the tables to FILE."
 )
 
 
 def show(rows: list[Row]) -> None:
-    """Print a table of rows that have the same columns."""
+    """Print a table of rows that have the same columns, and what disturbed their measurement."""
+    from fbcouple.bench.turns import warn_of_others
     from fbcouple.results.tables import show_cell
 
     columns = list(dict.fromkeys(key for row in rows for key in row))
     print_table(columns, [[show_cell(row.get(column)) for column in columns] for row in rows])
+    if warning := warn_of_others(rows):
+        click.echo(warning)
 
 
 def write(file: Path | None, tables: dict[str, list[Row]]) -> None:
@@ -53,13 +63,16 @@ def bench() -> None:
 @take_ranks
 @click.option("--seconds", type=click.FloatRange(min=0.1), default=20.0, show_default=True, help="Wall time measured.")
 @click.option("--warm", type=click.FloatRange(min=0.0), default=0.0, help="Simulated time before the measurement [s].")
+@take_turns
 @take_settings
 @take_file
-def overhead(case: str, ranks: int, seconds: float, warm: float, sets: tuple[str, ...], file: Path | None) -> None:
+def overhead(
+    case: str, ranks: int, seconds: float, warm: float, turns: int, sets: tuple[str, ...], file: Path | None
+) -> None:
     """Measure each stage and rank of CASE, next to LIGGGHTS and the gas solver alone on the same steps."""
     from fbcouple.bench.suite import measure_overhead
 
-    found = measure_overhead(case, sets, ranks, warm, seconds)
+    found = measure_overhead(case, sets, ranks, warm, seconds, turns)
     show(found["ranks"])
     show([found["total"]])
     write(file, {"ranks": found["ranks"], "total": [found["total"]]})
@@ -73,18 +86,16 @@ def overhead(case: str, ranks: int, seconds: float, warm: float, sets: tuple[str
     type=click.IntRange(min=1),
     default=200,
     show_default=True,
-    help="Steps per repeat; the cheapest tenth counts.",
+    help="Steps a turn; the cheapest tenth counts.",
 )
-@click.option(
-    "--repeats", type=click.IntRange(min=1), default=3, show_default=True, help="Repeats; the cheapest counts."
-)
+@take_turns
 @take_settings
 @take_file
-def parts(case: str, warm: float, steps: int, repeats: int, sets: tuple[str, ...], file: Path | None) -> None:
+def parts(case: str, warm: float, steps: int, turns: int, sets: tuple[str, ...], file: Path | None) -> None:
     """Measure CASE without each of its parts: friction, damping, filter, sub-grid model, gas, particles and more."""
     from fbcouple.bench.suite import measure_parts
 
-    rows = measure_parts(case, sets, warm, steps, repeats)
+    rows = measure_parts(case, sets, warm, steps, turns)
     show(rows)
     write(file, {"parts": rows})
 
@@ -108,16 +119,17 @@ def memory(case: str, ranks: int, sets: tuple[str, ...], file: Path | None) -> N
 @take_ranks
 @take_warm
 @click.option("--steps", type=click.IntRange(min=5), default=20, show_default=True, help="Fluid steps measured.")
+@take_turns
 @take_settings
 @take_file
-def peers(case: str, ranks: int, warm: float, steps: int, sets: tuple[str, ...], file: Path | None) -> None:
+def peers(case: str, ranks: int, warm: float, steps: int, turns: int, sets: tuple[str, ...], file: Path | None) -> None:
     """Run CASE in stock DPMFoam and in this program, and its particles alone in LAMMPS, for comparison."""
     from fbcouple.bench.lammps import explain_absence
     from fbcouple.bench.peers import NOT_COMPARABLE
     from fbcouple.bench.suite import measure_peers
     from fbcouple.case.load import load_case
 
-    tables = measure_peers(case, sets, ranks, warm, steps)
+    tables = measure_peers(case, sets, ranks, warm, steps, turns)
     show(tables["peers"])
     click.echo(NOT_COMPARABLE)
     show(tables["particles"])
@@ -138,6 +150,7 @@ def peers(case: str, ranks: int, warm: float, steps: int, sets: tuple[str, ...],
 @take_ranks
 @take_warm
 @click.option("--steps", type=click.IntRange(min=1), default=100, show_default=True, help="Fluid steps measured.")
+@take_turns
 @take_settings
 @take_file
 def skin(
@@ -146,13 +159,14 @@ def skin(
     ranks: int,
     warm: float,
     steps: int,
+    turns: int,
     sets: tuple[str, ...],
     file: Path | None,
 ) -> None:
     """Measure LIGGGHTS in CASE with several skins of the neighbour lists, to choose `contact.skin`."""
     from fbcouple.bench.suite import measure_skins
 
-    rows = measure_skins(case, sets, skins or (0.2, 0.3, 0.4, 0.5, 0.7), ranks, warm, steps)
+    rows = measure_skins(case, sets, skins or (0.2, 0.3, 0.4, 0.5, 0.7), ranks, warm, steps, turns)
     show(rows)
     best = min(rows, key=lambda row: row["cheapest"])["skin"]
     click.echo(f"fastest: --set contact.skin={best:g}, or skin = {best:g} in [contact] of the case")
@@ -170,17 +184,17 @@ def skin(
     help="Number of MPI ranks; may be given several times.",
 )
 @take_warm
-@click.option("--steps", type=click.IntRange(min=1), default=50, show_default=True, help="Fluid steps per repeat.")
-@click.option("--repeats", type=click.IntRange(min=1), default=3, show_default=True, help="The fastest counts.")
+@click.option("--steps", type=click.IntRange(min=1), default=50, show_default=True, help="Fluid steps a turn.")
+@take_turns
 @take_settings
 @take_file
 def strong(
-    case: str, counts: tuple[int, ...], warm: float, steps: int, repeats: int, sets: tuple[str, ...], file: Path | None
+    case: str, counts: tuple[int, ...], warm: float, steps: int, turns: int, sets: tuple[str, ...], file: Path | None
 ) -> None:
     """Measure the strong scaling of CASE: the same steps on each number of ranks."""
     from fbcouple.bench.suite import measure_strong
 
-    rows = measure_strong(case, sets, counts or (1, 2), warm, steps, repeats)
+    rows = measure_strong(case, sets, counts or (1, 2), warm, steps, turns)
     show(rows)
     write(file, {"strong": rows})
 
@@ -195,8 +209,8 @@ def strong(
     multiple=True,
     help="Number of MPI ranks; may be given several times.",
 )
-@click.option("--steps", type=click.IntRange(min=1), default=20, show_default=True, help="Fluid steps per repeat.")
-@click.option("--repeats", type=click.IntRange(min=1), default=3, show_default=True, help="The fastest counts.")
+@click.option("--steps", type=click.IntRange(min=1), default=20, show_default=True, help="Fluid steps a turn.")
+@take_turns
 @click.option(
     "--tetrahedra", is_flag=True, help="Cut each cell into six tetrahedra with 11 particles each, as in the paper."
 )
@@ -206,7 +220,7 @@ def scaling(
     cells: int,
     counts: tuple[int, ...],
     steps: int,
-    repeats: int,
+    turns: int,
     tetrahedra: bool,
     traffic_only: bool,
     file: Path | None,
@@ -216,7 +230,7 @@ def scaling(
 
     tables = {}
     if not traffic_only:
-        tables["scaling"] = measure_scaling(cells, counts or (1, 2), steps, repeats, tetrahedra)
+        tables["scaling"] = measure_scaling(cells, counts or (1, 2), steps, turns, tetrahedra)
         show(tables["scaling"])
     tables["traffic"] = count_traffic(cells, (1, 2, 4, 8, 16, 32, 64))
     show(tables["traffic"])

@@ -91,13 +91,27 @@ def test_overhead_on_two_ranks(tmp_path):
     (tmp_path / "case.toml").write_text(BED)
     file = tmp_path / "found.json"
     done = CliRunner().invoke(
-        cli, ["bench", "overhead", str(tmp_path / "case.toml"), "-n", "2", "--seconds", "0.5", "--json", str(file)]
+        cli,
+        [
+            "bench",
+            "overhead",
+            str(tmp_path / "case.toml"),
+            "-n",
+            "2",
+            "--seconds",
+            "0.5",
+            "--turns",
+            "2",
+            "--json",
+            str(file),
+        ],
     )
     assert done.exit_code == 0, done.output
     found = json.loads(file.read_text())
     assert [row["rank"] for row in found["ranks"]] == [0, 1]
     assert sum(row["particles"] for row in found["ranks"]) == 50 and sum(row["cells"] for row in found["ranks"]) == 150
     (total,) = found["total"]
+    assert total["turns"] == 1 and total["spread"] is None and total["others_cores"] >= 0.0
     assert all(row["dem alone"] > 0 and row["cfd alone"] > 0 for row in found["ranks"])
     assert total["wall_over_floors"] == pytest.approx(total["wall_seconds"] / total["floor_seconds"])
     for row in found["ranks"]:
@@ -136,6 +150,7 @@ def test_a_part_that_is_left_out_is_in_no_deck(part):
         assert lean == whole
 
 
+@pytest.mark.slow
 def test_what_is_left_out_is_held_nowhere_and_takes_no_time():
     """Libraries in memory, parts of the run, stages of the loop and arrays of a small bed that has everything."""
     sets = ["domain.size=[0.012, 0.0075, 0.03]", "domain.cells=[5, 3, 12]", "particles.mass=3e-4", *WHOLE]
@@ -176,7 +191,7 @@ def test_memory_counts_arrays_once_and_by_what_they_hold(tmp_path):
 def test_peer_has_all_particles_and_the_same_step(tmp_path):
     """A contact of DPMFoam lasts as long as the spring's; the bed is a small one, so the ratio says nothing."""
     (tmp_path / "case.toml").write_text(BED)
-    tables = measure_peers(str(tmp_path / "case.toml"), [], 1, 0.0, 8)
+    tables = measure_peers(str(tmp_path / "case.toml"), [], 1, 0.0, 8, 1)
     own, peer = tables["peers"]
     programs = [row["program"].split()[0] for row in tables["particles"]]
     assert programs == ["LIGGGHTS"] + ["LAMMPS"] * (not explain_absence(load_case(str(tmp_path))))
@@ -235,12 +250,26 @@ def test_peer_refuses_what_it_cannot_say(tmp_path):
     head, rest = BED.split("[gas]")
     (tmp_path / "case.toml").write_text(head + "[particles]" + rest.split("[particles]")[1].replace("[exchange]\n", ""))
     with pytest.raises(CaseError, match="bench peers: the case needs gas"):
-        measure_peers(str(tmp_path / "case.toml"), [], 1, 0.0, 8)
+        measure_peers(str(tmp_path / "case.toml"), [], 1, 0.0, 8, 1)
 
 
 def test_the_fastest_skin_is_told_as_a_case_has_it(tmp_path):
     (tmp_path / "case.toml").write_text(BED)
-    words = ["bench", "skin", str(tmp_path), "--skin", "0.3", "--skin", "0.6", "--steps", "10", "--warm", "0.0"]
+    words = [
+        "bench",
+        "skin",
+        str(tmp_path),
+        "--skin",
+        "0.3",
+        "--skin",
+        "0.6",
+        "--steps",
+        "10",
+        "--warm",
+        "0.0",
+        "--turns",
+        "1",
+    ]
     done = CliRunner().invoke(cli, [*words, "--json", str(tmp_path / "skins.json")])
     assert done.exit_code == 0, done.output
     rows = json.loads((tmp_path / "skins.json").read_text())["skins"]
@@ -252,7 +281,7 @@ def test_the_fastest_skin_is_told_as_a_case_has_it(tmp_path):
 
 def test_strong_scaling_of_a_case_takes_the_same_steps_on_all_ranks(tmp_path):
     (tmp_path / "case.toml").write_text(BED)
-    words = ["bench", "strong", str(tmp_path), "-n", "1", "-n", "2", "--steps", "4", "--repeats", "2", "--warm", "1e-3"]
+    words = ["bench", "strong", str(tmp_path), "-n", "1", "-n", "2", "--steps", "4", "--turns", "1", "--warm", "1e-3"]
     done = CliRunner().invoke(cli, [*words, "--json", str(tmp_path / "strong.json")])
     assert done.exit_code == 0, done.output
     one, two = json.loads((tmp_path / "strong.json").read_text())["strong"]
