@@ -1,4 +1,5 @@
-"""Python files that a case brings: its own drag law, its own tasks. They are read here, and run only when trusted."""
+"""What a case brings that has to be trusted: Python files of its own drag law and tasks, which are read here and run
+only then; a restart file."""
 
 from __future__ import annotations
 
@@ -24,11 +25,15 @@ def list_code(case: Case) -> dict[str, str]:
 
 
 def require_trust(case: Case, trusted: bool) -> None:
-    """Raise CaseError if `case` brings code and the caller has not said that it may run."""
-    code = list_code(case)
-    if code and not trusted:
-        text = "is Python code, which a run executes; read it, and if you trust it say --trust."
-        raise CaseError([f"{key}: {name} {text}" for key, name in code.items()])
+    """Raise CaseError if `case` brings code, or what nothing can check, and the caller has not said to trust it."""
+    text = "is Python code, which a run executes; read it, and if you trust it say --trust."
+    problems = [f"{key}: {name} {text}" for key, name in list_code(case).items()]
+    if case.start is not None and case.start.restart is not None:
+        text = f"start.restart: {case.start.restart} is a restart file, which LIGGGHTS reads and nothing can check"
+        mend = "if you trust who wrote it say --trust, or give what `write_data` writes of it as particles.positions."
+        problems.append(f"{text}; {mend}")
+    if problems and not trusted:
+        raise CaseError(problems)
 
 
 def examine_drag_file(path: Path) -> None:

@@ -75,7 +75,8 @@ def settle(case: Case, folder: Path, start: Particles, rest: Rest, watch: Watch 
         directory, dry = Path(name), remove_gas(case)
         _lay_out(dry, folder, directory, start)
         task = {"restart": None, "rest": rest.speed, "most": rest.most, "every": rest.every}
-        outcome = _run(directory, task, watch)
+        found = _run(directory, task, watch)
+    outcome = Outcome(_pick(found), int(found["steps"]), float(found["speed"]))
     if len(outcome.particles.positions) != len(start.positions):
         lost = len(start.positions) - len(outcome.particles.positions)
         raise SolverError(f"LIGGGHTS lost {lost} particles while they settled; give a stiffer contact or more steps")
@@ -91,7 +92,21 @@ def read_restart(case: Case, folder: Path, restart: Path) -> Particles:
         directory = Path(name)
         _lay_out(remove_gas(case), folder, directory, None)
         shutil.copyfile(restart, directory / _RESTART)
-        return _run(directory, {"restart": _RESTART, "rest": None}, lambda steps, speed: None).particles
+        return _pick(_run(directory, {"restart": _RESTART, "rest": None}, lambda steps, speed: None))
+
+
+def read_foreign_restart(restart: Path) -> dict[str, np.ndarray]:
+    """Columns `positions`, `velocities`, `spins` (n, 3), `types` from 1, `radii`, `densities` (n,) of the particles in
+    `restart`, which LIGGGHTS wrote in a run of anybody: it is not checked.
+
+    Raises: SolverError with the words of LIGGGHTS if it fails.
+    """
+    with tempfile.TemporaryDirectory(prefix="fbcouple-restart-") as name:
+        directory = Path(name)
+        (directory / "DEM").mkdir()
+        (directory / _DECK).write_text(f"read_restart    {_RESTART}\n", encoding="utf-8")
+        shutil.copyfile(restart, directory / _RESTART)
+        return _run(directory, {"restart": None, "rest": None}, lambda steps, speed: None)
 
 
 def remove_gas(case: Case) -> Case:
@@ -110,7 +125,13 @@ def _lay_out(dry: Case, folder: Path, directory: Path, start: Particles | None) 
         (directory / START).write_text("".join(lines), encoding="utf-8")
 
 
-def _run(directory: Path, task: dict[str, Any], watch: Watch) -> Outcome:
+def _pick(found: dict[str, np.ndarray]) -> Particles:
+    motion = np.hstack([found["velocities"], found["spins"]])
+    return Particles(found["positions"], motion, found["types"].astype(int) - 1)
+
+
+def _run(directory: Path, task: dict[str, Any], watch: Watch) -> dict[str, np.ndarray]:
+    """Do the task in a process of its own; the arrays that it writes."""
     (directory / _TASK).write_text(json.dumps(task), encoding="utf-8")
     environment = mpi_environment() | {"PWD": str(directory)}
     words = directory / "words.log"
@@ -129,9 +150,7 @@ def _run(directory: Path, task: dict[str, Any], watch: Watch) -> Outcome:
         last = [line for line in lines if "ERROR" in line][-1:] or _read_lines(words)[-_SHOWN:]
         raise SolverError(f"LIGGGHTS alone ended with exit code {child.returncode}: {' / '.join(last)[:500]}")
     with np.load(directory / _PARTICLES) as found:
-        motion = np.hstack([found["velocities"], found["spins"]])
-        particles = Particles(found["positions"], motion, found["types"].astype(int) - 1)
-        return Outcome(particles, int(found["steps"]), float(found["speed"]))
+        return dict(found)
 
 
 def _read_lines(path: Path) -> list[str]:

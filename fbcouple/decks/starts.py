@@ -1,4 +1,5 @@
-"""Starts that have to be made before a run folder can be written: another run's particles, a poured bed.
+"""Starts that have to be made before a run folder can be written: particles of another run or a restart file, a
+poured bed.
 
 What is made is a file of start positions, and the case is given it as `particles.positions` in place of [start]: a run
 folder holds all that it needs, and does not care how its start was made. The head of the file says that.
@@ -12,11 +13,13 @@ from pathlib import Path
 
 from fbcouple.case.bed.region import read_mesh
 from fbcouple.case.checks.registry import find_problems
+from fbcouple.case.schema.particles import Start
 from fbcouple.case.schema.sections import Case
 from fbcouple.decks.alone import Particles, remove_gas
 from fbcouple.decks.other_run import Source, describe, find_source, read_particles
 from fbcouple.decks.pour import VERSION, find_rest_speed, pour
 from fbcouple.decks.render import render_decks
+from fbcouple.decks.restart_file import find_restart, read_restart_file
 from fbcouple.errors import CaseError
 from fbcouple.input_files.liggghts_files import POSITIONS, SPINS, VELOCITIES
 from fbcouple.machine.cache import make_folder
@@ -36,17 +39,18 @@ def make_start(case: Case, folder: Path, scratch: Path, say: Say | None = None, 
     """The case with the file of its start, if that has to be made; other cases as they are.
 
     folder: where the case's own files lie; scratch: an empty folder for a file that is not kept; say: is told what is
-    made, before and after; pours: also where that takes LIGGGHTS minutes. Poured beds are kept in the cache.
+    made, before and after; pours: also where LIGGGHTS has to pour, or to read what is trusted. Poured beds are kept in
+    the cache.
 
     Raises: CaseError if the start cannot be made, or does not fit the case; SolverError if LIGGGHTS fails.
     """
     if case.start is None or not case.start.is_made:
         return case
     say = say or (lambda text: None)
-    if case.start.run is None and not pours and not (cache_folder() / CACHE / _name_poured(case, folder)).is_file():
-        say("start: the bed is poured by `setup`, which checks what comes out")
+    if not pours and (hint := _find_what_setup_makes(case, folder)):
+        say(f"start: {hint}, which checks what comes out")
         return case
-    name, table_folder = (_take_over if case.start.run else _pour)(case, folder, scratch, say)
+    name, table_folder = _MAKERS[_choose(case.start)](case, folder, scratch, say)
     made = put_in(case, name, table_folder)
     if problems := find_problems(made, folder):
         raise CaseError([f"start: {problem}" for problem in problems])
@@ -67,8 +71,20 @@ def expect_start(case: Case, folder: Path) -> Case:
     """The case as `make_start` gives it, without the file. Raises: CaseError if the other run is not there."""
     if case.start is None or not case.start.is_made:
         return case
-    name = _name_taken(_find(case, folder)[3]) if case.start.run else _name_poured(case, folder)
-    return put_in(case, name, folder)
+    return put_in(case, _NAMES[_choose(case.start)](case, folder), folder)
+
+
+def _choose(start: Start) -> str:
+    """What the start is made of, a key of `_MAKERS`."""
+    return "run" if start.run is not None else "restart" if start.restart is not None else "pour"
+
+
+def _find_what_setup_makes(case: Case, folder: Path) -> str:
+    """Say what `setup` does with the start, where LIGGGHTS has to do it."""
+    made_of = _choose(case.start) if case.start else ""
+    if made_of == "pour" and not (cache_folder() / CACHE / _name_poured(case, folder)).is_file():
+        return "the bed is poured by `setup`"
+    return "the restart file is read by `setup --trust`" if made_of == "restart" else ""
 
 
 def _name_poured(case: Case, folder: Path) -> str:
@@ -109,10 +125,22 @@ def _take_over(case: Case, folder: Path, scratch: Path, say: Say) -> tuple[str, 
         particles = read_particles(case, run, other, source)
     except CaseError as error:
         raise CaseError([f"start.run: {problem}" for problem in error.problems]) from None
-    name = _name_taken(about)
+    return _write(particles, about, _name("run", about), scratch, say)
+
+
+def _write(particles: Particles, about: str, name: str, scratch: Path, say: Say) -> tuple[str, Path]:
     (scratch / name).write_text("".join(_write_table(particles, about)), encoding="utf-8")
     say(f"start: {about}")
     return name, scratch
+
+
+def _read_over(case: Case, folder: Path, scratch: Path, say: Say) -> tuple[str, Path]:
+    path, about = find_restart(case, folder)
+    try:
+        particles = read_restart_file(case, path)
+    except CaseError as error:
+        raise CaseError([f"start.restart: {problem}" for problem in error.problems]) from None
+    return _write(particles, about, _name("restart", about), scratch, say)
 
 
 def _find(case: Case, folder: Path) -> tuple[Path, Case, Source, str]:
@@ -126,8 +154,21 @@ def _find(case: Case, folder: Path) -> tuple[Path, Case, Source, str]:
     return run, other, source, describe(run, other, source)
 
 
-def _name_taken(about: str) -> str:
-    return f"run-{hash_text(about)[:_NAMED]}.csv"
+def _name(made_of: str, about: str) -> str:
+    return f"{made_of}-{hash_text(about)[:_NAMED]}.csv"
+
+
+_MAKERS: dict[str, Callable[[Case, Path, Path, Say], tuple[str, Path]]] = {
+    "run": _take_over,
+    "restart": _read_over,
+    "pour": _pour,
+}
+_NAMES: dict[str, Callable[[Case, Path], str]] = {
+    "run": lambda case, folder: _name("run", _find(case, folder)[3]),
+    "restart": lambda case, folder: _name("restart", find_restart(case, folder)[1]),
+    "pour": _name_poured,
+}
+"""Kind of start -> what makes the file of its positions, and what that is called."""
 
 
 def _write_table(particles: Particles, about: str) -> Iterator[str]:

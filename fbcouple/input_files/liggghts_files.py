@@ -13,7 +13,8 @@ from fbcouple.errors import CaseError
 from fbcouple.input_files.number_rows import shorten
 from fbcouple.input_files.number_table import Table
 
-SUFFIXES = (".dump", ".liggghts", ".lammpstrj", ".data", ".restart")
+RESTART = ".restart"
+SUFFIXES = (".dump", ".liggghts", ".lammpstrj", ".data", RESTART)
 """What such files are called."""
 POSITIONS = ("x", "y", "z")
 VELOCITIES = ("vx", "vy", "vz")
@@ -36,9 +37,10 @@ def find_format(path: Path) -> str | None:
     """
     with path.open("rb") as file:
         start = file.read(_LOOKED_AT)
-    if b"\0" in start and (path.suffix == ".restart" or any(word in start for word in _RESTART)):
+    if b"\0" in start and (path.suffix == RESTART or any(word in start for word in _RESTART)):
         text = f"{path.name} is a binary restart file, which only LIGGGHTS itself can read and nothing can check"
-        raise CaseError([f"{text}; read it there, and give what `write_data` or `dump custom` writes of it."])
+        text += "; read it there, and give what `write_data` or `dump custom` writes of it"
+        raise CaseError([f"{text}, or give it as start.restart and say --trust."])
     if _DUMP.match(start):
         return "dump"
     return "data" if _DATA.search(start) else None

@@ -40,6 +40,8 @@ def main() -> None:
         "velocities": liggghts.velocities,
         "spins": liggghts.angular_velocities,
         "types": liggghts.types,
+        "radii": liggghts.radii,
+        "densities": liggghts.densities,
     }
     found: dict[str, Any] = {name: values[order] for name, values in columns.items()}
     np.savez(PARTICLES, steps=taken, speed=speed, **found)

@@ -127,6 +127,11 @@ class Liggghts:
         return self._atoms("radius", ctypes.c_double)
 
     @property
+    def densities(self) -> np.ndarray:
+        """Densities [kg m-3] of the material, shape (count,)."""
+        return self._atoms("density", ctypes.c_double)
+
+    @property
     def masses(self) -> np.ndarray:
         """Masses [kg], shape (count,)."""
         return self._atoms("rmass", ctypes.c_double)
@@ -160,13 +165,12 @@ class Liggghts:
     @property
     def own_masses(self) -> np.ndarray:
         """Masses [kg], shape (count,), without gas that they carry along."""
-        return 4.0 / 3.0 * np.pi * self.radii**3 * self._atoms("density", ctypes.c_double)
+        return 4.0 / 3.0 * np.pi * self.radii**3 * self.densities
 
     def add_inertia(self, density: float) -> None:
         """Let each particle have the mass of its own density and of `density` [kg m-3] more; once or again."""
         self._carried = density
-        own = self._atoms("density", ctypes.c_double)
-        self.masses[:] = 4.0 / 3.0 * np.pi * self.radii**3 * (own + density)
+        self.masses[:] = 4.0 / 3.0 * np.pi * self.radii**3 * (self.densities + density)
 
     def remove(self, rows: np.ndarray) -> None:
         """Delete this rank's particles of `rows` (n,), where it has some to delete (collective).
@@ -192,7 +196,7 @@ class Liggghts:
         numbers = {tuple(position): number for number, position in enumerate(positions.tolist())}
         mine = np.array([numbers[tuple(position)] for position in self.positions[rows].tolist()], dtype=int)
         self.radii[rows] = 0.5 * diameters[mine]
-        self._atoms("density", ctypes.c_double)[rows] = densities[mine]
+        self.densities[rows] = densities[mine]
         self.masses[rows] = np.pi / 6.0 * diameters[mine] ** 3 * (densities[mine] + self._carried)
         return mine, rows
 

@@ -180,6 +180,11 @@ class Start(Section):
         "frame, or of `time`. From the folder of the case file; with --set from the current one.",
         default=None,
     )
+    restart: str | None = option(
+        "Restart file of LIGGGHTS (`write_restart`) beside the case whose particles this one starts with. Nothing can "
+        "check it, so it is read with --trust only.",
+        default=None,
+    )
     time: float | None = option(
         "Time in that run that the particles are taken of: the nearest checkpoint or frame, at most an interval of "
         "frames away.",
@@ -190,5 +195,5 @@ class Start(Section):
 
     @property
     def is_made(self) -> bool:
-        """Have positions to be made first, by another run or by pouring?"""
-        return self.run is not None or self.method == "pour"
+        """Have positions to be made first, by another run, a restart file or pouring?"""
+        return self.run is not None or self.restart is not None or self.method == "pour"
