@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from fbcouple.errors import CaseError
-from fbcouple.input_files.number_table import LENGTHS, SPEEDS, Form, guess_frame, read_table
+from fbcouple.input_files.number_table import Form, read_table
+from fbcouple.input_files.units import LENGTHS, SPEEDS, guess_frame
 
 QUANTITIES: dict[str, str] = {
     "solids_fraction": "1",

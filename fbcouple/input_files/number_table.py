@@ -1,14 +1,16 @@
 """Tables of numbers as other programs write them: a head with the names of the columns, and a row a line.
 
 Separators are commas, semicolons, tabs or blanks; decimal commas count where commas do not separate. A head may say the
-unit of a column (`x [mm]`) and may stand behind a `#`. What cannot be read is told as it was found.
+unit of a column (`x [mm]`) and may stand behind a `#`; rows without an entry are left out. What cannot be read is told
+as it was found.
 """
 
 from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Iterable, Iterator, Sequence
+import re
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from itertools import chain
 from pathlib import Path
@@ -16,30 +18,13 @@ from pathlib import Path
 import numpy as np
 
 from fbcouple.errors import CaseError
+from fbcouple.input_files.foreign_files import find_encoding
+from fbcouple.input_files.units import DENSITIES, LENGTHS, SPEEDS, TIMES, find_size
 
-LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6}
-SPEEDS = {"m/s": 1.0, "m s-1": 1.0, "m s^-1": 1.0, "cm/s": 1e-2, "mm/s": 1e-3}
-DENSITIES = {"kg/m3": 1.0, "kg/m^3": 1.0, "kg/m³": 1.0, "kg m-3": 1.0, "g/cm3": 1e3, "g/cm^3": 1e3, "g/cm³": 1e3}
-"""Units that a head may name, and their size in SI units."""
-
-_LIKELY = 0.1
-"""Part of a bed's edge that the coordinates of a file reach at least."""
-_SIGNATURES = {
-    b"\xff\xfe": "UTF-16 text",
-    b"\xfe\xff": "UTF-16 text",
-    b"PK\x03\x04": "a zip archive or a workbook",
-    b"\xd0\xcf\x11\xe0": "a workbook",
-    b"\x1f\x8b": "compressed (gzip)",
-    b"\x89HDF": "an HDF5 file",
-}
-_FOREIGN = {
-    "ITEM:": "a LIGGGHTS or LAMMPS dump",
-    "# vtk DataFile": "a VTK file",
-    "<?xml": "an XML file, as VTK's are",
-    "<VTKFile": "a VTK file",
-    "{": "JSON",
-}
-"""First bytes, and first words, of files that are no such tables."""
+_LACKING = re.compile(r"#(N/A|NV|N/D|[^\s;,]+[!?])\s*([;,\t]|$)")
+"""First entry of a row that a spreadsheet could not compute, in any language; other lines with `#` are comments."""
+_THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}")
+_BRACKETS = " []()\t"
 _LONGEST_HEAD = 100_000
 _SHOWN = 60
 
@@ -100,30 +85,14 @@ def read_table(path: Path, form: Form) -> Table:
         if path.stat().st_size > form.largest:
             limit = f"at most {form.largest / 1e6:g} MB are allowed"
             raise CaseError([f"{path.name} has {path.stat().st_size / 1e6:g} MB, {limit}; give fewer {form.rows}."])
-        _refuse_foreign(path, form)
-        with path.open(encoding="utf-8-sig") as file:
+        with path.open(encoding=find_encoding(path, form.rows, form.first_line)) as file:
             return _read_lines(path.name, enumerate(file, start=1), form)
     except OSError as error:
         text = f"{path.name} cannot be read: {error.strerror}"
         raise CaseError([f"{text}; give a CSV file, starting `{form.first_line}`."]) from None
     except UnicodeDecodeError as error:
-        text = f"{path.name} is not UTF-8 text (byte {error.object[error.start]:#04x})"
+        text = f"{path.name} is not {error.encoding.upper()} text (byte {error.object[error.start]:#04x})"
         raise CaseError([f"{text}; save it as CSV in UTF-8."]) from None
-
-
-def _refuse_foreign(path: Path, form: Form) -> None:
-    with path.open("rb") as file:
-        start = file.read(4096)
-    for signature, kind in _SIGNATURES.items():
-        if start.startswith(signature):
-            raise CaseError([f"{path.name} is {kind}; save it as CSV in UTF-8, starting `{form.first_line}`."])
-    if b"\0" in start:
-        text = f"{path.name} holds NUL bytes, so it is UTF-16 or no text at all"
-        raise CaseError([f"{text}; save it as CSV in UTF-8, starting `{form.first_line}`."])
-    for words, kind in _FOREIGN.items():
-        if start.lstrip().startswith(words.encode()):
-            text = f"{path.name} is {kind} (it begins with `{words}`)"
-            raise CaseError([f"{text}; write its {form.rows} as CSV, starting `{form.first_line}`."])
 
 
 def _read_lines(file: str, lines: Lines, form: Form) -> Table:
@@ -222,10 +191,11 @@ def _place_columns(file: str, head: _Head, form: Form) -> dict[str, tuple[int, f
         if column in indices:
             raise CaseError([f"{where} names the column {column} twice; keep one."])
         units = form.columns[column]
-        if unit is not None and unit not in units:
+        size = 1.0 if unit is None else find_size(unit, units)
+        if size is None:
             known = ", ".join(units) or "none"
-            raise CaseError([f"{where} gives {column} in `{_shorten(unit)}`; units that are read: {known}."])
-        indices[column] = index, 1.0 if unit is None else units[unit]
+            raise CaseError([f"{where} gives {column} in `{_shorten(unit or '')}`; units that are read: {known}."])
+        indices[column] = index, size
     missing = [name for name in form.needed if name not in indices]
     if missing:
         lacking = " and ".join(missing) if len(missing) < 3 else f"{', '.join(missing[:-1])} and {missing[-1]}"
@@ -235,9 +205,8 @@ def _place_columns(file: str, head: _Head, form: Form) -> dict[str, tuple[int, f
                 raise CaseError([f"{text} and has `{name}`; {hint}."])
         if "" in head.names:
             text += "; the empty names look like several data sets side by side, of which one is read"
-        raise CaseError(
-            [f"{text}; name the columns as in `{','.join(form.columns)}`, the first {len(form.needed)} at least."]
-        )
+        text += f"; name the columns as in `{','.join(form.columns)}`, the first {len(form.needed)} at least"
+        raise CaseError([f"{text}. Where they stand further down, begin the lines above with `#`."])
     if unclear:
         raise CaseError([unclear])
     return indices
@@ -249,9 +218,11 @@ def _read_numbers(file: str, lines: Iterable[tuple[int, str]], head: _Head, indi
     comma = point = 0
     for number, line in lines:
         text = line.strip()
-        if not text or text[0] == "#":
+        if not text or (text[0] == "#" and not _LACKING.match(text)):
             continue
         fields = _split(line.rstrip("\r\n") if separator else text, separator)
+        if not any(entry.strip() for entry in fields):
+            continue  # a row of a spreadsheet that was emptied
         if len(fields) != width and (len(fields) < width or any(extra.strip() for extra in fields[width:])):
             raise CaseError([_format_width(file, number, text, len(fields), head)])
         for index in indices:
@@ -263,6 +234,9 @@ def _read_numbers(file: str, lines: Iterable[tuple[int, str]], head: _Head, indi
             if comma and point:
                 text = f"{file}: line {comma} has a decimal comma and line {point} a decimal point"
                 raise CaseError([f"{text}; write all numbers one way, and none with a sign between thousands."])
+            if separator == "," and _THOUSANDS.fullmatch(entry.strip()):
+                text = f"{file}: line {number} has `{entry.strip()}` for {head.names[index]}, which may be thousands"
+                raise CaseError([f"{text} or a decimal comma; write it with a decimal point, or `;` between columns."])
             yield _read_number(file, number, entry, head.names[index])
 
 
@@ -274,10 +248,16 @@ def _read_number(file: str, line: int, entry: str, column: str) -> float:
     except ValueError:
         shown = f"`{_shorten(entry.strip())}`" if entry.strip() else "nothing"
         strange = next((f" (with the character U+{ord(sign):04X})" for sign in entry if ord(sign) > 127), "")
-        raise CaseError([f"{file}: line {line} has {shown}{strange} for {column}; give a number."]) from None
+        unit = entry.strip(_BRACKETS)
+        mend = f"write it into the header, as `{column} [{unit}]`" if _is_unit(unit) else "give a number"
+        raise CaseError([f"{file}: line {line} has {shown}{strange} for {column}; {mend}."]) from None
     if not math.isfinite(value):
         raise CaseError([f"{file}: line {line} has `{_shorten(entry.strip())}` for {column}; give a finite number."])
     return value
+
+
+def _is_unit(word: str) -> bool:
+    return any(find_size(word, units) for units in (LENGTHS, TIMES, SPEEDS, DENSITIES))
 
 
 def _is_number(text: str) -> bool:
@@ -301,18 +281,3 @@ def _format_width(file: str, line: int, text: str, found: int, head: _Head) -> s
 def _shorten(text: str) -> str:
     shown = text if text.isprintable() else text.encode("unicode_escape").decode("ascii")
     return shown if len(shown) <= _SHOWN else f"{shown[:_SHOWN]}..."
-
-
-def guess_frame(low: Sequence[float], high: Sequence[float], size: Sequence[float]) -> str:
-    """What coordinates from `low` to `high` along each axis may be measured in that are not within 0 to `size` [m]; ""
-    if no guess."""
-    reaches, middle = list(high), ""
-    if min(low) < 0.0:
-        reaches, middle = [2.0 * max(-a, b) for a, b in zip(low, high, strict=True)], " from the middle"
-    scales = {"mm": LENGTHS["mm"], "cm": LENGTHS["cm"]} | ({"": 1.0} if middle else {})
-    found = []
-    for unit, scale in scales.items():
-        shares = [reach * scale / width for reach, width in zip(reaches, size, strict=True)]
-        if max(shares) <= 1.0 and any(share >= _LIKELY for share in shares):
-            found.append(f"{unit}{middle}".strip())
-    return f" (they look like {' or '.join(found)})" if found else ""

@@ -8,7 +8,8 @@ import numpy as np
 
 from fbcouple.errors import CaseError
 from fbcouple.input_files.measured_lines import LARGEST, Points
-from fbcouple.input_files.number_table import LENGTHS, Form, read_table
+from fbcouple.input_files.number_table import Form, read_table
+from fbcouple.input_files.units import LENGTHS
 
 _UNITS: dict[str, dict[str, float]] = {
     "s": {"s": 1.0, "ms": 1e-3},

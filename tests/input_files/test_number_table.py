@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from fbcouple.errors import CaseError
-from fbcouple.input_files.number_table import LENGTHS, Form, guess_frame, read_table
+from fbcouple.input_files.number_table import Form, read_table
+from fbcouple.input_files.units import DENSITIES, LENGTHS, SPEEDS, find_size, guess_frame
 
 FORM = Form(
     {"x": LENGTHS, "y": LENGTHS, "size": {}},
@@ -43,6 +44,10 @@ def write(folder, content):
         "x,y\r\n0.25,1.5\r\n-0.5,2\r\n",
         "x,y\r0.25,1.5\r-0.5,2",
         '"Points:0","Points:1"\n0.25,1.5\n-5e-1,2\n',
+        "x\ty\r\n0,25\t1,5\r\n-0,5\t2\r\n".encode("utf-16"),
+        "x;y\r\n0,25;1,5\r\n-0,5;2\r\n;\r\n;\r\n",
+        "x,y,,\n0.25,1.5,,\n,,,\n-0.5,2,,\n",
+        "X [MM];y [cm]\n250;150\n-500;200\n",
     ],
 )
 def test_columns_are_read_whatever_separates_them(tmp_path, content):
@@ -78,7 +83,17 @@ def test_columns_that_are_not_read_are_named(tmp_path):
         ("x,y,s [m]\n1,2,3\n", "has a column `s .m.`; call it `size`"),
         ("# x,y\n", "holds no drops"),
         ("", "is empty; start it with the line `x,y`"),
-        ("x,y\n1,2\n".encode("utf-16"), "is UTF-16 text; save it as CSV in UTF-8"),
+        ("x,y\n1,2\n".encode("utf-16")[:-1], r"is not UTF-16.* text \(byte 0x0a\)"),
+        (
+            'x,y\n1,2\n"1,234",5\n',
+            "line 3 has `1,234` for x, which may be thousands or a decimal comma; write it",
+        ),
+        ("x,y\n1,2\n#N/A,3\n", "line 3 has `#N/A` for x; give a number"),
+        ("x;y\n1;2\n#WERT!;3\n", "line 3 has `#WERT!` for x"),
+        ("x;y\n1;2\n1.234,5;3\n", "line 3 has `1.234,5` for x"),
+        ("x;y\n1;2\n1\u202f234;3\n", r"line 3 has `1\\u202f234` \(with the character U\+202F\) for x"),
+        ("x,y\n[mm],m\n1,2\n", r"line 2 has `\[mm\]` for x; write it into the header, as `x \[mm\]`"),
+        ("Drops of 12.3.;\nx;y\n1;2\n", "has no column x and y; .* stand further down, begin the lines above with `#`"),
         ("x,y\n1,2\n".encode("utf-16-le"), "holds NUL bytes, so it is UTF-16 or no text"),
         ("x [µm],y\n1,2\n".encode("latin-1"), r"is not UTF-8 text \(byte 0xb5\)"),
         (b"PK\x03\x04...", "is a zip archive or a workbook"),
@@ -97,6 +112,12 @@ def test_a_pipe_a_device_and_a_folder_are_no_files(tmp_path):
     for path in (tmp_path / "pipe", tmp_path, type(tmp_path)("/dev/zero")):
         with pytest.raises(CaseError, match="it is not a plain file"):
             read_table(path, FORM)
+
+
+@pytest.mark.parametrize("unit", ["m/s", "m s-1", "m s⁻¹", "m·s⁻¹", "M/S", "m s^-1"])
+def test_units_are_read_however_they_are_spelt(unit):
+    assert find_size(unit, SPEEDS) == 1.0 and find_size("kg m-2", SPEEDS) is None
+    assert find_size("Kg/m³", DENSITIES) == 1.0
 
 
 def test_units_are_exact_to_the_last_digit(tmp_path):

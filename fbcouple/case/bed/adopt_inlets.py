@@ -16,10 +16,11 @@ from fbcouple.case.schema.inlets import Inlet
 from fbcouple.case.schema.sections import Case
 from fbcouple.errors import CaseError
 from fbcouple.geometry.cylinder import find_section
-from fbcouple.input_files.number_table import SPEEDS, Form, read_table
+from fbcouple.input_files.number_table import Form, read_table
+from fbcouple.input_files.units import SPEEDS, TIMES
 
 _FORM = Form(
-    columns={"time": {"s": 1.0, "ms": 1e-3}, "velocity": SPEEDS},
+    columns={"time": TIMES, "velocity": SPEEDS},
     needed=("time", "velocity"),
     rows="rows of an inlet",
     largest=20_000_000,

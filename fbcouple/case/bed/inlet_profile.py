@@ -18,7 +18,8 @@ from fbcouple.geometry.plane_cover import Circle
 from fbcouple.geometry.sides import find_axes
 from fbcouple.geometry.velocity_profile import Profile, make_radial, make_strips, make_triangles
 from fbcouple.input_files.companion_files import find_companion
-from fbcouple.input_files.number_table import LENGTHS, SPEEDS, Form, read_table
+from fbcouple.input_files.number_table import Form, read_table
+from fbcouple.input_files.units import LENGTHS, SPEEDS
 
 MOST_ROWS = {"rectangle": 5000, "circle": 1000}
 _ROWS, _LARGEST = "rows of a velocity over an inlet", 2_000_000

@@ -15,7 +15,8 @@ from fbcouple.errors import CaseError
 from fbcouple.input_files.data_file import read_data
 from fbcouple.input_files.dump_file import read_dump
 from fbcouple.input_files.liggghts_files import POSITIONS, SPINS, SUFFIXES, VELOCITIES, find_format
-from fbcouple.input_files.number_table import DENSITIES, LENGTHS, SPEEDS, Form, Table, read_table
+from fbcouple.input_files.number_table import Form, Table, read_table
+from fbcouple.input_files.units import DENSITIES, LENGTHS, SPEEDS
 
 ENDINGS = (".csv", *SUFFIXES)
 """What a file of start positions is called."""
@@ -28,7 +29,8 @@ SAME_SIZE = 1e-5
 
 def _name_parts(columns: tuple[str, ...], *vectors: str) -> dict[str, str]:
     """How programs (ParaView) head the three parts of a vector."""
-    return {f"{vector}{sign}{n}": column for vector in vectors for sign in ":_" for n, column in enumerate(columns)}
+    parts = [(part, column) for names in ("012", "xyz") for part, column in zip(names, columns, strict=True)]
+    return {f"{vector}{sign}{part}": column for vector in vectors for sign in ":_" for part, column in parts}
 
 
 _UNCLEAR = {

@@ -20,7 +20,7 @@ from fbcouple.case.companions import find_companion
 from fbcouple.case.problems import Problem, show
 from fbcouple.case.schema.sections import Case
 from fbcouple.errors import CaseError
-from fbcouple.input_files.number_table import guess_frame
+from fbcouple.input_files.units import guess_frame
 
 WALL_OVERLAP = START_OVERLAP = 0.1
 """Part of a diameter by which a start position may press into a wall or another one (resting contacts do, a little)."""

@@ -18,7 +18,7 @@ from fbcouple.case.schema.probes import Probe
 from fbcouple.case.schema.sections import Case
 from fbcouple.geometry.holders import find_holders
 from fbcouple.geometry.polyhedra import find_centres, take_apart
-from fbcouple.input_files.number_table import guess_frame
+from fbcouple.input_files.units import guess_frame
 from fbcouple.results.probes import OF_GAS, count_columns
 
 KEY = "output.probes"
