@@ -60,8 +60,8 @@ def read_mesh_file(path: Path) -> ImportedMesh:
         raise CaseError([f'{text}; {mend}: `Physical Volume("bed") = {{:}};`.'])
     shapes = _drop_repeated(shapes) if found.repeats else shapes
     used = np.unique(np.concatenate([corners.ravel() for _, corners in shapes]))
-    number = np.full(len(found.points), NONE, np.int64)
-    number[used] = np.arange(len(used))
+    number = np.empty(len(found.points), np.int64)  # of the points of cells first, then of those that are on none
+    number[np.append(used, np.setdiff1d(np.arange(len(number)), used))] = np.arange(len(number))
     cells = [(kind, number[corners]) for kind, corners in shapes]
     mesh = build_mesh(np.array(found.points[used]), cells, [WALLS], lambda rows: np.zeros(len(rows), np.int64))
     return _find_surfaces(mesh, _list_sides(found, number), _list_others(found))
@@ -106,7 +106,7 @@ def _find_surfaces(mesh: PolyMesh, sides: dict[str, np.ndarray], others: tuple[s
     names = list(sides)
     rows = np.concatenate([np.empty((0, 4), np.int64), *sides.values()])
     owner = np.repeat(np.arange(len(names)), [len(side) for side in sides.values()])
-    marked = np.zeros(len(mesh.points), bool)
+    marked = np.zeros(max(len(mesh.points), int(rows.max(initial=-1)) + 1), bool)
     marked[rows[rows != NONE]] = True
     there = np.flatnonzero(np.logical_and.reduceat(marked[mesh.faces.values], mesh.faces.starts[:-1]))
     _, which = np.unique(np.concatenate([_pad(mesh.faces.take(there)), rows]), axis=0, return_inverse=True)

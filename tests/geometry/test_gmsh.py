@@ -322,3 +322,21 @@ def test_numbers_are_whole_as_gmsh_writes_them(made):
         found = read_gmsh_file(folder / name)
         assert {block.corners.dtype for block in found.blocks} == {np.dtype(np.int64)}
         assert sorted(found.names.values()) == sorted(["bed", INLET, "top"])
+
+
+def test_every_face_of_a_surface_on_points_of_its_own_is_counted(tmp_path):
+    """A disc that was meshed by itself, beside the floor of the column: none of its points is a cell's."""
+    write_gmsh(make_cylinder(0.04, 0.08, 4, 3, "tetrahedra"), tmp_path / "a.msh")
+    lines = (tmp_path / "a.msh").read_text().split("\n")
+    at = lines.index("$Nodes") + 1
+    points = int(lines[at])
+    lines[at] = str(points + 4)
+    lines[at + 1 : at + 1] = [f"{points + n} {x} {y} 0" for n, (x, y) in enumerate(((1, 1), (2, 1), (1, 2), (2, 2)), 1)]
+    at = lines.index("$Elements") + 1
+    lines[at] = str(int(lines[at]) + 2)
+    lines[at + 1 : at + 1] = [f"9{n} 2 2 77 77 {points + n} {points + n + 1} {points + n + 2}" for n in (1, 2)]
+    (tmp_path / "b.msh").write_text("\n".join(lines))
+    found = read_mesh_file(tmp_path / "b.msh")
+    assert found.loose["77"] == 2 and found.surfaces["77"].size == 0
+    with pytest.raises(CaseError, match="2 faces of 77 are no sides of cells"):
+        choose_patches(found, "77", "top")
