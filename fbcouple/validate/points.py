@@ -20,6 +20,9 @@ _UNITS: dict[str, dict[str, float]] = {
     "1": {"1": 1.0, "-": 1.0, "": 1.0},
 }
 
+_ROUNDING = 1e-9
+"""Part of its stretch by which a line may end before a measured point."""
+
 
 def read_series(path: Path, axis: str, axis_unit: str, unit: str) -> Points:
     """The columns of a file of measured points over time or angle, in the order of these; `error` where it has one.
@@ -41,6 +44,15 @@ def read_series(path: Path, axis: str, axis_unit: str, unit: str) -> Points:
 def take_value(value: float, error: float | None) -> Points:
     """A single number as points."""
     return Points(np.array([np.nan]), np.array([value]), None if error is None else np.array([error]))
+
+
+def find_within(points: Points, known: Points) -> Points:
+    """The points that lie where `known` reaches, from its first to its last; a single number as it is."""
+    if len(known.x) == 1:
+        return points
+    slack = _ROUNDING * float(known.x[-1] - known.x[0])
+    inside = (points.x >= known.x[0] - slack) & (points.x <= known.x[-1] + slack)
+    return Points(points.x[inside], points.value[inside], None if points.error is None else points.error[inside])
 
 
 def take_span(points: Points, span: tuple[float, float] | None) -> Points:

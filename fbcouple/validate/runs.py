@@ -20,6 +20,7 @@ from fbcouple.decks.starts import expect_start
 from fbcouple.errors import CaseError, StoppedError
 from fbcouple.postproc.averaging import format_window
 from fbcouple.results.reader import Results
+from fbcouple.validate.ahead import find_lacks
 from fbcouple.validate.source import Bed
 
 Say = Callable[[str], None]
@@ -34,19 +35,38 @@ def choose_folder(bed: Bed, output: Path | None) -> Path:
 def run_bed(bed: Bed, folder: Path, ranks: int, resume: bool, sets: Sequence[str], trusted: bool, say: Say) -> None:
     """Set the bed's case up in `folder` and run it to its end; resume: go on with the run that is there.
 
-    trusted: also with code that the case brings.
+    trusted: also with code that the case brings; say: told what the run cannot be compared with.
 
-    Raises: as `fbcouple.setup` and `Run.start`; StoppedError if it stopped early with a checkpoint.
+    Raises: CaseError, before anything is written, if the bed's own case cannot give a measurement, or with `sets` none;
+    as `fbcouple.setup` and `Run.start`; StoppedError if it stopped early with a checkpoint.
     """
     if resume and sets:
         raise CaseError([f"--set: {sets[0]}: a run that goes on has its case already; leave --set or --resume out."])
     if not resume:
+        require_gives(bed, sets, say)
         lay_out(str(bed.name), folder, sets, trusted, say=say)
     run = Run(folder)
     status = run.resume(ranks, trust=trusted) if resume else run.start(ranks, trust=trusted)
     if status.state != "complete":
         command = f"fbcouple validate {quote(bed.name)} -o {quote(str(folder))} -n {ranks} --resume"
         raise StoppedError(f"{folder}: {status.message}; go on with `{command}{' --trust' if trusted else ''}`")
+
+
+def require_gives(bed: Bed, sets: Sequence[str], say: Say) -> None:
+    """Look whether a run of the bed's case, with `sets`, gives what it is compared with; `say` is told what not.
+
+    Raises: CaseError if the case itself does not, or with `sets` nothing is left to compare with.
+    """
+    if lacks := find_lacks(bed, load_case(bed.name)):
+        mend = "or remove the measurement"
+        raise CaseError([f"{bed.name}: measurements ({name}): {lack}, {mend}." for name, lack in lacks.items()])
+    if not sets:
+        return
+    lacks = find_lacks(bed, load_case(bed.name, sets))
+    if len(lacks) == len(bed.tasks):
+        raise CaseError([f"--set: {name}: {lack}: nothing is left to compare with." for name, lack in lacks.items()])
+    for name, lack in lacks.items():
+        say(f"not compared: {name}: {lack}")
 
 
 def list_facts(bed: Bed, results: Results) -> list[Fact]:

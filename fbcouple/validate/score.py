@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from fbcouple.input_files.measured_lines import Points
 from fbcouple.postproc.averaging import list_warnings
 from fbcouple.postproc.deviation import Deviation, find_deviation
 from fbcouple.results.reader import NotDrawableError, Results
 from fbcouple.validate.comparisons import COMPARISONS, Found, Task, find_unit
+from fbcouple.validate.points import find_within
 from fbcouple.validate.source import Bed, Scored
 
 Row = dict[str, Any]
@@ -58,6 +58,7 @@ def score(bed: Bed, results: Results) -> Result:
         rows.append(_score_run(task, found))
         peers = tuple(one for one in bed.peers if one.peer.of == name)
         rows += [_score_peer(task, one) for one in peers]
+        remarks += [text for one in peers if (text := _tell_span(task, one))]
         if chosen.axis:
             panels.append(Panel(task, found, peers))
     return Result(rows, [*remarks, *list_warnings([results])], panels)
@@ -89,14 +90,20 @@ def _score_peer(task: Task, one: Scored) -> Row:
     if one.points is None:
         row = _make_row(task, one.peer.name, {"computed": math.nan, "stderr": math.nan}, None, one.peer.source)
         return row | {"rms": one.peer.rms}
-    values = _read_at(one.points, task.points.x)
-    away = find_deviation(values, task.points.value)
-    return _make_row(task, one.peer.name, {"computed": float(values.mean()), "stderr": math.nan}, away, one.peer.source)
+    within = find_within(task.points, one.points)
+    values = one.points.value if len(one.points.x) == 1 else np.interp(within.x, one.points.x, one.points.value)
+    away = find_deviation(values, within.value)
+    numbers = {"computed": float(values.mean()), "stderr": math.nan}
+    return _make_row(replace(task, points=within), one.peer.name, numbers, away, one.peer.source)
 
 
-def _read_at(points: Points, x: np.ndarray) -> np.ndarray:
-    """What a peer computed at the measured points; a single number as it is."""
-    return points.value if len(points.x) == 1 else np.interp(x, points.x, points.value)
+def _tell_span(task: Task, one: Scored) -> str:
+    """Say that a peer is known along a part of the measured points only, and scored there."""
+    if one.points is None or (count := len(find_within(task.points, one.points).x)) == len(task.points.x):
+        return ""
+    (first, last), unit = one.points.x[[0, -1]], COMPARISONS[task.measurement.compare].unit
+    text = f"{task.measurement.name}: {one.peer.name} is known from {first:g} to {last:g} {unit}"
+    return f"{text} and compared at the {count} of {len(task.points.x)} measured points there."
 
 
 def _make_row(task: Task, by: str, numbers: Row, away: Deviation | None, source: str) -> Row:

@@ -15,7 +15,7 @@ from fbcouple.errors import CaseError
 from fbcouple.input_files.companion_files import find_companion, is_bare
 from fbcouple.input_files.measured_lines import Points, Reference, parse_reference, read_points
 from fbcouple.validate.comparisons import COMPARISONS, Task, find_unit
-from fbcouple.validate.points import read_series, take_span, take_value
+from fbcouple.validate.points import find_within, read_series, take_span, take_value
 from fbcouple.validate.schema import Measurement, Peer, Validation
 
 _CHOSEN = ("file", "value", "error", "span", "origin")
@@ -157,7 +157,12 @@ class _Reader:
         if peer.file is None:
             return None
         if task.line is not None:
-            return self._read_line(task.line, peer.file)
+            points = self._read_line(task.line, peer.file)
+            if len(points.x) < 2 or not len(find_within(task.points, points).x):
+                text = f"{peer.file} has no two points with a measured one between them"
+                where = f"measured is from {task.points.x[0]:g} to {task.points.x[-1]:g} m"
+                raise CaseError([f"{text}; {where}: give the line there, or its `rms`."])
+            return points
         axis = COMPARISONS[task.measurement.compare]
         points = read_series(self._find(peer.file), axis.axis, axis.unit, find_unit(task.measurement))
         (first, last), measured = points.x[[0, -1]], task.points.x

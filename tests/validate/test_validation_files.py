@@ -49,6 +49,12 @@ TOML = "validation.toml"
         (TOML, "value = 0.085", 'file = "peer.csv"', r"\).file: the measurement is one number; give `value`, or `rms`"),
         (TOML, "rms = 0.25", "value = 0.25", r"\).value: the measurement is several points; give `file`, or `rms`"),
         (TOML, "rms = 0.25", 'file = "line.csv"', "line.csv: line 1, `x,value,error`, has no column time"),
+        (
+            "peer.csv",
+            "0.01,0.8\n0.07,1.4",
+            "0.071,0.8\n0.08,1.4",
+            "peer.csv has no two points with a measured one between",
+        ),
         ("ramp.csv", "time [ms]", "time [h]", r"ramp.csv: .*gives time in `h`; units that are read: s, ms"),
         ("ramp.csv", "0,0.24", "0,0,24", "line 2, `0,0,24`, has 3 columns"),
         ("line.csv", "0.01,0.6,0.1", "0.01,0.6,-0.1", "line.csv holds an error below zero"),

@@ -73,6 +73,18 @@ def test_peers_are_scored_as_the_run_is(write, results):
     assert third["rms"] == 0.25 and math.isnan(third["largest"])
 
 
+def test_a_peer_is_scored_where_its_line_is_known(write, results):
+    """From 20 to 60 mm, 0.8 to 1.4 m/s: 0.95 and 1.25 at the two measured points there, -0.1 and 0.2."""
+    bed = read_bed(str(write("peer.csv", "0.01,0.8\n0.07,1.4", "0.02,0.8\n0.06,1.4")))
+    found = score(bed, results)
+    line = of(found.rows, "velocity", "Another code")
+    assert line["points"] == 2 and line["measured"] == pytest.approx(0.05) and line["computed"] == pytest.approx(1.1)
+    assert line["rms"] == pytest.approx(math.sqrt((1.05**2 + 1.05**2) / 2))
+    assert of(found.rows, "velocity")["points"] == 4
+    told = "velocity: Another code is known from 0.02 to 0.06 m and compared at the 2 of 4 measured points there."
+    assert found.remarks == [told]
+
+
 def test_what_is_close_to_what_was_wanted_is_undecided(write, results):
     rms = of(score(read_bed(str(write())), results).rows, "velocity")["rms"]
     for wanted, verdict in ((rms + 0.009, "undecided"), (rms - 0.009, "undecided"), (rms + 0.02, "within")):
