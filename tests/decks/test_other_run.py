@@ -202,3 +202,44 @@ def test_check_looks_at_the_other_run(bed, source, tmp_path):
     result = CliRunner().invoke(cli, ["check", str(tmp_path), "--set", "particles.count=90"])
     assert result.exit_code == 1 and "give particles.count = 100" in result.stderr
     assert f"particles of the run {source}" in CliRunner().invoke(cli, ["check", str(tmp_path)]).stdout
+
+
+SETTLED = (
+    "particles.count=4000",
+    "particles.mixture=[]",
+    "domain.size=[0.02, 0.01, 0.05]",
+    "domain.cells=[10, 5, 25]",
+    "contact.restitution=0.7",
+    "contact.wall_restitution=0.7",
+    "gas.inlet_velocity=0.3",
+    "end_time=0.2",
+)
+FINER = "domain.cells=[16, 8, 40]"
+
+
+@pytest.mark.slow
+def test_settled_bed_is_the_same_bed_on_a_finer_mesh(tmp_path):
+    """Below fluidization: it stays where it is, and has the pressure drop of a bed that settled on that mesh.
+
+    The coarse mesh smears the surface over a tenth of the bed, so that the pressure drop there is another.
+    """
+    folder = tmp_path / "bed"
+    folder.mkdir()
+
+    def run(name: str, *sets: str) -> tuple[float, float, float]:
+        """Pressure drop [Pa], bed height and height of the centre of mass [m] at the end."""
+        (made,) = lay_out(str(folder), tmp_path / name, (*SETTLED, *sets), False, True)
+        rows: list[dict] = []
+        launch(made, 1, rows.append)
+        return rows[-1]["pressure_drop"], rows[-1]["bed_height"], rows[-1]["solids_centre_z"]
+
+    (folder / "case.toml").write_text(CASE)
+    first = run("first")
+    own = run("own", FINER)
+    taken = f"start.run={tmp_path / 'first'}"
+    same = run("same", taken, "end_time=0.05")
+    finer = run("finer", taken, FINER, "end_time=0.05")
+    assert same == pytest.approx(first, rel=2e-3)
+    assert finer[0] == pytest.approx(own[0], rel=1e-2) and finer[1] == pytest.approx(own[1], rel=5e-3)
+    assert finer[2] == pytest.approx(first[2], rel=1e-3)
+    assert finer[1] == pytest.approx(first[1], rel=2e-2)
