@@ -64,7 +64,7 @@ def bed_views(results: Results) -> Figure:
         wanted += [(chosen[-1], "gas")] if scales.gas else []
         pictures = [imread(file) for file in render(results, wanted, scales, round(HEIGHT * DPI), Path(folder))]
     names = [f"{name.capitalize()}, t = {read_frame(path).time:.3f} s" for path, name in wanted]
-    box = " x ".join(f"{1e3 * length:g}" for length in results.size)
+    box = " x ".join(f"{1e3 * length:.4g}" for length in results.size)
     fastest = max(float(read_frame(path).speeds.max()) for path in chosen)
     beyond = f"; scale up to the speed of {BUSY:g} of 100 particles" if fastest > scales.speed else ""
     note = f"box {box} mm{beyond}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -9,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fbcouple.case.bed.mesh_box import choose_cells
 from fbcouple.case.load import load_case
 from fbcouple.case.preflight import estimate
 from fbcouple.decks.set_up import lay_out
@@ -82,6 +84,18 @@ def test_a_block_of_rows_is_sampled_cell_by_cell_and_what_is_given_stays(tmp_pat
     assert load_case(path, ["domain.cells=[2, 2, 9]"]).domain.cells == (2, 2, 9)
     with pytest.raises(CaseError, match=r"domain\.size: .* within 1% is allowed"):
         load_case(path, ["domain.size=[0.04, 0.03, 0.06]"])
+
+
+def test_layers_of_prisms_are_sampled_layer_by_layer():
+    """Squares as large as a mean triangle across; tetrahedra of the same layers stay cubes."""
+    mesh = make_cylinder(0.03, 0.06, 6, 8, "prisms")
+    across, depth, up = choose_cells(mesh)
+    assert up == 8 and across == pytest.approx(0.03 / math.sqrt(mesh.volume / 0.06 / (mesh.count / 8)), abs=0.5)
+    assert abs(across - depth) <= 1
+    assert choose_cells(column())[2] != 12
+    uneven = mesh.points.copy()
+    uneven[:, 2] **= 2
+    assert choose_cells(replace(mesh, points=uneven))[2] != 8
 
 
 def test_the_run_says_both(tmp_path):
