@@ -12,7 +12,7 @@ from fbcouple.case.schema.reference import list_options
 from fbcouple.case.schema.sections import Case
 from fbcouple.results.inlet_speed import Row, find_after, find_before
 
-FREE = ("end_time", "output.save_every", "output.profile_heights")
+FREE = ("end_time", "output.save_every", "output.profile_heights", "output.radial_heights")
 FREE_SECTIONS = ("monitors", "checkpoint")
 """What may be changed in a run folder at any time: what ends a run, what stops it, how often files are saved, and
 what figures show."""

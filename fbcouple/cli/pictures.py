@@ -39,7 +39,7 @@ take_heights = click.option(
     "--output",
     "folder",
     type=click.Path(path_type=Path, file_okay=False),
-    help="Folder of the figures; by default figures in the run folder (and vtk there).",
+    help="Folder of the figures; by default figures in the run folder (and vtk and tables there).",
 )
 @click.option("--only", multiple=True, metavar="NAME", help="Only this figure, as history; may be given several times.")
 @click.option(
@@ -51,6 +51,12 @@ take_heights = click.option(
     "--animate", "moving", is_flag=True, help="Also draw figures/bed.gif from the frames (output.particles_every)."
 )
 @click.option("--vtk", "exported", is_flag=True, help="Also write RUN/vtk: means and frames for ParaView.")
+@click.option(
+    "--csv",
+    "tabulated",
+    is_flag=True,
+    help="Also write RUN/tables for a spreadsheet: history, probes, and profiles over the radius of a column.",
+)
 def post(
     run: Path,
     folder: Path | None,
@@ -60,6 +66,7 @@ def post(
     full_height: bool,
     moving: bool,
     exported: bool,
+    tabulated: bool,
 ) -> None:
     """Draw the figures of RUN from its results.nc and its frames."""
     require_plain(run)
@@ -74,6 +81,11 @@ def post(
         from fbcouple.postproc.views.vtk_files import export
 
         for file in export(run, folder and folder / "vtk"):
+            click.echo(str(file))
+    if tabulated:
+        from fbcouple.postproc.spreadsheets import export_tables
+
+        for file in export_tables(run, folder and folder / "tables"):
             click.echo(str(file))
 
 

@@ -24,6 +24,7 @@ PICTURES = (
     "impact",
     "probes",
     "flux_profile",
+    "radial_profiles",
     "voidage_snapshots",
     "spectrum",
     "throughput",
@@ -38,6 +39,7 @@ _PRODUCTS = {
     PROBES: r"[a-z][a-z0-9_]*\.rows",
     "checkpoints": rf"{_STEP}(\.refused)?|\.unfinished-({_STEP}|\d+)",
     "figures": rf"({'|'.join(PICTURES)})\.(png|svg|pdf)|bed\.gif",
+    "tables": r"(history|radial_profiles|probe_[a-z][a-z0-9_]*)\.csv",
     "vtk": r"means\.vt[iu]|particles-\d{6,}\.vtp|gas-\d{6,}\.vti|(particles|gas)\.pvd",
 }
 """Folder in the run folder -> pattern of the names in it."""

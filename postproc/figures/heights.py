@@ -23,16 +23,16 @@ def list_heights(results: Results) -> tuple[float, ...]:
 
     Raises: CaseError if the case in results.nc has heights that are none; NotDrawableError without solids.
     """
-    asked = results.view.heights or _read_heights(results)
+    asked = results.view.heights or read_heights(results, "profile_heights")
     return asked or (find_centre(results),)
 
 
-def _read_heights(results: Results) -> tuple[float, ...]:
-    """`output.profile_heights` of the run's case; results.nc may come from anybody."""
+def read_heights(results: Results, option: str) -> tuple[float, ...]:
+    """An option of `output` of the run's case that is heights; results.nc may come from anybody."""
     output = results.case.get("output", {})
-    given = output.get("profile_heights", []) if isinstance(output, dict) else None
+    given = output.get(option, []) if isinstance(output, dict) else None
     if not isinstance(given, list) or not all(isinstance(z, int | float) and 0 < z < math.inf for z in given):
-        text = "output.profile_heights of its case is no list of heights in m"
+        text = f"output.{option} of its case is no list of heights in m"
         raise CaseError([f"{results.path}: {text}; set the run up again."])
     return tuple(float(height) for height in given)
 

@@ -37,6 +37,7 @@ _FIRST = (
     "solids_flux",
     "agitation",
     "flux_profile",
+    "radial_profiles",
     "depth_profiles",
     "slices",
     "moment_slices",

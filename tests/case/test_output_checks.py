@@ -96,3 +96,11 @@ def test_profiles_are_taken_inside_of_the_box():
     assert "output.profile_heights: 25 m is given and the box is 0.25 m high" in problem
     (problem,) = problems_of("patil/c2", "output.profile_heights=[0.0, -1.0]")
     assert "a list, each entry a number above 0 (in m) is allowed" in problem
+
+
+def test_radial_profiles_are_of_what_may_be_round():
+    (problem,) = problems_of("patil/c2", "output.radial_heights=[0.01]")
+    assert 'output.radial_heights: [0.01] is given and domain.shape is "box", which has no radius; remove it' in problem
+    assert load_case("birmingham/small", ["output.radial_heights=[0.01]"]).output.radial_heights == (0.01,)
+    (problem,) = problems_of("birmingham/small", "output.radial_heights=[9.0]")
+    assert "output.radial_heights: 9 m is given and the box is" in problem

@@ -122,7 +122,10 @@ def test_it_stands_alone_and_has_no_script(two):
 def test_every_picture_is_whole_and_in_words(two):
     page = Page(two[1])
     # both runs with all figures of a bed, the comparisons, the measured lines and the error against run time
-    assert len(page.images) == 2 * len(set(FIGURES) - {"impact", "measured_lines", "throughput"}) + len(COMPARISONS) + 2
+    assert (
+        len(page.images)
+        == 2 * len(set(FIGURES) - {"impact", "measured_lines", "radial_profiles", "throughput"}) + len(COMPARISONS) + 2
+    )
     for image in page.images:
         assert len(image["alt"]) > 20 and int(image["width"]) > 200 and int(image["height"]) > 100
         assert base64.b64decode(image["src"].partition(",")[2])[:8] == b"\x89PNG\r\n\x1a\n"

@@ -36,6 +36,7 @@ def test_every_figure_of_a_bed_is_drawn(folder):
         "bed_views",
         "moment_slices",
         "measured_lines",
+        "radial_profiles",
         "throughput",
     }
 

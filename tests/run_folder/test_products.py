@@ -16,8 +16,16 @@ OURS = (
     "checkpoints/step-000000000005/state.json",
     "checkpoints/step-000000000005.refused/state.json",
     "vtk/particles-000001.vtp",
+    "tables/probe_tap.csv",
 )
-THEIRS = ("notes.txt", "frames/frame.nc", "figures/talk.png", "checkpoints/step-notes.txt", "vtk/view.pvsm")
+THEIRS = (
+    "notes.txt",
+    "frames/frame.nc",
+    "figures/talk.png",
+    "tables/mine.csv",
+    "checkpoints/step-notes.txt",
+    "vtk/view.pvsm",
+)
 
 
 def fill(run, names):

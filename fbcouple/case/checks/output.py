@@ -104,10 +104,14 @@ def check_references(case: Case, folder: Path) -> Iterator[Problem]:
             yield from (Problem(key, problem) for problem in error.problems)
 
 
-@check("output.profile_heights", "domain.size")
+@check("output.profile_heights", "output.radial_heights", "domain.size", "domain.shape")
 def check_heights(case: Case, folder: Path) -> Iterator[Problem]:
-    """Profiles are taken inside of the box."""
-    for height in case.output.profile_heights:
-        if height >= case.domain.size[2]:
-            text = f"{height:g} m is given and the box is {case.domain.size[2]:g} m high; give heights in it, in m."
-            yield Problem("output.profile_heights", text)
+    """Profiles are taken inside of the box, and over the radius of what may be round."""
+    for key in ("profile_heights", "radial_heights"):
+        for height in getattr(case.output, key):
+            if height >= case.domain.size[2]:
+                text = f"{height:g} m is given and the box is {case.domain.size[2]:g} m high; give heights in it, in m."
+                yield Problem(f"output.{key}", text)
+    if case.output.radial_heights and case.domain.shape == "box":
+        text = f'{show(case.output.radial_heights)} is given and domain.shape is "box", which has no radius'
+        yield Problem("output.radial_heights", f"{text}; remove it, or give profile_heights.")

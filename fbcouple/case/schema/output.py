@@ -46,6 +46,12 @@ class Output(Section):
         "m",
         default=(),
     )
+    radial_heights: Amounts = option(
+        "Heights above the floor of profiles over the radius of a column, about its middle: a cylinder, or a mesh that "
+        "is one; absent: of a cylinder those of `profile_heights`, of a mesh none.",
+        "m",
+        default=(),
+    )
 
 
 class Checkpoint(Section):
