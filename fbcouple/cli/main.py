@@ -120,15 +120,21 @@ def check(case: str, sets: tuple[str, ...], trusted: bool) -> None:
     from fbcouple.case.load import load_case
     from fbcouple.case.preflight import estimate
     from fbcouple.case.source import find_case
-    from fbcouple.decks.set_up import read_own_law
-    from fbcouple.decks.starts import make_start
 
     folder = find_case(case).parent
     loaded = load_case(case, sets, click.echo)
     brings_code = loaded.exchange is not None and loaded.exchange.drag_file is not None
-    law = read_own_law(loaded, folder) if brings_code and trusted else None
+    law = None
+    if brings_code and trusted:
+        from fbcouple.decks.set_up import read_own_law
+
+        law = read_own_law(loaded, folder)
     with TemporaryDirectory(prefix="fbcouple-start-") as scratch:
-        numbers = estimate(make_start(loaded, folder, Path(scratch), click.echo, pours=False), law, folder)
+        if loaded.start is not None and loaded.start.is_made:
+            from fbcouple.decks.starts import make_start
+
+            loaded = make_start(loaded, folder, Path(scratch), click.echo, pours=False)
+        numbers = estimate(loaded, law, folder)
     rows = [
         (
             number.name,
