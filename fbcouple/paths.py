@@ -20,7 +20,6 @@ CASES = _find("cases")
 START = "DEM/particles.data"
 """In a run folder: the particles as they start."""
 WALLS = "DEM/walls.stl"
-OPEN_FLOOR = "DEM/open_floor.liggghts"
 """In a run folder: the surface that the particles have for a wall, where the region is no plain box."""
 HEARTBEAT = "logs/heartbeat"
 """In a run folder: touched while coupling steps are taken."""

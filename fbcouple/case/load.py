@@ -14,6 +14,7 @@ import fbcouple.case.checks.bed
 import fbcouple.case.checks.contact
 import fbcouple.case.checks.feeds
 import fbcouple.case.checks.inlets
+import fbcouple.case.checks.outlets
 import fbcouple.case.checks.output
 import fbcouple.case.checks.positions
 import fbcouple.case.checks.probes

@@ -23,7 +23,7 @@ from fbcouple.case.schema.sections import Case
 from fbcouple.decks.needs import find_needs
 from fbcouple.decks.render import find_box, format_particles, render_decks
 from fbcouple.errors import SolverError
-from fbcouple.geometry.stl import write_surface
+from fbcouple.geometry.stl import list_walls, write_surface
 from fbcouple.machine.environment import mpi_environment
 from fbcouple.paths import START, WALLS
 
@@ -119,7 +119,7 @@ def _lay_out(dry: Case, folder: Path, directory: Path, start: Particles | None) 
     (directory / _DECK).write_text(render_decks(dry, folder)[_DECK], encoding="utf-8")
     mesh = None if dry.domain.is_plain_box else read_mesh(dry, folder)
     if mesh and find_needs(dry)["surface_walls"]:
-        (directory / WALLS).write_text("".join(write_surface(mesh)), encoding="utf-8")
+        (directory / WALLS).write_text("".join(write_surface(list_walls(mesh))), encoding="utf-8")
     if start is not None:
         lines = format_particles(dry, start.positions, start.kinds, find_box(dry, mesh), start.motion)
         (directory / START).write_text("".join(lines), encoding="utf-8")

@@ -11,15 +11,15 @@ import numpy as np
 
 from fbcouple.case.bed import derived
 from fbcouple.case.bed.contact_coefficients import find_pair, find_wall
-from fbcouple.case.bed.feeds import find_depth, find_opening
+from fbcouple.case.bed.outlets import find_depth, list_openings
 from fbcouple.case.bed.particle_types import Kind, largest_diameter, list_kinds
 from fbcouple.case.bed.region import Region, find_openings, find_region, read_mesh
 from fbcouple.case.bed.streams import list_streams, list_tables
-from fbcouple.case.schema.feeds import Outlet
 from fbcouple.case.schema.gas import Gas
 from fbcouple.case.schema.particles import Contact, Particles
 from fbcouple.case.schema.sections import Case
 from fbcouple.geometry.polymesh import PolyMesh
+from fbcouple.geometry.sides import SIDES
 from fbcouple.physics.contact import normal_damping
 
 # DIC-preconditioned CG is fastest below this many cells, multigrid above (measured on the three Patil meshes).
@@ -61,8 +61,6 @@ def build_context(case: Case, needs: dict[str, bool], folder: Path = Path()) -> 
     if needs["empty_start"]:
         mesh = None if case.domain.shape == "box" else read_mesh(case, folder)
         context["box"] = find_box(case, mesh).T.ravel().tolist()
-    if opening := find_opening(case):
-        context["floor_triangles"] = _cut_floor(case, opening)
     return context
 
 
@@ -72,27 +70,19 @@ def _is_rectilinear(case: Case, folder: Path) -> bool:
 
 
 def find_box(case: Case, mesh: PolyMesh | None) -> np.ndarray:
-    """The box of the particles [m], (2, 3): the region's own, with the space below an open floor, or one that holds all
-    of the surface of `mesh`."""
+    """The box of the particles [m], (2, 3): the region's own, or one that holds all of the surface of `mesh`, with the
+    space behind its openings."""
+    openings = list_openings(case)
     if mesh is None or case.domain.shape == "box":
-        opening = find_opening(case)
-        bottom = -find_depth(case, opening) if opening else 0.0
-        return np.array([[0.0, 0.0, bottom], case.domain.size])
-    margin = largest_diameter(case.particles) if case.particles else 0.0
+        box = np.array([np.zeros(3), case.domain.size])
+        for outlet in openings:
+            axis, end = SIDES[outlet.face or "floor"]
+            level, depth = case.domain.size[axis] * end, find_depth(case, outlet)
+            box[end, axis] = max(box[1, axis], level + depth) if end else min(box[0, axis], -depth)
+        return box
+    least = largest_diameter(case.particles) if case.particles else 0.0
+    margin = max([least, *(find_depth(case, outlet) for outlet in openings)])
     return np.array([mesh.low - margin, mesh.high + margin])
-
-
-def _cut_floor(case: Case, opening: Outlet) -> list[tuple[tuple[float, float], ...]]:
-    """Corners x, y [m] of the triangles of the floor around its opening: up to four strips."""
-    assert opening.low is not None and opening.high is not None
-    (width, depth, _), (x0, y0, _), (x1, y1, _) = case.domain.size, opening.low, opening.high
-    strips = [(0.0, 0.0, x0, depth), (x1, 0.0, width, depth), (x0, 0.0, x1, y0), (x0, y1, x1, depth)]
-    triangles: list[tuple[tuple[float, float], ...]] = []
-    for left, front, right, back in strips:
-        if right > left and back > front:
-            corners = (left, front), (right, front), (right, back), (left, back)
-            triangles += [corners[:3], (corners[0], *corners[2:])]
-    return triangles
 
 
 def _gas_context(case: Case, gas: Gas, region: Region, needs: dict[str, bool]) -> dict[str, Any]:

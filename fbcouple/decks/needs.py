@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from fbcouple.case.bed.acceleration import choose_acceleration
 from fbcouple.case.bed.contact_coefficients import list_coefficients
 from fbcouple.case.bed.derived import has_ramp, tangential_law
-from fbcouple.case.bed.feeds import find_opening, has_traffic
+from fbcouple.case.bed.feeds import has_traffic
+from fbcouple.case.bed.outlets import list_openings
 from fbcouple.case.bed.particle_types import count_kinds, list_kinds
 from fbcouple.case.bed.region import has_own_mesh
 from fbcouple.case.bed.streams import has_openings
@@ -206,9 +207,10 @@ def _empty_start(case: Case) -> tuple[bool, str]:
 
 
 @_part
-def _floor_opening(case: Case) -> tuple[bool, str]:
-    there = find_opening(case) is not None
-    return there, "an outlet has face = floor" if there else "the floor is closed to particles"
+def _open_walls(case: Case) -> tuple[bool, str]:
+    openings = list_openings(case)
+    where = " and ".join(sorted({one.face or "patches of the mesh" for one in openings}))
+    return bool(openings), f"particles leave by {where}" if openings else "particles leave by no wall"
 
 
 @_part

@@ -21,10 +21,11 @@ from fbcouple.case.load import write_case
 from fbcouple.case.schema.sections import Case
 from fbcouple.decks.context import build_context, find_box
 from fbcouple.decks.needs import find_needs, tell_parts
+from fbcouple.decks.open_walls import list_openings, name_opening, name_surface
 from fbcouple.decks.replace import put_in_place, refuse_foreign
 from fbcouple.errors import CaseError
-from fbcouple.geometry.stl import write_surface
-from fbcouple.paths import OPEN_FLOOR, START, TEMPLATES, WALLS
+from fbcouple.geometry.stl import list_walls, write_surface
+from fbcouple.paths import START, TEMPLATES, WALLS
 from fbcouple.run_folder.manifest import hash_file, write_manifest
 from fbcouple.solvers.versions import list_own_versions
 from fbcouple.version import __version__
@@ -49,8 +50,6 @@ DECKS: dict[str, tuple[str, str]] = {
     "CFD/0/flm": ("openfoam/0/flm", "lagrangian_averages"),
     "CFD/0/fmm": ("openfoam/0/fmm", "lagrangian_averages"),
     "DEM/in.liggghts": ("liggghts/in.liggghts", "particles"),
-    OPEN_FLOOR: ("liggghts/open_floor.liggghts", "floor_opening"),
-    "DEM/floor.stl": ("liggghts/floor.stl", "floor_opening"),
 }
 
 
@@ -77,11 +76,17 @@ def render_decks(case: Case, folder: Path = Path()) -> dict[str, str]:
     needs = find_needs(case)
     context: dict[str, Any] = build_context(case, needs, folder)
     environment = make_environment()
-    return {
+    decks = {
         deck: environment.get_template(template).render(context)
         for deck, (template, part) in DECKS.items()
         if needs[part]
     }
+    for number, stage in enumerate(list_openings(case, folder) if needs["open_walls"] else (), start=1):
+        paths = {name: name_surface(name, number) for name in stage.surfaces}
+        template = environment.get_template("liggghts/open_walls.liggghts")
+        decks[name_opening(number)] = template.render(context | {"closed": stage.closed, "surfaces": [*paths.items()]})
+        decks |= {paths[name]: "".join(write_surface(found)) for name, found in stage.surfaces.items()}
+    return decks
 
 
 def format_particles(
@@ -142,7 +147,7 @@ def set_up(
         if case.particles:
             _write(fresh / START, "".join(lines))
         if mesh and find_needs(case)["surface_walls"]:
-            _write(fresh / WALLS, "".join(write_surface(mesh)))
+            _write(fresh / WALLS, "".join(write_surface(list_walls(mesh))))
         write_case(case, fresh / "case.toml")
         if folder is not None:
             copy_companions(case, folder, fresh)

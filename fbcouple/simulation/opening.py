@@ -11,7 +11,8 @@ from mpi4py import MPI
 
 from fbcouple.case.bed import derived
 from fbcouple.case.bed.acceleration import choose_acceleration
-from fbcouple.case.bed.feeds import find_longest_step, has_traffic
+from fbcouple.case.bed.feeds import has_traffic
+from fbcouple.case.bed.outlets import find_longest_step
 from fbcouple.case.bed.particle_types import largest_diameter
 from fbcouple.case.bed.streams import has_own_condition, list_tables
 from fbcouple.case.schema.sections import Case

@@ -230,10 +230,8 @@ class Simulation:
 
     @property
     def rows_inside(self) -> np.ndarray | slice:
-        """Rows of this rank's particles that are in the region, not below an open floor on their way out."""
-        if not (self.traffic and self.traffic.is_floor_open):
-            return slice(None)
-        return np.flatnonzero(self.liggghts.positions[:, 2] >= self.grid.origin[2])
+        """Rows of this rank's particles that are in the region, not behind an open wall on their way out."""
+        return self.traffic.list_inside(self.liggghts.positions) if self.traffic else slice(None)
 
     def _remember_velocities(self) -> None:
         """At the start of a run the step before it is one without a force, for whoever asks for velocities of then."""

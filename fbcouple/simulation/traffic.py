@@ -7,24 +7,29 @@ steps nothing is done. What is done does not depend on how many ranks there are.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from mpi4py import MPI
 
 from fbcouple.case.bed.derived import wraps
-from fbcouple.case.bed.feeds import find_opening, list_zones
+from fbcouple.case.bed.outlets import find_thickness, list_stages
 from fbcouple.case.bed.particle_types import list_kinds
 from fbcouple.case.bed.region import read_mesh
 from fbcouple.case.schema.sections import Case
+from fbcouple.decks.open_walls import name_opening
 from fbcouple.errors import DivergedError
 from fbcouple.geometry.grid import Grid
-from fbcouple.paths import OPEN_FLOOR
+from fbcouple.geometry.sides import SIDES
 from fbcouple.results.writer import EXITS
 from fbcouple.simulation.clock import Clock
+from fbcouple.simulation.exits import make_exits
 from fbcouple.simulation.feed import FeedSource, FreeSpace
 from fbcouple.simulation.ledger import Amount, Ledger, measure_held
 from fbcouple.solvers.liggghts import Liggghts
+
+if TYPE_CHECKING:
+    from fbcouple.case.bed.region_lattice import Inside
 
 
 class Newcomers(NamedTuple):
@@ -49,24 +54,22 @@ class Traffic:
         self._comm, self._liggghts, self._accelerated = comm, liggghts, accelerated
         self._kinds = list_kinds(case.particles)
         self._feeds = [FeedSource(case, number) for number in range(1, len(case.particles.feeds) + 1)]
-        low = np.array(grid.origin)
-        self._zones = list_zones(case, low, low + grid.size)
+        self._corners = np.array([grid.origin, np.add(grid.origin, grid.size)])
         self._period = np.where(wraps(case.domain), case.domain.size, 0.0)
-        self._opening, self._is_shut = find_opening(case), True
-        is_clear = None
-        if self._feeds and case.domain.shape != "box":
-            from fbcouple.case.bed.region_lattice import Inside  # noqa: PLC0415  (reads the mesh)
-
-            is_clear = Inside(read_mesh(case, run)).is_clear
-        self._space = FreeSpace(case, comm, is_clear)
+        self._outlets, inside = case.particles.outlets, _read_inside(case, run)
+        self._exits = make_exits(case, grid, run, inside)
+        self._thickness = np.array([find_thickness(case, outlet) for outlet in self._outlets])
+        self._stages, self._opened = list_stages(case), 0
+        self._sides = {outlet.face for outlet in self._outlets if outlet.face}
+        self._space = FreeSpace(case, comm, inside.is_clear if inside else None)
         self.ledger = Ledger()
         self.exits = np.empty((0, len(EXITS)))
         """Columns EXITS of each particle that left, in the order in which they left, on all ranks."""
 
     def prepare(self, clock: Clock) -> None:
-        """Before LIGGGHTS is set up, at the start of a run and where one goes on: open the floor if it is open then
+        """Before LIGGGHTS is set up, at the start of a run and where one goes on: open the walls that are open then
         (collective)."""
-        self._open_floor(clock.time)
+        self._open_walls(clock.time)
 
     def number_start(self) -> None:
         """Number the particles of a start, once LIGGGHTS is set up, which clears their identities (collective)."""
@@ -82,7 +85,7 @@ class Traffic:
         rows, outlets = self._find_leaving(clock.time)
         leaving = self._comm.allreduce(len(rows))
         coming = self._find_places(clock, rows)
-        opened = self._open_floor(clock.time)
+        opened = self._open_walls(clock.time)
         if not (opened or leaving or len(coming.kinds)):
             return False
         own, removed, fed = self._liggghts, Amount(), Amount()
@@ -95,10 +98,14 @@ class Traffic:
         self.ledger.error = measure_held(self._comm, own).find_error(before, fed, removed)
         return True
 
-    @property
-    def is_floor_open(self) -> bool:
-        """Is there an opening in the floor, and open?"""
-        return self._opening is not None and not self._is_shut
+    def list_inside(self, positions: np.ndarray) -> np.ndarray | slice:
+        """Rows of `positions` (n, 3) that are in the region, and not behind an open side of it on their way out."""
+        inside = np.ones(len(positions), bool)
+        for side in self._sides if self._opened else ():
+            axis, end = SIDES[side]
+            places, level = positions[:, axis], self._corners[end, axis]
+            inside &= places <= level if end else places >= level
+        return slice(None) if inside.all() else np.flatnonzero(inside)
 
     def hold(self) -> float:
         """Hold the ledger against all particles that there are; the larger of its error and that of the last step in
@@ -119,26 +126,27 @@ class Traffic:
         for feed, own in zip(self._feeds, saved["feeds"], strict=True):
             feed.load(own)
 
-    def _open_floor(self, time: float) -> bool:
-        """Open the floor if it is time to; is it opened just now?"""
-        if self._opening is None or not self._is_shut or time < self._opening.start * (1.0 - 1e-9):
-            return False
-        self._is_shut = False
-        self._liggghts.read(Path(OPEN_FLOOR))
-        return True
+    def _open_walls(self, time: float) -> bool:
+        """Open the walls that it is time to open; are there any?"""
+        due = sum(time >= stage.start * (1.0 - 1e-9) for stage in self._stages)
+        for number in range(self._opened + 1, due + 1):
+            self._liggghts.read(Path(name_opening(number)))
+        self._opened, before = max(self._opened, due), self._opened
+        return self._opened > before
 
     def _find_leaving(self, time: float) -> tuple[np.ndarray, np.ndarray]:
-        """Rows of this rank's particles that are in an outlet, and which one each is in, counted from 1."""
+        """Rows of this rank's particles that are out, and by which outlet each is, the nearest, counted from 1."""
         positions = self._liggghts.positions
         wrapped = self._period > 0.0
-        if self._zones and wrapped.any():
+        if self._exits and wrapped.any():
             positions = positions.copy()
             positions[:, wrapped] %= self._period[wrapped]
-        outlets = np.zeros(len(positions), dtype=int)
-        for number, zone in enumerate(self._zones, start=1):
-            if time >= zone.start * (1.0 - 1e-9):
-                inside = ((positions >= zone.low) & (positions <= zone.high)).all(axis=1)
-                outlets[inside & (outlets == 0)] = number
+        nearest, outlets = np.full(len(positions), np.inf), np.zeros(len(positions), dtype=int)
+        for number, (outlet, way) in enumerate(zip(self._outlets, self._exits, strict=True), start=1):
+            if time >= outlet.start * (1.0 - 1e-9):
+                distances = way.measure(positions)
+                closer = distances < nearest
+                nearest[closer], outlets[closer] = distances[closer], number
         rows = np.flatnonzero(outlets)
         return rows, outlets[rows]
 
@@ -180,7 +188,7 @@ class Traffic:
         """Raise DivergedError if a particle that leaves moved so far in the step that its like can miss the outlet."""
         travel = np.linalg.norm(gone[:, len(EXITS) :], axis=1) * clock.last_dt
         outlets = gone[:, list(EXITS).index("outlet")].astype(int)
-        thickness = np.array([zone.thickness for zone in self._zones])[outlets - 1]
+        thickness = self._thickness[outlets - 1]
         worst = int((travel - thickness).argmax())
         if travel[worst] > thickness[worst]:
             raise DivergedError(
@@ -208,3 +216,14 @@ class Traffic:
             own.drag_only_velocities[rows] = velocities
         own.identity[rows] = np.column_stack([first + mine, np.full(len(mine), clock.time), coming.feeds[mine]])
         fed.add(masses, coming.velocities)
+
+
+def _read_inside(case: Case, run: Path) -> Inside | None:
+    """What tells where a mesh of polyhedra is, if feeds or outlets ask."""
+    assert case.particles is not None
+    by_patches = any(outlet.patches for outlet in case.particles.outlets)
+    if not by_patches and (case.domain.shape == "box" or not case.particles.feeds):
+        return None
+    from fbcouple.case.bed.region_lattice import Inside  # noqa: PLC0415  (loads numba)
+
+    return Inside(read_mesh(case, run))

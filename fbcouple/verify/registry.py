@@ -40,6 +40,7 @@ MODULES = (
     "unequal_steps",
     "mesh_file",
     "traffic",
+    "removal",
 )
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
-from fbcouple.case.bed.feeds import count_fed, find_longest_step, list_zones
+from fbcouple.case.bed.feeds import count_fed
+from fbcouple.case.bed.outlets import find_longest_step, find_reach, find_thickness
 from fbcouple.case.checks.registry import find_problems, needed_memory
 from fbcouple.case.load import load_case
 from fbcouple.errors import CaseError
@@ -42,14 +42,22 @@ def test_feeds(feed, words):
 @pytest.mark.parametrize(
     ("outlet", "case", "words"),
     [
-        ("face='top',depth=0.001", HOPPER, "outlet 1: it is 0.001 m thick, at least 0.00224 m is allowed (a diameter)"),
-        ("face='top',depth=1.0", HOPPER, "it is 1 m deep and the region 0.162 m high"),
-        ("face='top',low=[0.0,0.0,0.0]", HOPPER, "low or high is given and face = top"),
+        ("face='top',depth=0.001", HOPPER, "it is -0.00012 m thick behind the radius of a particle that is out"),
+        (
+            "face='top',depth=0.0005",
+            "patil/c2",
+            "it is 0.0005 m thick, at least 0.001 m is allowed (a diameter)",
+        ),
+        ("face='top',low=[0.0,0.0,0.0]", HOPPER, "face and low or high are given"),
+        ("start=0.1", HOPPER, "none of them is given; give face, patches, or low and high of a box"),
         ("low=[0.0,0.0,0.1]", HOPPER, "low and high are not both given"),
+        ("rectangle=[[0.0,0.0],[0.1,0.1]],patches=['a']", HOPPER, "rectangle is given and no face"),
         (f"{BOX},depth=0.01", HOPPER, "depth = 0.01 m is given and no face"),
         (BOX, HOPPER, "outlet 1 takes out what feed 1 brings, their boxes overlap"),
-        ("face='floor',low=[0.0,0.0,0.1],high=[0.12,0.0056,0.15]", HOPPER, "have z = 0, 0.1 and 0.15 m are given"),
-        ("face='floor',low=[0.0,0.0,0.0],high=[0.02,0.015,0.0]", "patil/c2", "face = floor is for a box without gas"),
+        ("face='front'", HOPPER, "the bed repeats itself there; give another face"),
+        ("patches=['drain']", HOPPER, 'patches is given and domain.shape is "box"; give face'),
+        ("face='floor',rectangle=[[0.0,0.0],[0.0,0.005]]", HOPPER, "has no area"),
+        ("face='left',circle=[0.0028,0.1,0.01]", HOPPER, "which has y from 0 to 0.0056 m and z from 0 to 0.162 m"),
     ],
 )
 def test_outlets(outlet, case, words):
@@ -57,10 +65,17 @@ def test_outlets(outlet, case, words):
     assert problem.startswith("--set: particles.outlets: ") and words in problem
 
 
-def test_two_openings_in_the_floor():
-    opening = "{face='floor',low=[0.0,0.0,0.0],high=[0.02,0.0056,0.0]}"
-    (problem,) = problems_of(f"particles.outlets=[{opening},{opening}]")
-    assert "two have face = floor; one opening in the floor is allowed" in problem
+@pytest.mark.parametrize("other", ["circle=[0.03,0.0028,0.005],", "rectangle=[[0.01,0.0],[0.03,0.003]],", ""])
+def test_openings_that_overlap(other):
+    opening = "{face='floor',rectangle=[[0.0,0.0],[0.028,0.0056]]}"
+    (problem,) = problems_of(f"particles.outlets=[{opening},{{{other}face='floor'}}]")
+    assert "outlets 1 and 2 overlap on the face floor; move them apart" in problem
+    apart = "{face='floor',rectangle=[[0.028,0.0],[0.04,0.0056]]},{face='floor',circle=[0.06,0.0028,0.005]}"
+    load_case(HOPPER, [f"particles.outlets=[{opening},{apart},{{face='left'}}]"])
+
+
+def test_what_is_out_without_gas_has_passed_the_wall():
+    assert find_reach(load_case(HOPPER)) == 1.12e-3 and find_reach(load_case("patil/c2")) == 0.0
 
 
 def test_no_particles_and_none_to_come():
@@ -79,7 +94,7 @@ def test_what_is_fed_counts_for_the_memory():
 
 def test_step_is_short_enough_for_the_thinnest_outlet():
     case = load_case(HOPPER)
-    (zone,) = list_zones(case, np.zeros(3), np.array(case.domain.size))
-    assert zone.thickness == pytest.approx(7.5 * 2.24e-3) and zone.high[2] == pytest.approx(-1.12e-3)
-    assert find_longest_step(case) * (2 * 9.81 * 0.162) ** 0.5 == pytest.approx(0.5 * zone.thickness)
+    (outlet,) = case.particles.outlets
+    assert find_thickness(case, outlet) == pytest.approx(7.5 * 2.24e-3)
+    assert find_longest_step(case) * (2 * 9.81 * 0.162) ** 0.5 == pytest.approx(0.5 * 7.5 * 2.24e-3)
     assert find_longest_step(load_case("patil/c2")) == float("inf")

@@ -8,13 +8,15 @@ import numpy as np
 import pytest
 from test_render import build, join
 
+from fbcouple.case.bed.region import read_mesh
 from fbcouple.decks.needs import find_needs
 from fbcouple.decks.render import find_box, render_decks
+from fbcouple.geometry.stl import list_walls
 
 FEED = {"low": [0.0, 0.0, 0.1], "high": [0.04, 0.01, 0.12], "rate": 100.0}
-OPENING = {"face": "floor", "low": [0.002, 0.001, 0.0], "high": [0.004, 0.004, 0.0], "depth": 0.012}
+OPENING = {"face": "floor", "rectangle": [[0.002, 0.001], [0.004, 0.004]], "depth": 0.012}
 DRY = {"gas": None, "exchange": None}
-TRACES = r"identity|leaving|particletemplate|particledistribution|create_box|floor"
+TRACES = r"identity|leaving|particletemplate|particledistribution|create_box|unfix|Plate"
 
 
 def corners(text):
@@ -31,7 +33,7 @@ def area(triangles):
 def test_no_trace_of_what_is_not_asked_for():
     assert not re.search(TRACES, join(render_decks(build())))
     needs = find_needs(build())
-    assert not any(needs[part] for part in ("feeds_and_outlets", "floor_opening", "empty_start"))
+    assert not any(needs[part] for part in ("feeds_and_outlets", "open_walls", "empty_start"))
 
 
 @pytest.mark.parametrize("what", [{"particles__feeds": [FEED]}, {"particles__outlets": [{"face": "top"}]}])
@@ -65,14 +67,43 @@ def test_empty_start_has_a_box_and_no_particles():
 def test_floor_around_an_opening(periodic):
     case = build(**DRY, particles__outlets=[OPENING], domain__periodic=periodic)
     decks, (width, depth, _) = render_decks(case), case.domain.size
-    triangles = corners(decks["DEM/floor.stl"])
+    triangles = corners(decks["DEM/zloPlate-1.stl"])
     assert area(triangles) == pytest.approx(width * depth - 0.002 * 0.003, rel=1e-12)
     assert (triangles[..., 2] == 0.0).all() and triangles.min() == 0.0
     middle = triangles.mean(axis=1)
     inside = ((middle[:, :2] > [0.002, 0.001]) & (middle[:, :2] < [0.004, 0.004])).all(axis=1)
     assert not inside.any(), "no triangle lies in the opening"
     assert find_box(case, None)[0, 2] == -0.012 and "zplane 0.0\n" in decks["DEM/in.liggghts"]
-    opened = decks["DEM/open_floor.liggghts"]
-    assert "unfix           zlo\n" in opened and "mesh n_meshes 1 meshes floor\n" in opened
+    opened = decks["DEM/open-1.liggghts"]
+    assert "unfix           zlo\n" in opened and "mesh n_meshes 1 meshes zloPlate\n" in opened
     wall = re.search(r"fix +xlo all (wall/gran .*) primitive", decks["DEM/in.liggghts"])
     assert f"{wall[1]} mesh" in opened, "the same contact as of the other walls"
+
+
+def test_walls_open_one_after_the_other():
+    port = {"face": "right", "circle": [0.003, 0.01, 0.004], "start": 0.5, "depth": 0.01}
+    case = build(particles__outlets=[OPENING | {"start": 0.5}, {"face": "top"}, port])
+    decks, size = render_decks(case), np.array(case.domain.size)
+    assert decks["DEM/open-1.liggghts"].count("fix") == 1 and "unfix           zhi\n" in decks["DEM/open-1.liggghts"]
+    later = decks["DEM/open-2.liggghts"]
+    assert "wall/gran model" not in decks["DEM/open-1.liggghts"] and "n_meshes 2 meshes zloPlate xhiPlate\n" in later
+    assert "unfix           zlo\n" in later and "unfix           xhi\n" in later and "zhi" not in later
+    side = corners(decks["DEM/xhiPlate-2.stl"])
+    assert (side[..., 0] == size[0]).all() and area(side) == pytest.approx(size[1] * size[2] - np.pi * 0.002**2)
+    box = find_box(case, None)
+    assert box[0].tolist() == [0.0, 0.0, -0.012] and box[1].tolist() == [
+        size[0] + 0.01,
+        size[1],
+        size[2] + 8.0 * case.particles.diameter,
+    ]
+
+
+def test_walls_of_a_mesh_open_at_its_faces():
+    hole = {"face": "floor", "rectangle": [[0.004, 0.004], [0.014, 0.012]], "start": 0.5}
+    shape = {"domain__shape": "cylinder", "domain__size": [0.02, 0.02, 0.04], "domain__cells": [6, 6, 10]}
+    case = build(**shape, gas__closed_nozzle=None, particles__outlets=[{"face": "top"}, hole])
+    decks, mesh = render_decks(case), read_mesh(case)
+    first, second = (corners(decks[f"DEM/surface-{number}.stl"]) for number in (1, 2))
+    walls, top = area(list_walls(mesh)), mesh.find_area("outlet")
+    assert area(first) == pytest.approx(walls - top, rel=1e-12) and not (first[..., 2] == 0.04).all(axis=1).any()
+    assert 0.0 < area(first) - area(second) < top and "unfix           surface\n" in decks["DEM/open-2.liggghts"]

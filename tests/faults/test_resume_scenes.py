@@ -6,6 +6,7 @@ import pytest
 from small_bed import BED, find_differences, prepare, stop_at_next_moment
 
 from fbcouple.launcher.launch import launch
+from fbcouple.results.reader import open_results
 
 SHORT = ["end_time=3e-3", "averages.start=0.0", "output.record_every=5e-4"]
 HERTZ = [
@@ -25,6 +26,15 @@ TRAFFIC = [
 ]
 ROUGH = ["particles.rotation=true", "contact.tangential=history", "contact.rolling_friction=0.01"]
 FAST = ("together", "traffic", "stiff", "forces", "rough")
+OPENINGS = [
+    "particles.feeds=[{low=[0.001,0.0,0.001],high=[0.004,0.006,0.005],rate=3e4,velocity=[-1.5,0.0,0.0]},"
+    "{low=[0.003,0.001,0.0],high=[0.007,0.005,0.004],rate=3e4,velocity=[0.0,0.0,-1.5]}]",
+    "particles.outlets=[{face='left',rectangle=[[0.001,0.0005],[0.005,0.006]]},"
+    "{face='floor',circle=[0.005,0.003,0.0045],start=1.2e-3},{face='floor',rectangle=[[0.0,0.0],[0.0015,0.002]]}]",
+    "start.region=[[0.0,0.01],[0.0,0.006],[0.006,0.02]]",
+    "contact.tangential=history",
+    "output.tracked=[7]",
+]
 RAMP = ["gas.inlet_ramp=[[0.0, 0.0], [1e-3, 1.2], [2e-3, 1.2], [2e-3, -0.3]]"]
 INLETS = [
     "gas.inlets=[{rectangle=[[0.0, 0.0], [0.01, 0.006]], velocity=0.6}, {circle=[0.0047, 0.0032, 0.0037], "
@@ -42,6 +52,7 @@ SCENES: dict[str, tuple[list[str], int]] = {
     "hertz": (HERTZ, 1),
     "traffic": ([*TRAFFIC, *MIXTURE, "contact.tangential=history", "output.tracked=[7, 251]"], 2),
     "traffic from nothing": ([TRAFFIC[0], *MIXTURE, "particles.count=0", "output.tracked=[]"], 1),
+    "openings": (OPENINGS, 2),
     "mixture": (MIXTURE, 1),
     "spread": (SPREAD, 1),
     "periodic": (["domain.periodic=['x', 'y']"], 1),
@@ -78,3 +89,6 @@ def test_resumed_run_is_the_uninterrupted_one(tmp_path, scene):
     assert len(list((other / "checkpoints").iterdir())) == 2, "where it stopped and where it ended"
     if TRAFFIC[0] in sets:
         assert rows[-1]["particles_fed"] > 50 and rows[-1]["particles_owed"] > 0
+    if OPENINGS[0] in sets:
+        exits = set(open_results(one).dataset["exit_outlet"].values.tolist())
+        assert rows[-1]["particles_removed"] > 50 and exits >= {1.0, 2.0}

@@ -43,7 +43,7 @@ def open_mesh(
         shares[number, faces] = parts
     moving = [number for number, stream in enumerate(streams) if not stream.is_closed]
     passes = shares[moving][:, outer].max(axis=0, initial=0.0) > _LEAST
-    out = [_find_outlet(mesh, outlet, number, found) for number, outlet in enumerate(outlets, start=1)]
+    out = [find_outlet_faces(mesh, outlet, number, found) for number, outlet in enumerate(outlets, start=1)]
     leaves = np.unique(np.concatenate([np.empty(0, np.int64), *out]))
     if shared := len(np.intersect1d(outer[passes], leaves)):
         raise CaseError([f"inlets and outlets share {shared} faces; move them apart, or name other patches."])
@@ -78,14 +78,18 @@ def _find_integral(stream: Stream) -> Integrate | None:
     return stream.profile.integrate
 
 
-def _find_outlet(mesh: PolyMesh, outlet: Opening, number: int, found: ImportedMesh | None) -> np.ndarray:
-    """Faces of an outlet: pressure is 0 on all of a face or nowhere on it, so its centre counts."""
-    if found is not None:
+def find_outlet_faces(mesh: PolyMesh, outlet: Opening, number: int, found: ImportedMesh | None = None) -> np.ndarray:
+    """Faces of outlet `number`, of a mesh from the file `found` if it is by patches; of a shape those whose centre it
+    holds: pressure is 0 on all of a face or nowhere on it.
+
+    Raises: CaseError (one text) if there are none.
+    """
+    if found is not None and outlet.patches:
         return take_surfaces(found, "patches", outlet.patches)
     faces = list_side(mesh, outlet.face)
     if outlet.shape is not None:
         centres = np.array([polygon.mean(axis=0) for polygon in list_polygons(mesh, faces, outlet.face)])
-        faces = faces[outlet.shape.has(centres)]
+        faces = faces[outlet.shape.has(centres.reshape(-1, 2))]
     if not len(faces):
         text = f"outlet {number} holds the centre of no face of the mesh on {outlet.face}"
         raise CaseError([f"{text}; make it larger, or the cells smaller."])

@@ -42,6 +42,10 @@ class Inside:
         self._walls = scipy.spatial.cKDTree(triangles.mean(axis=1))
         self._widest = float(np.linalg.norm(triangles - triangles.mean(axis=1)[:, None], axis=2).max())
 
+    def holds(self, points: np.ndarray) -> np.ndarray:
+        """Which of `points` (n, 3) are in the mesh."""
+        return np.asarray(self._locator.holds(points))
+
     def is_clear(self, points: np.ndarray, distance: float) -> np.ndarray:
         """Is a sphere of the radius `distance` [m] about each of `points` (n, 3) inside? Walls count as flat there."""
         clear = self._locator.holds(points)

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from fbcouple.case.bed.derived import has_ramp, inlet_ramp, inlet_rows, open_share
+from fbcouple.case.schema.feeds import Outlet as ParticleOutlet
 from fbcouple.case.schema.gas import Domain
 from fbcouple.case.schema.inlets import Inlet, Outlet
 from fbcouple.case.schema.sections import Case
@@ -60,11 +61,12 @@ def has_openings(case: Case) -> bool:
 
 
 def has_side_openings(case: Case) -> bool:
-    """Does gas come in or leave between the floor and the top, so that its flux changes on the way?"""
+    """Does gas come in elsewhere than by the floor, or leave elsewhere than at the top, so that its flux changes on the
+    way?"""
     if case.gas is None or not has_openings(case) or case.domain.shape == "file":
         return False
-    faces = {inlet.face for inlet in case.gas.inlets} | {outlet.face for outlet in case.gas.outlets}
-    return bool(faces - {FLOOR, TOP})
+    sides = any(inlet.face != FLOOR for inlet in case.gas.inlets)
+    return sides or any(outlet.face != TOP for outlet in case.gas.outlets)
 
 
 def list_streams(case: Case) -> tuple[Stream, ...]:
@@ -121,7 +123,7 @@ def find_nozzle(domain: Domain, size: tuple[float, float]) -> Rectangle:
 
 
 @lru_cache(maxsize=1000)
-def find_opening(given: Inlet | Outlet) -> Opening:
+def find_opening(given: Inlet | Outlet | ParticleOutlet) -> Opening:
     """The opening that a table of a case file describes."""
     shape: Shape | None = None
     if given.rectangle:
@@ -129,7 +131,7 @@ def find_opening(given: Inlet | Outlet) -> Opening:
         shape = Rectangle((min(x, other_x), min(y, other_y)), (max(x, other_x), max(y, other_y)))
     elif given.circle:
         shape = Circle(given.circle[:2], 0.5 * given.circle[2])
-    return Opening(given.face, shape, given.patches)
+    return Opening(given.face or FLOOR, shape, given.patches)
 
 
 def find_outline(domain: Domain, face: str) -> np.ndarray:

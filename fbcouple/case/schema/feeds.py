@@ -6,7 +6,18 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator
 
-from fbcouple.case.schema.option import NonNegative, Point, Positive, Section, Vector, as_tuple, option
+from fbcouple.case.schema.option import (
+    Corners,
+    Disc,
+    NonNegative,
+    Point,
+    Positive,
+    Section,
+    Texts,
+    Vector,
+    as_tuple,
+    option,
+)
 
 
 class Feed(Section):
@@ -36,22 +47,33 @@ class Feed(Section):
 
 
 class Outlet(Section):
-    face: Literal["top", "floor"] | None = option(
-        "top: particles leave over the whole top, which is no lid for them. floor: they fall through the opening "
-        "between `low` and `high` in the floor (box without gas only). Absent: those in the box between the two.",
+    face: Literal["floor", "top", "left", "right", "front", "back"] | None = option(
+        "Face of the box around the region that particles leave by, where they meet no wall: all of it, or `rectangle` "
+        "or `circle` of it. left is x = 0, front is y = 0; of a cylinder floor and top. Give this, `patches`, or `low` "
+        "and `high`.",
         default=None,
     )
-    low: Point | None = option("Lower corner of the box, or of the opening (z = 0 there).", "m", None)
-    high: Point | None = option("Upper corner of the box, or of the opening (z = 0 there).", "m", None)
+    rectangle: Corners | None = option(
+        "Two opposite corners on the face, [[0.1, 0.0], [0.14, 0.04]]: x and y on floor and top, y and z on left and "
+        "right, x and z on front and back. In a region that is no box its faces are those whose centre it holds.",
+        "m",
+        None,
+    )
+    circle: Disc | None = option("Centre, in the two coordinates of the face, and diameter.", "m", None)
+    patches: Texts = option(
+        "Patches of the mesh, or physical surfaces, by name or shell pattern, that particles leave by.", default=()
+    )
+    low: Point | None = option("Lower corner of a box in the region: particles in it leave.", "m", None)
+    high: Point | None = option("Upper corner of that box.", "m", None)
     depth: float | None = option(
-        "Of a face: how far below the top a particle counts as out, or how far the space below the floor reaches; "
-        "more than a particle travels in a coupling step. Absent: two and eight times the largest diameter.",
+        "Of a face or patches: how far behind it there is room for particles, more than one travels in a coupling "
+        "step. Absent: eight times the largest diameter.",
         "m",
         None,
         **Positive,
     )
     start: float = option(
-        "Time from which particles leave; an opening in the floor is shut until then.", "s", 0.0, **NonNegative
+        "Time from which particles leave; until then a face, or patches, are wall to them.", "s", 0.0, **NonNegative
     )
 
 

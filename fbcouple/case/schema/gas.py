@@ -118,7 +118,7 @@ class Gas(Section):
     )
     top: Literal["open", "closed"] = option(
         "Top of the box: open to gas at pressure 0, or a lid, under which no gas may come in. Particles leave by it "
-        "only where an outlet of particles has face = top.",
+        "only where an outlet of particles says so.",
         default="open",
     )
     walls: Literal["no-slip", "slip"] = option("Gas at the side walls and the closed nozzle.", default="no-slip")

@@ -83,7 +83,7 @@ class Outlet(Section):
     circle: Disc | None = option(
         "Centre, in the two coordinates of the face, and diameter. Give this, `rectangle` or `patches`.", "m", None
     )
-    face: Literal["top", "left", "right", "front", "back"] = option(
+    face: Literal["top", "floor", "left", "right", "front", "back"] = option(
         "Face that `rectangle` or `circle` is on, as of an inlet.", default="top"
     )
     patches: Texts = option("Patches of the mesh, or physical surfaces, by name or shell pattern.", default=())

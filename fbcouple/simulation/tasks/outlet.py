@@ -1,4 +1,4 @@
-"""Particles at the outlet: it is open to the gas alone, and they gather below it if the gas carries them there."""
+"""Particles at the outlet, where it is open to the gas alone: they gather there if the gas carries them to it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from fbcouple.case.bed.outlets import find_open_faces, list_openings, read_wall_mesh
 from fbcouple.case.bed.region import OUTLET, has_own_mesh, read_mesh
+from fbcouple.case.schema.sections import Case
 from fbcouple.geometry.distance import Surface
 from fbcouple.simulation.simulation import Simulation
 
@@ -21,11 +23,10 @@ class Outlet:
         gas = sim.case.gas
         self._is_open = gas is not None and sim.has_particles and gas.top == "open"
         if self._is_open and has_own_mesh(sim.case):
-            triangles = None
-            if sim.comm.rank == 0:
-                mesh = read_mesh(sim.case, run)
-                triangles = mesh.cut_faces(mesh.list_patch(OUTLET))
-            self._surface = Surface(sim.comm.bcast(triangles))
+            triangles = sim.comm.bcast(_cut_outlet(sim.case, run) if sim.comm.rank == 0 else None)
+            self._surface, self._is_open = Surface(triangles) if len(triangles) else None, bool(len(triangles))
+        elif any(outlet.face == "top" for outlet in list_openings(sim.case)):
+            self._is_open = False
 
     def measure(self, sim: Simulation) -> dict[str, Any]:
         """Number of particles at the outlet; nothing where there is none (collective)."""
@@ -37,3 +38,15 @@ class Outlet:
         else:
             near = sim.liggghts.positions[:, 2] > sim.case.domain.size[2] - reaches
         return {"particles_at_outlet": int(sim.comm.allreduce(int(near.sum())))}
+
+
+def _cut_outlet(case: Case, run: Path) -> np.ndarray:
+    """Triangles (n, 3, 3) [m] of the outlet of the gas that are wall to the particles."""
+    mesh = read_mesh(case, run)
+    triangles = mesh.cut_faces(mesh.list_patch(OUTLET))
+    openings = list_openings(case)
+    if not openings or case.domain.shape == "box":
+        return triangles
+    opened = read_wall_mesh(case, run).cut_faces(find_open_faces(case, openings, run)).mean(axis=1)
+    known = set(map(tuple, opened.tolist()))
+    return triangles[[tuple(middle) not in known for middle in triangles.mean(axis=1).tolist()]]
