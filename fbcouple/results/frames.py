@@ -14,11 +14,15 @@ from fbcouple.results.stored import load
 
 _PARTICLES = ("position", "velocity", "diameter")
 _GAS = ("voidage", "gas_velocity")
+_MARKS = ("species", "feed")
 _SHAPES: dict[str, tuple[str, ...]] = {
     "time": (),
     "position": ("particle", "component"),
     "velocity": ("particle", "component"),
     "diameter": ("particle",),
+    "number": ("particle",),
+    "species": ("particle",),
+    "feed": ("particle",),
     "voidage": ("z", "y", "x"),
     "gas_velocity": ("component", "z", "y", "x"),
 }
@@ -26,8 +30,12 @@ _SHAPES: dict[str, tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class Frame:
-    """One moment: `time` [s]; of particles positions [m] and velocities [m/s] (n, 3) and diameters [m] (n,); of the gas
-    `voidage` (z, y, x) and velocity (component, z, y, x) [m/s] in the cells, None in a case without gas."""
+    """One moment: `time` [s]; of particles positions [m] and velocities [m/s] (n, 3), diameters [m] and numbers (n,);
+    of the gas `voidage` (z, y, x) and velocity (component, z, y, x) [m/s] in the cells, None in a case without gas.
+
+    `species` and `feeds` (n,): which species each particle is of, and by which feed it came in, 0 of those of the
+    start; None where there is one species, or no particles come or go.
+    """
 
     time: float
     positions: np.ndarray
@@ -35,6 +43,9 @@ class Frame:
     diameters: np.ndarray
     voidage: np.ndarray | None
     gas_velocity: np.ndarray | None
+    numbers: np.ndarray
+    species: np.ndarray | None = None
+    feeds: np.ndarray | None = None
 
     @property
     def speeds(self) -> np.ndarray:
@@ -52,11 +63,14 @@ def read_frame(path: Path) -> Frame:
     if odd := [name for name, dims in _SHAPES.items() if not _has(data, name, dims)]:
         text = f"{path} has no {odd[0]} over ({', '.join(_SHAPES[odd[0]])}): it is no frame"
         raise NotDrawableError([f"{text}; remove it, or run the case again."])
-    gas = [data[name].values if name in data else None for name in _GAS]
-    return Frame(float(data["time"]), *(data[name].values for name in _PARTICLES), *gas)
+    voidage, velocity = (data[name].values if name in data else None for name in _GAS)
+    numbers = data["number"].values if "number" in data else np.arange(1, data.sizes["particle"] + 1)
+    species, feeds = (data[name].values if name in data else None for name in _MARKS)
+    positions, velocities, diameters = (data[name].values for name in _PARTICLES)
+    return Frame(float(data["time"]), positions, velocities, diameters, voidage, velocity, numbers, species, feeds)
 
 
 def _has(data: xr.Dataset, name: str, dims: tuple[str, ...]) -> bool:
     if name not in data:
-        return name in _GAS
+        return name in (*_GAS, *_MARKS, "number")
     return data[name].dims == dims and data[name].dtype.kind in "iuf" and data.sizes.get("component", 3) == 3

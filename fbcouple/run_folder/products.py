@@ -22,6 +22,7 @@ PICTURES = (
     "fluidization_curve",
     "history",
     "impact",
+    "mixing",
     "probes",
     "flux_profile",
     "radial_profiles",

@@ -15,6 +15,7 @@ from fbcouple.case.bed.particle_types import list_kinds
 from fbcouple.case.schema.particles import Contact, Particles
 from fbcouple.physics.drag.polydisperse import size_factor
 from fbcouple.physics.jit import compiled
+from fbcouple.physics.mixing import find_lacey_index
 from fbcouple.verify.harness import FRICTIONLESS, GAS, GLASS, open_bench
 from fbcouple.verify.impact import look, throw
 from fbcouple.verify.lattice import VOIDAGES, HeldBed
@@ -128,3 +129,17 @@ def polydisperse_factor(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
 @compiled
 def _find_factor(eps, ratio):
     return size_factor(eps, ratio)
+
+
+@check("mixing")
+def mixing(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
+    """Lacey's index of 20 000 particles in 1000 samples: apart, mixed by chance, and in samples of a quarter and three
+    quarters in turn, for which Lacey's formula is worked out by hand."""
+    samples = np.repeat(np.arange(1000), 20)
+    yield Number("index of two halves apart", find_lacey_index(samples < 500, samples), 0.0, 1e-14)
+    draw = np.random.default_rng(1).permuted(np.tile(samples < 500, (100, 1)), axis=1)
+    found = [find_lacey_index(marked, samples) for marked in draw]
+    yield Number("index of halves that are mixed by chance, mean of 100", float(np.mean(found)), 1.0, 1e-3)
+    quarters = np.tile(np.arange(20), 1000) < np.where(samples % 2, 5, 15)
+    by_hand = (0.25 - 0.0625) / (0.25 - 0.25 / 20.0)
+    yield Number("index of quarters and three quarters in turn", find_lacey_index(quarters, samples), by_hand, 1e-4)

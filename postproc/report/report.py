@@ -117,6 +117,7 @@ def _describe_run(run: Results) -> Content:
         "statistics": statistics,
         "spectra": _try(tables.tabulate_spectra, run),
         "onsets": _try(tables.tabulate_onsets, run),
+        "mixing": _try(tables.tabulate_mixing, run),
         "bubbles": _try(tables.tabulate_bubbles, run),
         "monitors": tables.tabulate_monitors(run),
         "cost": _try(tables.tabulate_cost, run),

@@ -14,6 +14,7 @@ from fbcouple.postproc.averaging import format_window, list_marks
 from fbcouple.postproc.figures.bubbles import find_bubbling, summarise_bubbles
 from fbcouple.postproc.figures.cost import SOLVERS, stage_seconds
 from fbcouple.postproc.figures.fluidization_curve import list_branches
+from fbcouple.postproc.figures.mixing import MIXED, follow_mixing
 from fbcouple.postproc.figures.spectrum import describe_signal, spectra_of
 from fbcouple.postproc.report.monitors import MONITORS
 from fbcouple.postproc.statistics import format_not_reached, summarise
@@ -218,6 +219,20 @@ def tabulate_onsets(results: Results) -> Rows:
             "U_mf by the drag law [m s-1]": branch.by_drag,
         }
         for branch in list_branches(results)
+    ]
+
+
+def tabulate_mixing(results: Results) -> Rows:
+    """Mixing of species, of what feeds brought and of halves of the first bed. Raises NotDrawableError where nothing
+    mixes."""
+    return [
+        {
+            "particles": each.name,
+            "Lacey's index, first": float(each.index[np.isfinite(each.index)][0]),
+            "last": float(each.index[-1]),
+            f"{MIXED:g} from [s]": NOT_REACHED if math.isnan(each.reached) else each.reached,
+        }
+        for each in follow_mixing(results)
     ]
 
 

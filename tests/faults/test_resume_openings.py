@@ -76,7 +76,7 @@ def test_resumed_run_is_the_uninterrupted_one(tmp_path):
     launch(runs[1], 2, lambda row: None, until=1.6e-3)
     launch(runs[1], 2, lambda row: None, resume=True)
     assert find_differences(*runs) == []
-    results = open_results(runs[0]).dataset
+    results = open_results(runs[0]).data
     assert {1.0, 2.0} <= set(results["exit_outlet"].values.tolist())
     assert float(results["exit_time"][results["exit_outlet"] == 2.0].min()) > 8e-4
     assert float(results["ledger_error"].max()) < 1e-13

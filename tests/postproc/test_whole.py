@@ -37,6 +37,7 @@ def test_every_figure_of_a_bed_is_drawn(folder):
         "moment_slices",
         "measured_lines",
         "radial_profiles",
+        "mixing",
         "throughput",
     }
 

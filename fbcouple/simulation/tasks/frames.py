@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 from mpi4py import MPI
 
+from fbcouple.case.bed.particle_types import list_species
 from fbcouple.coupling.discretisation import Cells
 from fbcouple.paths import FRAMES
 from fbcouple.results.conventions import follow_conventions
@@ -36,6 +37,8 @@ IDENTITIES: dict[str, tuple[str, str]] = {
     "feed": ("1", "feed by which the particle came in, counted from 1; 0: it was there at the start"),
 }
 """Of particles that come and go, beside their numbers."""
+SPECIES: dict[str, tuple[str, str]] = {"species": ("1", "species of the particle, counted from 1")}
+"""Of particles of a mixture."""
 _NUMBER = {"long_name": "number of the particle; no other one has it, in this frame or another"}
 FIELDS: dict[str, tuple[str, str]] = {
     "voidage": ("1", "voidage that the gas has"),
@@ -57,9 +60,9 @@ class Frames(Task):
     def write(self, time: float, numbers: np.ndarray, particles: Values, fields: Values) -> None:
         """Write the frame of `time` [s] (collective).
 
-        numbers: (n,) of this rank's particles; particles: name of `PARTICLES`, `IDENTITIES` -> (n,) or (n, 3); fields:
-        name of `FIELDS` -> (cells, components) of this rank's cells; of a mesh of polyhedra the file has the cells at
-        the places of the regular grid.
+        numbers: (n,) of this rank's particles; particles: name of `PARTICLES`, `IDENTITIES`, `SPECIES` -> (n,) or
+        (n, 3); fields: name of `FIELDS` -> (cells, components) of this rank's cells; of a mesh of polyhedra the file
+        has the cells at the places of the regular grid.
         """
         lean = [{name: values.astype(np.float32) for name, values in part.items()} for part in (particles, fields)]
         gathered = self._comm.gather((np.array(numbers, dtype=np.int64), self._cells.owned, *lean))
@@ -69,7 +72,7 @@ class Frames(Task):
             data: dict[str, Any] = {}
             for name in particles:
                 column = np.concatenate([part[name] for part in rows])[order]
-                about = _describe((PARTICLES | IDENTITIES)[name])
+                about = _describe((PARTICLES | IDENTITIES | SPECIES)[name])
                 data[name] = (("particle", "component")[: column.ndim], column, about)
             if IDENTITIES.keys() <= particles.keys():
                 data["number"] = ("particle", np.concatenate(all_numbers)[order], _NUMBER)
@@ -139,6 +142,8 @@ def look_at(sim: Simulation) -> tuple[np.ndarray, Values, Values]:
         fields = {"voidage": sim.coupling.voidage[:, None], "gas_velocity": sim.gas.velocity}
     if liggghts.identifies:
         particles |= {name: liggghts.identity[:, IDENTITY.index(name)] for name in IDENTITIES}
+    if sim.case.particles and sim.case.particles.mixture:
+        particles["species"] = np.array(list_species(sim.case.particles))[liggghts.types - 1]
     return liggghts.numbers, particles, fields
 
 
