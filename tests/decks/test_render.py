@@ -127,7 +127,7 @@ OTHER_OPTIONS = {
     "surface_walls": "test_mesh_decks.py",
     "mixture": "test_mixture_decks.py",
     "feeds_and_outlets": "test_traffic_decks.py",
-    "floor_opening": "test_traffic_decks.py",
+    "open_walls": "test_traffic_decks.py",
     "empty_start": "test_traffic_decks.py",
     "satellite_points": "test_voidage_parts.py",
     "gaussian_kernel": "test_voidage_parts.py",
