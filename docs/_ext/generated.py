@@ -28,7 +28,15 @@ from fbcouple.coupling.forces import FORCES
 from fbcouple.coupling.kernels import DRAG_SCHEMES
 from fbcouple.physics.drag.laws import DRAG_LAWS
 from fbcouple.postproc import COMPARISONS, FIGURES
-from fbcouple.results.writer import EXITS, HISTORIES, HISTORIES_OF_SPECIES, HISTORY_VECTORS, MEANS, STAGES
+from fbcouple.results.writer import (
+    EXITS,
+    HISTORIES,
+    HISTORIES_OF_OUTLETS,
+    HISTORIES_OF_SPECIES,
+    HISTORY_VECTORS,
+    MEANS,
+    STAGES,
+)
 from fbcouple.validate.comparisons import COMPARISONS as WAYS
 from fbcouple.validate.comparisons import UNITS
 from fbcouple.validate.schema import Validation
@@ -150,7 +158,7 @@ def variables() -> str:
     """Means and histories of results.nc."""
     blocks = []
     exits = {f"exit_{name}": about for name, about in EXITS.items()}
-    histories = HISTORIES | HISTORIES_OF_SPECIES | HISTORY_VECTORS
+    histories = HISTORIES | HISTORIES_OF_OUTLETS | HISTORIES_OF_SPECIES | HISTORY_VECTORS
     titled = ("Time means", MEANS), ("Histories", histories), ("Particles that left", exits)
     for title, entries in titled:
         rows = [(f"`{name}`", escape(unit), escape(text)) for name, (unit, text) in entries.items()]

@@ -14,7 +14,7 @@ from fbcouple.case.bed.contact_coefficients import find_pair, find_wall
 from fbcouple.case.bed.outlets import find_depth, list_openings
 from fbcouple.case.bed.particle_types import Kind, largest_diameter, list_kinds
 from fbcouple.case.bed.region import Region, find_openings, find_region, read_mesh
-from fbcouple.case.bed.streams import list_streams, list_tables
+from fbcouple.case.bed.streams import list_outlets, list_streams, list_tables
 from fbcouple.case.schema.gas import Gas
 from fbcouple.case.schema.particles import Contact, Particles
 from fbcouple.case.schema.sections import Case
@@ -90,6 +90,7 @@ def _gas_context(case: Case, gas: Gas, region: Region, needs: dict[str, bool]) -
         "kinematic_viscosity": gas.viscosity / gas.density,
         "open_velocity": derived.inlet_ramp(gas)[0][1] * derived.open_share(case),
         "start_velocity": _find_start_velocity(gas, region),
+        "outlet": '"outlet[0-9]+"' if needs["openings"] and len(list_outlets(case)) > 1 else "outlet",
         "has_walls": needs["openings"] or len(case.domain.periodic) < len(_SIDES),
         "wall_faces": [face for axis, faces in _SIDES.items() if axis not in case.domain.periodic for face in faces],
         "cyclic_faces": {axis: faces for axis, faces in _SIDES.items() if axis in case.domain.periodic},

@@ -107,8 +107,8 @@ def _require_patches(patches: Patches, inner: int, faces: int) -> None:
 
 
 def write_polymesh(mesh: PolyMesh, folder: Path) -> None:
-    """Write `mesh` into `folder`; the patches "inlet" and "outlet" are open, those at the ends of an axis along which
-    a box repeats itself cyclic, all others walls."""
+    """Write `mesh` into `folder`; the patches "inlet" and "outlet", or "outlet1" and so on, are open, those at the ends
+    of an axis along which a box repeats itself cyclic, all others walls."""
     folder.mkdir(parents=True, exist_ok=True)
     lists = {
         "points": (f"({x!r} {y!r} {z!r})" for x, y, z in mesh.points.tolist()),
@@ -126,7 +126,7 @@ def write_polymesh(mesh: PolyMesh, folder: Path) -> None:
     with (folder / "boundary").open("w", encoding="utf-8") as file:
         file.write(f"{_format_head('boundary')}{len(mesh.patches)}\n(\n")
         for name, (start, count) in mesh.patches.items():
-            kind = "patch" if name in ("inlet", "outlet") else "wall"
+            kind = "patch" if name == "inlet" or name.startswith("outlet") else "wall"
             if name in partners:
                 kind = f"cyclic; neighbourPatch {partners[name]}"
             file.write(f"{name} {{ type {kind}; nFaces {count}; startFace {start}; }}\n")

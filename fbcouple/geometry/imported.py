@@ -141,7 +141,7 @@ def choose_patches(found: ImportedMesh, inlet: str, outlet: str) -> PolyMesh:
     if shared := len(np.intersect1d(first, second)):
         text = f"{inlet} and {outlet} share {shared} faces"
         raise CaseError([f"{text}; name two surfaces with domain.inlet and domain.outlet that share none."])
-    return arrange_patches(found.mesh, first, second)
+    return arrange_patches(found.mesh, first, [second])
 
 
 def take_surfaces(found: ImportedMesh, key: str, patterns: Sequence[str]) -> np.ndarray:
@@ -178,14 +178,22 @@ def take_surface(found: ImportedMesh, key: str, name: str) -> np.ndarray:
     raise CaseError([f"{text}; give {key} = one of: {known}."])
 
 
-def arrange_patches(mesh: PolyMesh, first: np.ndarray, second: np.ndarray, kept: Sequence[str] = ()) -> PolyMesh:
-    """The mesh with the outer faces `first` as the patch inlet, `second` as outlet, and all others as walls but for the
-    patches `kept`, which stay as they are."""
+def arrange_patches(
+    mesh: PolyMesh, first: np.ndarray, outlets: Sequence[np.ndarray], kept: Sequence[str] = ()
+) -> PolyMesh:
+    """The mesh with the outer faces `first` as the patch inlet, those of `outlets` as outlet or, of several, outlet1
+    and so on, and all others as walls but for the patches `kept`, which stay as they are."""
     inner = len(mesh.neighbour)
     others = [mesh.list_patch(name) for name in kept]
-    rest = np.setdiff1d(np.arange(inner, len(mesh.owner)), np.concatenate([first, second, *others]))
-    parts = [first, second, rest, *others]
+    rest = np.setdiff1d(np.arange(inner, len(mesh.owner)), np.concatenate([first, *outlets, *others]))
+    parts = [first, *outlets, rest, *others]
+    several = [f"{OUTLET}{number}" for number in range(1, len(outlets) + 1)] if len(outlets) > 1 else [OUTLET]
     order = np.concatenate([np.arange(inner), *parts])
     starts = np.cumsum([inner, *map(len, parts)]).tolist()[:-1]
-    patches = dict(zip((INLET, OUTLET, WALLS, *kept), zip(starts, map(len, parts), strict=True), strict=True))
+    patches = dict(zip((INLET, *several, WALLS, *kept), zip(starts, map(len, parts), strict=True), strict=True))
     return replace(mesh, faces=mesh.faces.take(order), owner=mesh.owner[order], patches=patches)
+
+
+def list_outlets(mesh: PolyMesh) -> list[str]:
+    """The patches of a mesh by which gas leaves, in their order."""
+    return [name for name in mesh.patches if name.startswith(OUTLET)]

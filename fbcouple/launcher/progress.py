@@ -30,7 +30,7 @@ class RunProgress:
         self._first: tuple[float, float] | None = None
         self._walls: dict[str, float] = {}
         self._at_outlet = self._owed = 0
-        self._backflow = 0.0
+        self._backflow, self._worst = 0.0, 0
         self._bar = Progress(
             TextColumn("{task.fields[reached]}", table_column=Column(no_wrap=True)),
             BarColumn(None, table_column=Column(ratio=1, min_width=_BAR)),
@@ -65,7 +65,9 @@ class RunProgress:
             self._bar.reset(self._task, completed=row["time"])
         self._at_outlet = max(self._at_outlet, row.get("particles_at_outlet", 0))
         self._owed = row.get("particles_owed", 0)
-        self._backflow = max(self._backflow, row.get("gas_backflow", 0.0))
+        if (backflow := row.get("gas_backflow", 0.0)) > self._backflow:
+            parts = row.get("outlet_backflow", [])
+            self._backflow, self._worst = backflow, parts.index(max(parts)) + 1 if parts else 0
         start, began = self._first
         pace = (now - began) / (row["time"] - start) if row["time"] > start else math.nan
         left = "" if math.isnan(pace) else f"left {format_clock(pace * (self._end - row['time']))}"
@@ -90,7 +92,8 @@ class RunProgress:
             text = "reached the outlet, which lets gas through and is a wall for particles: they gather below it"
             warnings.append(f"up to {self._at_outlet} particles {text}; use a higher region or less gas")
         if self._backflow > _BACKFLOW:
-            text = "of the gas at the outlets came back in by them, with the voidage of the cells there"
+            where = f", most of it by outlet {self._worst}" if self._worst else ""
+            text = f"of the gas at the outlets came back in by them{where}, with the voidage of the cells there"
             mend = "move them further from the bed, or see gas_backflow in the report"
             warnings.append(f"up to {100.0 * self._backflow:.3g} % {text}; {mend}")
         if self._owed:

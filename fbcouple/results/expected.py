@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from fbcouple.results.probes import PROBED, find_dimensions, list_tables, name_variable
-from fbcouple.results.writer import EXITS, HISTORIES, HISTORIES_OF_SPECIES, HISTORY_VECTORS, MEANS
+from fbcouple.results.writer import EXITS, HISTORIES, HISTORIES_OF_OUTLETS, HISTORIES_OF_SPECIES, HISTORY_VECTORS, MEANS
 
 SECTIONS = ("domain", "gas", "particles", "contact", "exchange", "averages", "output", "start")
 Is = Callable[[Any], bool]
@@ -235,6 +235,7 @@ def _list_shapes(data: xr.Dataset) -> dict[str, tuple[str, ...]]:
     }
     known |= dict.fromkeys(HISTORIES, ("time",)) | dict.fromkeys(HISTORY_VECTORS, ("time", "component"))
     known |= dict.fromkeys(HISTORIES_OF_SPECIES, ("time", "species"))
+    known |= dict.fromkeys(HISTORIES_OF_OUTLETS, ("time", "outlet"))
     known |= {f"exit_{name}": ("exit",) for name in EXITS}
     for name in MEANS:
         dims = ("component", *axes) if name in VECTORS else axes

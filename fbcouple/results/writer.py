@@ -95,6 +95,12 @@ HISTORY_VECTORS: dict[str, tuple[str, str]] = {
 HISTORIES_OF_SPECIES: dict[str, tuple[str, str]] = {
     "species_centre_z": ("m", "height of the centre of mass of each species above the floor; of mixtures only"),
 }
+HISTORIES_OF_OUTLETS: dict[str, tuple[str, str]] = {
+    "outlet_backflow": (
+        "1",
+        "gas that came in by each outlet, over all that passed it, in and out, since the last row; of several only",
+    ),
+}
 EXITS: dict[str, tuple[str, str]] = {
     "number": ("1", "number of a particle that left"),
     "entry_time": ("s", "time at which a particle that left had come in; 0 of those of the start"),
@@ -183,13 +189,15 @@ def write_results(
 
 
 def _lay_out_histories(history: list[dict[str, Any]]) -> dict[str, Any]:
-    """What the rows of the history hold, over `time`, vectors over `component` and mixtures over `species`, too."""
+    """What the rows of the history hold, over `time`, vectors over `component`, mixtures over `species` and several
+    outlets of the gas over `outlet`, too."""
     data: dict[str, Any] = {}
     first = history[0] if history else {}
     for entries, dims in (
         (HISTORIES, ("time",)),
         (HISTORY_VECTORS, ("time", "component")),
         (HISTORIES_OF_SPECIES, ("time", "species")),
+        (HISTORIES_OF_OUTLETS, ("time", "outlet")),
     ):
         for name in [name for name in entries if name in first]:
             unit, text = entries[name]
@@ -197,6 +205,9 @@ def _lay_out_histories(history: list[dict[str, Any]]) -> dict[str, Any]:
     if "species_centre_z" in first:
         numbers = np.arange(1, 1 + len(first["species_centre_z"]))
         data["species"] = ("species", numbers, {"long_name": "number of the species, in the order of the case"})
+    if "outlet_backflow" in first:
+        numbers = np.arange(1, 1 + len(first["outlet_backflow"]))
+        data["outlet"] = ("outlet", numbers, {"long_name": "number of the outlet of the gas, in the order of the case"})
     return data | (_lay_out_tracks(history) if "tracked" in first else {})
 
 

@@ -93,8 +93,8 @@ _JET, _SIDE = 8.0, 0.003
 
 @check("openings-backflow", ranks=(2,))
 def openings_backflow(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
-    """A jet below an open top drags gas in by it: what goes out there less what comes in is what the jet brings. Then
-    the jet sucks: all of its gas, and more, comes in by the top."""
+    """A jet below a top of two outlets drags gas in by them: what goes out there less what comes in is what the jet
+    brings. Then the jet sucks: all of its gas, and more, comes in by the top."""
     middle = 0.0105
     rectangle = [[middle - _SIDE / 2, middle - _SIDE / 2], [middle + _SIDE / 2, middle + _SIDE / 2]]
     turn = 40.5 * 2e-4
@@ -102,6 +102,7 @@ def openings_backflow(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     gas = GAS | {
         "inlet_velocity": None,
         "inlets": [{"rectangle": rectangle, "ramp": ramp}],
+        "outlets": [{"rectangle": [[0.0, 0.0], [0.009, 0.021]]}, {"rectangle": [[0.009, 0.0], [0.021, 0.021]]}],
         "pressure_tolerance": 1e-12,
     }
     domain = {"size": [0.021, 0.021, 0.02], "cells": [7, 7, 6]}
@@ -111,6 +112,10 @@ def openings_backflow(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
         bench.gas.step(2e-4, *bench.gas.clean_input)
     state = bench.gas.measure()
     yield Number("gas out less gas in by the top, of the jet", (state.outflow - state.backflow) / flow, 1.0, 1e-9)
+    (out, back), (other_out, other_back) = bench.gas.measure_outlets(2).tolist()
+    yield Number("gas out by both outlets, of that by the top", (out + other_out) / state.outflow, 1.0, 1e-12)
+    yield Number("gas in by both outlets, of that by the top", (back + other_back) / state.backflow, 1.0, 1e-12)
+    yield Number("the outlet above the jet has more of what goes out", float(other_out > 2.0 * out), 1.0, 0.0)
     yield Number("gas comes back in by the top", float(state.backflow > 0.05 * flow), 1.0, 0.0)
     for _ in range(2):
         bench.gas.step(2e-4, *bench.gas.clean_input)

@@ -127,6 +127,14 @@ def _backflow(results: Results) -> Watched:
     return Watched(words, _largest(results, "gas_backflow"), "0; what comes back has the voidage of the cell there")
 
 
+@monitor("outlet_backflow")
+def _outlet_backflow(results: Results) -> Watched:
+    largest = results.history("outlet_backflow").max("time").values
+    words = f"the same of outlet {int(largest.argmax()) + 1} alone, which has the largest part"
+    parts = ", ".join(f"{part:.3g}" for part in largest.tolist())
+    return Watched(words, float(largest.max()), f"0; it is {parts} of the outlets in their order")
+
+
 @monitor("gas_flux_error")
 def _flux(results: Results) -> Watched:
     if not np.isfinite(results.history("gas_flux_error").values).any():

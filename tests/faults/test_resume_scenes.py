@@ -40,7 +40,7 @@ INLETS = [
     "gas.inlets=[{rectangle=[[0.0, 0.0], [0.01, 0.006]], velocity=0.6}, {circle=[0.0047, 0.0032, 0.0037], "
     "ramp=[[0.0, 0.0], [1e-3, 3.0], [2e-3, 3.0], [2e-3, 1.0]]}, {rectangle=[[0.001, 0.003], [0.005, 0.007]], "
     "face='left', velocity=0.5, profile='parabolic'}]",
-    "gas.outlets=[{rectangle=[[0.0, 0.0], [0.008, 0.006]]}]",
+    "gas.outlets=[{rectangle=[[0.0, 0.0], [0.008, 0.006]]}, {rectangle=[[0.0, 0.01], [0.006, 0.016]], face='right'}]",
 ]
 SHORT_FORM = "inlet_velocity = 1.2\n"
 # Settings and ranks.

@@ -42,4 +42,7 @@ def test_gas_that_comes_back_in_is_told_where_it_is_more_than_a_hundredth():
     for part in (0.123, 0.0):
         progress.show({"time": 2.0, "wall": WALL, "gas_backflow": part})
     (warning,) = progress.list_warnings()
-    assert warning.startswith("up to 12.3 % of the gas at the outlets came back in")
+    assert warning.startswith("up to 12.3 % of the gas at the outlets came back in by them, with the voidage")
+    progress.show({"time": 3.0, "wall": WALL, "gas_backflow": 0.2, "outlet_backflow": [0.02, 0.9, 0.0]})
+    (warning,) = progress.list_warnings()
+    assert "20 % of the gas at the outlets came back in by them, most of it by outlet 2, with" in warning

@@ -13,6 +13,7 @@ from fbcouple.case.bed.openings import describe, find_stream_areas
 from fbcouple.case.bed.region import Region, find_openings
 from fbcouple.case.bed.streams import list_outlets, list_streams
 from fbcouple.case.schema.sections import Case
+from fbcouple.geometry.imported import list_outlets as list_outlet_patches
 
 
 def describe_openings(case: Case, region: Region, folder: Path) -> Iterator[Number]:
@@ -30,6 +31,7 @@ def describe_openings(case: Case, region: Region, folder: Path) -> Iterator[Numb
     whole = fastest_inlet(case.gas) * region.inlet / region.section
     yield Number("superficial velocity", whole, "m s-1", None, None, meaning)
     if case.gas.outlets:
-        where = "; ".join(describe(outlet) for outlet in list_outlets(case))
-        meaning = f"{where[0].upper()}{where[1:]}: whole faces of the mesh, whose centres lie in them."
-        yield Number("outlet area", openings.mesh.find_area("outlet"), "m2", None, None, meaning)
+        patches = list_outlet_patches(openings.mesh)
+        for number, (outlet, patch) in enumerate(zip(list_outlets(case), patches, strict=True), start=1):
+            meaning = f"{describe(outlet).capitalize()}: whole faces of the mesh, whose centres lie in it."
+            yield Number(f"area of outlet {number}", openings.mesh.find_area(patch), "m2", None, None, meaning)

@@ -14,6 +14,7 @@ from fbcouple.geometry.plane_cover import integrate_parabola
 from fbcouple.geometry.polymesh import PolyMesh
 from fbcouple.geometry.sides import Integrate, cover_faces, list_polygons, list_side
 
+_NONE = np.empty(0, np.int64)
 _LEAST = 1e-9
 """Part of a face below which an inlet does not have it."""
 
@@ -43,12 +44,12 @@ def open_mesh(
         shares[number, faces] = parts
     moving = [number for number, stream in enumerate(streams) if not stream.is_closed]
     passes = shares[moving][:, outer].max(axis=0, initial=0.0) > _LEAST
-    out = [find_outlet_faces(mesh, outlet, number, found) for number, outlet in enumerate(outlets, start=1)]
-    leaves = np.unique(np.concatenate([np.empty(0, np.int64), *out]))
+    out = _list_outlet_faces(mesh, outlets, found)
+    leaves = np.concatenate(out)
     if shared := len(np.intersect1d(outer[passes], leaves)):
         raise CaseError([f"inlets and outlets share {shared} faces; move them apart, or name other patches."])
     kept = [name for name in mesh.patches if name in _KEPT]
-    return Openings(arrange_patches(mesh, outer[passes], leaves, kept), shares[:, outer[passes]])
+    return Openings(arrange_patches(mesh, outer[passes], out, kept), shares[:, outer[passes]])
 
 
 _KEPT = ("xlo", "xhi", "ylo", "yhi")
@@ -76,6 +77,17 @@ def _find_integral(stream: Stream) -> Integrate | None:
         return partial(integrate_parabola, shape=shape)
     assert not isinstance(stream.profile, str), "find_openings reads it"
     return stream.profile.integrate
+
+
+def _list_outlet_faces(mesh: PolyMesh, outlets: tuple[Opening, ...], found: ImportedMesh | None) -> list[np.ndarray]:
+    """Faces of each outlet that no earlier one has; one of none where there are no outlets."""
+    parts: list[np.ndarray] = []
+    for number, outlet in enumerate(outlets, start=1):
+        faces = np.setdiff1d(find_outlet_faces(mesh, outlet, number, found), np.concatenate([_NONE, *parts]))
+        if not len(faces):
+            raise CaseError([f"outlet {number} has no face that earlier ones have not; remove it, or move it."])
+        parts.append(faces)
+    return parts or [_NONE]
 
 
 def find_outlet_faces(mesh: PolyMesh, outlet: Opening, number: int, found: ImportedMesh | None = None) -> np.ndarray:

@@ -6,7 +6,10 @@ import math
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from fbcouple.case.bed.derived import has_ramp
+from fbcouple.case.bed.streams import has_openings, list_outlets
 from fbcouple.case.schema.gas import Gas
 from fbcouple.paths import LOG
 from fbcouple.results.inlet_speed import find_mean
@@ -32,6 +35,8 @@ class History(Task):
         """The step of the last row."""
         self._cadence = Cadence(sim.case.output.record_every)
         self._since = dict.fromkeys(_SINCE, 0.0)
+        self._outlets = len(list_outlets(sim.case)) if sim.case.gas and has_openings(sim.case) else 1
+        self._flows = np.zeros((self._outlets, 2))
         self._log = (run / LOG).open("a", encoding="utf-8") if sim.comm.rank == 0 else None
 
     def start(self, sim: Simulation) -> None:
@@ -58,6 +63,8 @@ class History(Task):
             since["pressure_time"] += report.inlet_pressure * sim.dt
             since["backflow_time"] += report.backflow * sim.dt
             since["outflow_time"] += report.outflow * sim.dt
+            if self._outlets > 1:
+                self._flows += sim.gas.measure_outlets(self._outlets) * sim.dt
             since["support_time"] += sim.conservation.support * sim.dt
             since["displaced_wrongly"] += report.displaced_wrongly
         since["momentum_error"] = max(since["momentum_error"], sim.conservation.momentum_error)
@@ -92,6 +99,8 @@ class History(Task):
             if sim.case.gas and sim.case.gas.top == "open":
                 passed = since["outflow_time"] + since["backflow_time"]
                 row["gas_backflow"] = since["backflow_time"] / passed if passed else 0.0
+                if self._outlets > 1:
+                    row["outlet_backflow"] = _find_parts(self._flows)
             row |= {"gas_mass_error": since["mass_error"], "max_courant": since["courant"]}
             row["gas_inflow_error"] = since["inflow_error"]
         if sim.is_coupled:
@@ -99,6 +108,7 @@ class History(Task):
             row["displaced_gas_error"] = since["displaced_wrongly"] / (row["solids_volume"] or math.inf)
             row["gas_support"] = since["support_time"] / elapsed / find_weight(sim) if elapsed else 0.0
         self._since = dict.fromkeys(_SINCE, 0.0)
+        self._flows[:] = 0.0
         return row
 
     def save(self, sim: Simulation, folder: Path) -> Saved:
@@ -107,15 +117,23 @@ class History(Task):
             with (folder / _ROWS).open("w", encoding="utf-8") as file:
                 for row in self.rows:
                     append_line(file, row)
-        return Saved({"next": self._cadence.next} | self._since, files=[_ROWS])
+        numbers = {"next": self._cadence.next, "outlets": self._flows.tolist()} | self._since
+        return Saved(numbers, files=[_ROWS])
 
     def load(self, sim: Simulation, saved: Saved, folder: Path) -> None:
         """Go on from `saved`."""
         self._cadence.next = saved.numbers["next"]
         self._since = {name: saved.numbers[name] for name in _SINCE}
+        self._flows[:] = saved.numbers["outlets"]
         self.rows = read_log(folder / _ROWS)
         if sim.case.gas and has_ramp(sim.case.gas):
             _fill_in_velocity(self.rows, sim.case.gas)
+
+
+def _find_parts(flows: np.ndarray) -> list[float]:
+    """Of the gas that passed each outlet, out and in (n, 2), the part that came in."""
+    passed = flows.sum(axis=1)
+    return np.divide(flows[:, 1], passed, out=np.zeros(len(flows)), where=passed > 0.0).tolist()
 
 
 def _fill_in_velocity(rows: list[dict[str, Any]], gas: Gas) -> None:

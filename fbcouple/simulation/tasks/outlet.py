@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from fbcouple.case.bed.outlets import find_open_faces, list_openings, read_wall_mesh
-from fbcouple.case.bed.region import OUTLET, has_own_mesh, read_mesh
+from fbcouple.case.bed.region import has_own_mesh, read_mesh
 from fbcouple.case.schema.sections import Case
 from fbcouple.geometry.distance import Surface
+from fbcouple.geometry.imported import list_outlets
 from fbcouple.simulation.simulation import Simulation
 
 
@@ -43,7 +44,7 @@ class Outlet:
 def _cut_outlet(case: Case, run: Path) -> np.ndarray:
     """Triangles (n, 3, 3) [m] of the outlet of the gas that are wall to the particles."""
     mesh = read_mesh(case, run)
-    triangles = mesh.cut_faces(mesh.list_patch(OUTLET))
+    triangles = mesh.cut_faces(np.concatenate([mesh.list_patch(name) for name in list_outlets(mesh)]))
     openings = list_openings(case)
     if not openings or case.domain.shape == "box":
         return triangles

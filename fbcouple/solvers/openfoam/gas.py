@@ -42,6 +42,7 @@ _FUNCTIONS: dict[str, Signature] = {
     "gas_fields": (ctypes.c_int, [_double, _double, _double, _double]),
     "gas_derive": (ctypes.c_int, [ctypes.c_char_p, _double]),
     "gas_measure": (ctypes.c_int, [_double]),
+    "gas_outlets": (ctypes.c_int, [_double]),
     "gas_write": (ctypes.c_int, []),
 }
 _END_OF_FILE = b"************************ //"
@@ -158,6 +159,13 @@ class Gas:
         self._check(self._library.gas_measure(_pointer(values)))
         courant, fourier, lost, inflow, pressure, iterations, *others = values.tolist()
         return GasReport(courant, fourier, lost, inflow, pressure, int(iterations), *others)
+
+    def measure_outlets(self, count: int) -> np.ndarray:
+        """Gas volume [m3/s] that went out by each of the `count` outlets of the mesh in the last step, and that came in
+        by it, (count, 2) (collective)."""
+        flows = np.empty((count, 2))
+        self._check(self._library.gas_outlets(_pointer(flows)))
+        return flows
 
     def derive(self, names: Sequence[str]) -> np.ndarray:
         """Fields of the velocity as it is now, shape (n, 3 names), of "curl" [1/s], "convection" u.grad(u) and

@@ -100,6 +100,7 @@ int gas_fields(double* state, double* pressure, double* voidage, double* totals)
     return guarded([&] { gas->fields(state, pressure, voidage, totals); });
 }
 int gas_measure(double* values) { return guarded([&] { gas->measure(values); }); }
+int gas_outlets(double* values) { return guarded([&] { gas->outlets(values); }); }
 int gas_write() { return guarded([&] { gas->write(); }); }
 
 }

@@ -19,6 +19,12 @@ IOobject described(const word& name, const fvMesh& mesh, IOobject::readOption re
     return IOobject(name, mesh.time().timeName(), mesh, read, IOobject::AUTO_WRITE);
 }
 
+// The patch outlet or, of several, outlet1 and so on.
+bool isOutlet(const fvPatch& patch)
+{
+    return patch.name().startsWith("outlet");
+}
+
 }
 
 namespace fbcouple
@@ -281,7 +287,7 @@ void Gas::measure(double* values) const
         const fvPatch& patch = mesh_.boundary()[patchi];
         const scalar flux = sum(epsPhi_.boundaryField()[patchi]);
         out += flux;
-        if (patch.name() == "outlet") back -= sum(min(epsPhi_.boundaryField()[patchi], scalar(0)));
+        if (isOutlet(patch)) back -= sum(min(epsPhi_.boundaryField()[patchi], scalar(0)));
         if (patch.name() != "inlet") continue;
         in -= flux;
         const scalarField rise((gradP_.boundaryField()[patchi].patchInternalField() & patch.nf())/patch.deltaCoeffs());
@@ -299,6 +305,19 @@ void Gas::measure(double* values) const
     values[6] = displaced_ == 1 ? 0 : mag(displaced_ - 1)*gSumMag(change);
     values[7] = max(out + in + back, scalar(0));
     values[8] = back;
+}
+
+// Of each outlet, in their order, the gas that went out by it and that came in by it [m3/s]. The same on every rank.
+void Gas::outlets(double* values) const
+{
+    label number = 0;
+    forAll(mesh_.boundary(), patchi)
+    {
+        if (!isOutlet(mesh_.boundary()[patchi])) continue;
+        const scalarField& flux = epsPhi_.boundaryField()[patchi];
+        values[number++] = gSum(max(flux, scalar(0)));
+        values[number++] = -gSum(min(flux, scalar(0)));
+    }
 }
 
 void Gas::write()

@@ -59,6 +59,7 @@ public:
     void cells(double* centres, double* volumes) const;
     void fields(double* state, double* pressure, double* voidage, double* totals) const;
     void measure(double* values) const;
+    void outlets(double* values) const;
     void write();
     word timeName() const { return time_.timeName(); }
     label nCells() const { return mesh_.nCells(); }
