@@ -9,10 +9,14 @@ import numpy as np
 
 from fbcouple.case.bed.outlets import find_open_faces, list_openings, read_wall_mesh
 from fbcouple.case.bed.region import has_own_mesh, read_mesh
+from fbcouple.case.bed.streams import find_opening
 from fbcouple.case.schema.sections import Case
 from fbcouple.geometry.distance import Surface
 from fbcouple.geometry.imported import list_outlets
+from fbcouple.geometry.sides import SIDES, find_axes
 from fbcouple.simulation.simulation import Simulation
+
+_NEAR = 1e-9
 
 
 class Outlet:
@@ -45,9 +49,20 @@ def _cut_outlet(case: Case, run: Path) -> np.ndarray:
     """Triangles (n, 3, 3) [m] of the outlet of the gas that are wall to the particles."""
     mesh = read_mesh(case, run)
     triangles = mesh.cut_faces(np.concatenate([mesh.list_patch(name) for name in list_outlets(mesh)]))
-    openings = list_openings(case)
-    if not openings or case.domain.shape == "box":
-        return triangles
-    opened = read_wall_mesh(case, run).cut_faces(find_open_faces(case, openings, run)).mean(axis=1)
+    middles = triangles.mean(axis=1)
+    if case.domain.shape == "box":
+        return triangles[~_lie_in_openings(case, middles)]
+    opened = read_wall_mesh(case, run).cut_faces(find_open_faces(case, list_openings(case), run)).mean(axis=1)
     known = set(map(tuple, opened.tolist()))
-    return triangles[[tuple(middle) not in known for middle in triangles.mean(axis=1).tolist()]]
+    return triangles[[tuple(middle) not in known for middle in middles.tolist()]]
+
+
+def _lie_in_openings(case: Case, points: np.ndarray) -> np.ndarray:
+    """Which of `points` (n, 3) on the sides of a box particles leave by."""
+    there = np.zeros(len(points), bool)
+    for outlet in list_openings(case):
+        side, shape = outlet.face or "floor", find_opening(outlet).shape
+        axis, end = SIDES[side]
+        near = np.abs(points[:, axis] - case.domain.size[axis] * end) <= _NEAR * case.domain.size[axis]
+        there |= near & (shape.has(points[:, find_axes(side)]) if shape else True)
+    return there
