@@ -22,7 +22,7 @@ _BYTES = {b"List<scalar>": 8, b"List<vector>": 24, b"List<symmTensor>": 48, b"Li
 """Bytes of an entry of a list in binary."""
 _NUMBER = re.compile(rb"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _QUOTED = re.compile(rb'"(LSB;label=(32|64);scalar=64|[\d.e+-]+(/(uniform|expressions))?)"')
-_PATCH = re.compile(rb"procBoundary\d+to\d+(through\w+)?")
+_PATCH = re.compile(rb"procBoundary\d+to\d+(through\w+)?|outlet\d+")
 _WORDS = frozenset(
     b"FoamFile version format ascii binary class arch location object dictionary time value name index deltaT deltaT0 "
     b"dimensions oriented internalField boundaryField uniform nonuniform List<scalar> List<vector> List<symmTensor> "

