@@ -101,7 +101,7 @@ def _compare_fall(bench: Simulation, first: dict[int, tuple[np.ndarray, float]])
 def riser(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """Gas at 8 m/s, two species fed, the top open: in = out + held, and conservation between gas and particles."""
     across = np.arange(8) * 2.5e-3 + 1.25e-3
-    start = np.stack(np.meshgrid(across, across, [0.0575, 0.0588], indexing="ij"), axis=-1).reshape(-1, 3)
+    start = np.stack(np.meshgrid(across, across, [0.0585, 0.0598], indexing="ij"), axis=-1).reshape(-1, 3)
     bench = open_bench(folder, comm, _RISER, start)
     assert bench.traffic is not None
     bench.initialise()
