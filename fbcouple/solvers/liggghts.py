@@ -247,7 +247,7 @@ class Liggghts:
     def _view(self, pointer: int | None, kind: Any, rows: int, columns: int = 1) -> np.ndarray:
         shape = (rows,) if columns == 1 else (rows, columns)
         if rows == 0:
-            return np.empty(shape)
+            return np.empty(shape, dtype=kind)
         if not pointer:
             raise SolverError("LIGGGHTS has no such property of its particles")
         # A table of rows in LIGGGHTS is one block; its first row pointer is the start of the block.

@@ -91,4 +91,4 @@ def test_resumed_run_is_the_uninterrupted_one(tmp_path, scene):
         assert rows[-1]["particles_fed"] > 50 and rows[-1]["particles_owed"] > 0
     if OPENINGS[0] in sets:
         exits = set(open_results(one).data["exit_outlet"].values.tolist())
-        assert rows[-1]["particles_removed"] > 50 and exits >= {1.0, 2.0}
+        assert rows[-1]["particles_removed"] > 10 and exits >= {1.0, 2.0}
