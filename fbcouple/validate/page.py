@@ -28,6 +28,7 @@ COLUMNS = (
     "rms stderr",
     "largest",
     "amplitude",
+    "amplitude stderr",
     "wanted",
     "verdict",
 )

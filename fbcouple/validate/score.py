@@ -108,7 +108,7 @@ def _tell_span(task: Task, one: Scored) -> str:
 
 def _make_row(task: Task, by: str, numbers: Row, away: Deviation | None, source: str) -> Row:
     measurement, points = task.measurement, task.points
-    known = away or Deviation(math.nan, math.nan, math.nan, math.nan, math.nan)
+    known = away or Deviation(*[math.nan] * 6)
     return {
         "measurement": measurement.name,
         "by": by,
@@ -122,6 +122,7 @@ def _make_row(task: Task, by: str, numbers: Row, away: Deviation | None, source:
         "rms stderr": known.rms_error,
         "largest": known.largest,
         "amplitude": known.amplitude,
+        "amplitude stderr": known.amplitude_error,
         "wanted": measurement.wanted if by == RUN else None,
         "verdict": _judge(measurement.wanted, known) if by == RUN else "",
         "source": source,

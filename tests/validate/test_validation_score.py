@@ -39,6 +39,7 @@ def test_a_run_is_scored_as_by_hand(write, results):
     assert line["rms"] == pytest.approx(rms, abs=1e-6) and line["largest"] == pytest.approx(1.05, abs=1e-6)
     assert line["bias"] == pytest.approx(apart.mean(), abs=1e-6) and line["points"] == 4
     assert line["amplitude"] == pytest.approx(0.9 / 1.5, abs=1e-6)
+    assert line["amplitude stderr"] == pytest.approx(0.02 / 1.5), "one point up by 0.01, one down by it"
     assert line["stderr"] == pytest.approx(0.01) and line["error of measurement"] == pytest.approx(0.1)
     assert line["rms stderr"] == pytest.approx(0.01 * float(np.abs(apart).mean()) / rms, rel=1e-6)
     assert line["verdict"] == "BEYOND" and line["wanted"] == 0.4
@@ -69,6 +70,7 @@ def test_peers_are_scored_as_the_run_is(write, results):
     )
     assert line["rms"] == pytest.approx(math.sqrt((0.04 + 1.21 + 1.0) / 4))
     assert line["amplitude"] == pytest.approx(0.6 / 1.5) and line["source"] == "Somebody else 2021"
+    assert math.isnan(line["amplitude stderr"]), "nobody knows how sure the peer's line is"
     assert number["rms"] == pytest.approx(0.005) and number["computed"] == 0.085 and number["verdict"] == ""
     assert third["rms"] == 0.25 and math.isnan(third["largest"])
 
@@ -142,5 +144,12 @@ def test_separation_is_the_distance_of_two_centres_over_the_height(results):
         compare_separation(Results(results.path, three, results.case), task)
 
 
+def test_error_of_amplitude_is_of_the_two_points_that_make_it():
+    error = np.array([0.1, 0.5, 0.2])
+    away = find_deviation(np.array([3.0, 2.0, 1.0]), np.array([1.0, 4.0, 5.0]), error)
+    assert away.amplitude == 0.5 and away.amplitude_error == pytest.approx(0.3 / 4.0)
+
+
 def test_a_flat_measurement_has_no_amplitude():
-    assert math.isnan(find_deviation(np.array([1.0, 2.0]), np.array([1.5, 1.5])).amplitude)
+    away = find_deviation(np.array([1.0, 2.0]), np.array([1.5, 1.5]), np.array([0.1, 0.1]))
+    assert math.isnan(away.amplitude) and math.isnan(away.amplitude_error)
