@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 from collections.abc import Callable
+from inspect import cleandoc
 from typing import Any
 
 from matplotlib.figure import Figure
@@ -32,7 +33,7 @@ def make_picture(
         left_out.append(f"Figure {name} left out: {lack}")
         return {}
     width, height = figure.get_size_inches()
-    sentence = (words or name).strip().splitlines()[0]
+    sentence = " ".join(cleandoc(words or name).partition("\n\n")[0].split())
     return {
         "name": name,
         "words": f"{label}: {sentence}" if label else sentence,

@@ -127,6 +127,7 @@ def test_every_picture_is_whole_and_in_words(two):
         == 2 * len(set(FIGURES) - {"impact", "measured_lines", "radial_profiles", "throughput"}) + len(COMPARISONS) + 2
     )
     for image in page.images:
+        assert image["alt"].endswith("."), "the whole first paragraph of what draws it"
         assert len(image["alt"]) > 20 and int(image["width"]) > 200 and int(image["height"]) > 100
         assert base64.b64decode(image["src"].partition(",")[2])[:8] == b"\x89PNG\r\n\x1a\n"
     assert len({image["alt"] for image in page.images}) == len(page.images)
