@@ -115,6 +115,7 @@ def test_an_outer_mpi_job_does_not_reach_the_inner_one(monkeypatch):
     left = {name for name in inner if name.startswith(("OMPI_", "PMI", "PRTE_"))}
     ours = {
         "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM",
+        "OMPI_MCA_mpi_yield_when_idle",
         "OMPI_MCA_orte_tmpdir_base",
         "PMIX_MCA_mca_base_component_show_load_errors",
     }
