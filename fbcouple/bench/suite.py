@@ -34,7 +34,7 @@ _COUPLED = ("fbcouple", "DPMFoam")
 
 
 def measure_overhead(
-    case: str, sets: Sequence[str], ranks: int, warm: float, seconds: float, turns: int = 1
+    case: str, sets: Sequence[str], ranks: int, warm: float, seconds: float, turns: int
 ) -> dict[str, Any]:
     """Stages of each rank beside LIGGGHTS and the gas solver alone, and totals, of the turn with the cheapest steps;
     all turns take the steps that the first took in about `seconds`. Raises CaseError, SolverError."""
@@ -137,7 +137,8 @@ def measure_peers(
     ranks, one after the other, and their ratio ("peers"); of LIGGGHTS and of LAMMPS, where it takes part, for the
     particles alone ("particles"). Raises CaseError, SolverError."""
     best = take_turns(lambda: _time_peers(case, sets, ranks, warm, steps), lambda row: row["seconds"], turns)
-    rows, alone = ([row for name, row in best.items() if (name in _COUPLED) is coupled] for coupled in (True, False))
+    rows = [best.pop(name) for name in _COUPLED]
+    alone = list(best.values())
     for row in rows:
         row["seconds_per_second"] = row["seconds"] / row["step"]
     return {
@@ -160,7 +161,7 @@ def _time_peers(case: str, sets: Sequence[str], ranks: int, warm: float, steps: 
         peer: Row = {"program": "DPMFoam", "step": own["step"]}
         with watch_others(peer):
             peer |= time_dpmfoam(run / "CFD", ranks, steps, skip=2)
-        rows = dict(zip((*_COUPLED, "LIGGGHTS"), (own, peer, alone), strict=True))
+        rows = {"fbcouple": own, "DPMFoam": peer, "LIGGGHTS": alone}
         if not explain_absence(content):
             write_lammps(content, run / "lammps", np.load(run / "alone.npy"), alone["steps"])
             rows["LAMMPS"] = {}
