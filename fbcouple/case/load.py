@@ -23,6 +23,7 @@ import fbcouple.case.checks.start
 import fbcouple.case.checks.voidage  # noqa: F401  (each registers its checks)
 from fbcouple.case.base import read_case
 from fbcouple.case.bed.adopt_inlets import adopt_inlets
+from fbcouple.case.bed.adopt_spring import adopt_spring, keep_last_said
 from fbcouple.case.bed.mesh_box import adopt_box
 from fbcouple.case.bed.start_sizes import adopt_sizes
 from fbcouple.case.checks.registry import list_problems
@@ -56,6 +57,7 @@ def load_case(name: str, sets: Sequence[str] = (), say: Callable[[str], None] | 
         raw["start"]["run"] = os.path.abspath(raw["start"]["run"])  # a path of the command line, not of the file
     if say and (fitted := fit_averages(raw, set_keys)):
         say(f"{label}: {fitted}")
+    keep_last_said(raw, set_keys)
     apply_preset(raw)
     unread = len(problems)
     problems += (unreadable := adopt_box(raw, (path.parent, *bases)))
@@ -67,6 +69,8 @@ def load_case(name: str, sets: Sequence[str] = (), say: Callable[[str], None] | 
         case = adopt_sizes(case, path.parent)
     if not any(key.split(".")[0] in ("gas", "domain") for key in spoiled):
         case = adopt_inlets(case, path.parent)
+    if not spoiled:
+        case = adopt_spring(case, path.parent)
     problems += list_problems(case, path.parent, spoiled)
     if problems:
         is_set = [i < unread or _is_set(problem.key, set_keys) for i, problem in enumerate(problems)]

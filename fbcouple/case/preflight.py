@@ -33,6 +33,7 @@ from fbcouple.case.bed.particle_types import (
     solids_volume,
 )
 from fbcouple.case.bed.region import Region, find_region, list_inner_surfaces
+from fbcouple.case.bed.rest_overlap import estimate_rest_overlap
 from fbcouple.case.bed.speeds import SETTLED, estimate_overlap
 from fbcouple.case.bed.start_numbers import describe_start
 from fbcouple.case.bed.streams import has_openings, has_side_openings
@@ -77,6 +78,7 @@ def estimate(case: Case, law: Law | None = None, folder: Path = Path()) -> list[
     if case.particles and case.gravity > 0.0:
         parts.append(partial(_weigh_bed, region=region))
         if case.contact:
+            parts.append(partial(estimate_rest_overlap, region=region))
             parts.append(partial(_watch_rest, law=law, region=region))
     if case.gas:
         parts += [_time_gas, partial(_look_at_inlet, region=region)]

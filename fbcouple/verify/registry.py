@@ -20,6 +20,7 @@ MODULES = (
     "poured",
     "oblique",
     "hertz",
+    "overlap",
     "gas",
     "turbulence",
     "manufactured",

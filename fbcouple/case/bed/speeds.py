@@ -34,21 +34,34 @@ Start = tuple[float, float]
 
 def estimate_overlap(case: Case, region: Region, law: Law | None, folder: Path) -> Iterator[Number]:
     """The largest overlap of a contact, by the largest speed that particles can have; a lone one meets walls only."""
-    assert case.particles is not None and case.contact is not None
-    alone = particle_count(case.particles) == 1
-    start = find_start(case, folder)
-    found = []
-    for kind in list_kinds(case.particles):
-        speed, why = find_speed(case, kind, region, law, start)
-        found.append((_find_overlap(case.contact, kind, speed, alone), speed, why))
-    overlap, speed, why = max(found)
+    assert case.particles is not None
+    overlap, speed, why = find_largest_overlap(case, list_speeds(case, region, law, folder))
     if speed > 0.0:
-        partner = "a contact with a wall" if alone else "a head-on contact"
+        partner = "a contact with a wall" if _is_alone(case) else "a head-on contact"
         meaning = f"Overlap over diameter of {partner} at {speed:.3g} m s-1, from {why}; a stiffer spring lowers it."
         if (largest := max(kind.diameter for kind in list_kinds(case.particles))) > LARGE:
             meaning = f"{meaning} Particles of {largest:g} m: lengths are in m, 1 mm is 1e-3."
         verdict = judge(overlap <= 0.05, "warn" if overlap <= 0.2 else "unfit")
         yield Number("overlap", overlap, "d", "at most 0.05", verdict, meaning)
+
+
+def list_speeds(case: Case, region: Region, law: Law | None, folder: Path) -> list[tuple[Kind, float, str]]:
+    """Each kind of particle with the largest speed [m/s] that one of it can have, and why (`find_speed`)."""
+    assert case.particles is not None
+    start = find_start(case, folder)
+    return [(kind, *find_speed(case, kind, region, law, start)) for kind in list_kinds(case.particles)]
+
+
+def find_largest_overlap(case: Case, speeds: list[tuple[Kind, float, str]]) -> tuple[float, float, str]:
+    """The largest overlap, over the diameter, of contacts at `speeds`, and the speed [m/s] that makes it, and why."""
+    assert case.contact is not None
+    alone = _is_alone(case)
+    return max((_find_overlap(case.contact, kind, speed, alone), speed, why) for kind, speed, why in speeds)
+
+
+def _is_alone(case: Case) -> bool:
+    assert case.particles is not None
+    return particle_count(case.particles) == 1
 
 
 def _find_overlap(contact: Contact, kind: Kind, speed: float, alone: bool) -> float:

@@ -6,13 +6,17 @@ import math
 from collections.abc import Iterator
 from pathlib import Path
 
+from fbcouple.case.bed.adopt_spring import SPRINGS, has_spring
 from fbcouple.case.bed.contact_coefficients import list_coefficients
 from fbcouple.case.bed.derived import ROLLING_FACTOR, dem_step, tangential_damping, tangential_law
 from fbcouple.case.bed.particle_types import list_kinds
+from fbcouple.case.bed.region import find_region
+from fbcouple.case.bed.speeds import list_speeds
 from fbcouple.case.checks.registry import COEFFICIENTS, check
 from fbcouple.case.problems import Problem
 from fbcouple.case.schema.particles import Contact
 from fbcouple.case.schema.sections import Case
+from fbcouple.errors import CaseError
 from fbcouple.physics.contact import normal_damping
 
 HERTZ_KEYS = ("youngs_modulus", "poisson_ratio", "impact_speed")
@@ -36,6 +40,28 @@ def check_model(case: Case, folder: Path) -> Iterator[Problem]:
         elif case.contact.model == "hooke" and given is not None:
             text = f'{given:g} is given and model = "hooke" does not look at it; remove it, or take model = "hertz".'
             yield Problem(f"contact.{key}", text)
+
+
+@check("contact.max_overlap", "contact.model", "contact.stiffness", "contact.youngs_modulus")
+def check_max_overlap(case: Case, folder: Path) -> Iterator[Problem]:
+    """A case that says what its spring is to do gives no spring, and has something that moves (`adopt_spring` has left
+    nothing to see of one that fits)."""
+    if case.contact is None or case.contact.max_overlap is None:
+        return
+    given, name = f"{case.contact.max_overlap:g} is given", SPRINGS[case.contact.model][0]
+    if has_spring(case):
+        text = f"{given}, and {name} = {getattr(case.contact, name):g} too, which says it already"
+        yield Problem("contact.max_overlap", f"{text}; remove one of them.")
+    elif case.particles is not None and _stands_still(case, folder):
+        text = f"{given}, and nothing in the case makes a particle move, so that no {name} follows"
+        yield Problem("contact.max_overlap", f"{text}; give {name}.")
+
+
+def _stands_still(case: Case, folder: Path) -> bool:
+    try:
+        return all(speed == 0.0 for _, speed, _ in list_speeds(case, find_region(case, folder), None, folder))
+    except CaseError:
+        return False  # what is wrong with the region, or the start, is told there
 
 
 def is_hertz(contact: Contact) -> bool:

@@ -11,14 +11,11 @@ from fbcouple.case.kinds.writing import (
     AIR,
     BED,
     HEAD,
-    OVERLAP,
     TIMES,
-    TRIAL_STIFFNESS,
     align,
     choose_bed,
     choose_cells,
     choose_size,
-    choose_stiffness,
     fill_bed,
     read,
     round_to,
@@ -93,16 +90,15 @@ def write_bubbling(wanted: Wanted) -> str:
 def write_bed(wanted: Wanted, shape: Shape) -> str:
     """Return the text of a case file of a bubbling bed; U_mf and the overlap are those that `fbcouple check` gives."""
     trial = wanted.velocity or 1.0
-    case = read(_fill(wanted, shape, trial, TRIAL_STIFFNESS, ""))
+    case = read(_fill(wanted, shape, trial, ""))
     onset = minimum_fluidization(case)
     velocity = wanted.velocity or round_to(EXCESS * onset)
     words = f"U_mf is {onset:.3g} m s-1"
     words = f"This is {velocity / onset:.3g} U_mf; {words}." if wanted.velocity is None else f"{words}."
-    stiffness = choose_stiffness(read(_fill(wanted, shape, velocity, TRIAL_STIFFNESS, words)), OVERLAP)
-    return _fill(wanted, shape, velocity, stiffness, words)
+    return _fill(wanted, shape, velocity, words)
 
 
-def _fill(wanted: Wanted, shape: Shape, velocity: float, stiffness: float, words: str) -> str:
+def _fill(wanted: Wanted, shape: Shape, velocity: float, words: str) -> str:
     size = choose_size(wanted, shape.size, FILLED)
     bed = choose_bed(wanted, size, FILLED)
     domain = shape.domain.format(
@@ -118,6 +114,6 @@ def _fill(wanted: Wanted, shape: Shape, velocity: float, stiffness: float, words
         diameter_mm=1e3 * wanted.diameter,
         velocity=velocity,
         velocity_words=words,
-        **fill_bed(wanted, bed, shape.floor * size[0] * size[1], stiffness, OVERLAP),
+        **fill_bed(wanted, bed, shape.floor * size[0] * size[1]),
     )
     return align(text)

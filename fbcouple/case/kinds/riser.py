@@ -12,11 +12,9 @@ from fbcouple.case.kinds.writing import (
     OUTPUT,
     OVERLAP,
     TIMES,
-    TRIAL_STIFFNESS,
     align,
     choose_cells,
     choose_size,
-    choose_stiffness,
     read,
     round_to,
     write_vector,
@@ -95,18 +93,17 @@ def write_riser(wanted: Wanted) -> str:
     """
     if wanted.bed_height is not None:
         raise CaseError(["init: --bed-height: a riser starts empty; leave it out, or choose another --kind."])
-    settling = terminal_velocity(read(_fill(wanted, 1.0, 1.0, TRIAL_STIFFNESS, "")))
+    settling = terminal_velocity(read(_fill(wanted, 1.0, 1.0, "")))
     velocity = wanted.velocity or round_to(EXCESS * settling)
     if velocity <= settling:
         text = f"--velocity: {velocity:g} m s-1 is given, more than {settling:.4g} m s-1 is allowed"
         raise CaseError([f"init: {text}, the terminal velocity of a particle; give a faster gas or smaller particles."])
     words = f"This is {velocity / settling:.3g} times the terminal velocity, {settling:.3g} m s-1."
     rise = velocity - settling
-    stiffness = choose_stiffness(read(_fill(wanted, velocity, rise, TRIAL_STIFFNESS, words)), OVERLAP)
-    return _fill(wanted, velocity, rise, stiffness, words)
+    return _fill(wanted, velocity, rise, words)
 
 
-def _fill(wanted: Wanted, velocity: float, rise: float, stiffness: float, words: str) -> str:
+def _fill(wanted: Wanted, velocity: float, rise: float, words: str) -> str:
     size = choose_size(wanted, SIZE, 1.0)
     width, depth, height = size
     text = TEXT.format(
@@ -122,7 +119,6 @@ def _fill(wanted: Wanted, velocity: float, rise: float, stiffness: float, words:
         solids=SOLIDS,
         flow=wanted.density * SOLIDS * rise * width * depth,
         rise=rise,
-        stiffness=stiffness,
         overlap=OVERLAP,
     )
     return align(text)

@@ -8,14 +8,11 @@ from fbcouple.case.kinds.writing import (
     AIR,
     BED,
     HEAD,
-    OVERLAP,
     TIMES,
-    TRIAL_STIFFNESS,
     align,
     choose_bed,
     choose_cells,
     choose_size,
-    choose_stiffness,
     fill_bed,
     read,
     round_to,
@@ -71,14 +68,13 @@ particles_every = 0.25          # s, of all particles, for pictures
 @kind("spout")
 def write_spout(wanted: Wanted) -> str:
     """Return the text of a case file of a spouted bed; `wanted.velocity` is that of the jet."""
-    onset = minimum_fluidization(read(_fill(wanted, wanted.velocity or 1.0, TRIAL_STIFFNESS, "")))
+    onset = minimum_fluidization(read(_fill(wanted, wanted.velocity or 1.0, "")))
     velocity = wanted.velocity or round_to(EXCESS * onset / SLOT)
     words = f"In the column the last is {velocity * SLOT / onset:.3g} U_mf; U_mf is {onset:.3g} m s-1."
-    stiffness = choose_stiffness(read(_fill(wanted, velocity, TRIAL_STIFFNESS, words)), OVERLAP)
-    return _fill(wanted, velocity, stiffness, words)
+    return _fill(wanted, velocity, words)
 
 
-def _fill(wanted: Wanted, velocity: float, stiffness: float, words: str) -> str:
+def _fill(wanted: Wanted, velocity: float, words: str) -> str:
     size = choose_size(wanted, SIZE, FILLED)
     bed = choose_bed(wanted, size, FILLED)
     width, depth, _ = size
@@ -92,6 +88,6 @@ def _fill(wanted: Wanted, velocity: float, stiffness: float, words: str) -> str:
         depth=depth,
         velocity=velocity,
         velocity_words=words,
-        **fill_bed(wanted, bed, width * depth, stiffness, OVERLAP),
+        **fill_bed(wanted, bed, width * depth),
     )
     return align(text)

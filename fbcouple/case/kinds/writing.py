@@ -5,11 +5,9 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Sequence
-from pathlib import Path
 
 from fbcouple.case.bed.adopt_inlets import adopt_inlets
-from fbcouple.case.bed.region import find_region
-from fbcouple.case.bed.speeds import SETTLED, estimate_overlap
+from fbcouple.case.bed.speeds import SETTLED
 from fbcouple.case.kinds.registry import Wanted
 from fbcouple.case.schema.sections import Case
 from fbcouple.errors import CaseError
@@ -40,9 +38,9 @@ rotation = true
 """
 CONTACT = """
 [contact]
-# Normal spring: soft, for long steps, with an overlap of two particles of about {overlap:g} diameters at the
-# fastest speed that is expected (`fbcouple check` gives both).
-stiffness = {stiffness:g}                # N m-1
+# The normal spring is the one by which two particles overlap so far, in diameters, at the fastest speed that they
+# can have (`fbcouple check` gives both): a softer one takes longer steps.
+max_overlap = {overlap:g}
 restitution = 0.9
 wall_restitution = 0.9
 friction = 0.3
@@ -65,13 +63,11 @@ record_every = 0.01             # s, between rows of the history: bed height, pr
 BED = MATERIAL + PARTICLES + CONTACT + START + OUTPUT
 """From the particles to the output, the same for all kinds of beds that start at rest."""
 OVERLAP = 0.03
-"""Overlap of a contact, in diameters, that the spring is chosen for."""
+"""Overlap of a contact in diameters."""
 COLUMN = 32
 """Column of the comments behind values."""
 HIGHEST = 0.8
 """Most of the height of the box that a bed at rest may fill."""
-TRIAL_STIFFNESS = 1000.0
-"""Spring [N m-1] that the overlap is looked at with."""
 
 
 def align(text: str) -> str:
@@ -122,7 +118,7 @@ def choose_bed(wanted: Wanted, size: Sequence[float], filled: float) -> float:
     return bed
 
 
-def fill_bed(wanted: Wanted, bed: float, floor: float, stiffness: float, overlap: float) -> dict[str, float]:
+def fill_bed(wanted: Wanted, bed: float, floor: float) -> dict[str, float]:
     """What `BED` asks for, of a bed of the height `bed` [m] at rest on a `floor` [m2]."""
     return {
         "diameter": wanted.diameter,
@@ -130,17 +126,10 @@ def fill_bed(wanted: Wanted, bed: float, floor: float, stiffness: float, overlap
         "bed": bed,
         "settled": SETTLED,
         "mass": wanted.density * SETTLED * bed * floor,
-        "stiffness": stiffness,
-        "overlap": overlap,
+        "overlap": OVERLAP,
     }
 
 
 def choose_cells(size: Sequence[float], least: float) -> list[int]:
     """As many cells along each edge as are at least `least` [m] wide."""
     return [max(1, math.floor(edge / least + 1e-6)) for edge in size]
-
-
-def choose_stiffness(case: Case, overlap: float) -> float:
-    """Spring [N m-1] for that `overlap`, in diameters, of a case whose spring is `TRIAL_STIFFNESS`."""
-    (found,) = estimate_overlap(case, find_region(case, Path()), None, Path())
-    return round_to(TRIAL_STIFFNESS * (float(found.value) / overlap) ** 2)

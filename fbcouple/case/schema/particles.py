@@ -75,7 +75,19 @@ class Particles(Section):
 
 class Contact(Section):
     stiffness: float = option(
-        "Normal spring k_n (not printed in the paper, 300-1500 fits it).", "N m-1", 1000.0, **Positive
+        "Normal spring k_n (not printed in the paper, 300-1500 fits it); absent with `max_overlap`: the one that makes "
+        "it.",
+        "N m-1",
+        1000.0,
+        **Positive,
+    )
+    max_overlap: float | None = option(
+        "Largest overlap of two particles over their diameter, at the fastest speed that they can have or under the "
+        "bed at rest (`fbcouple check`), in place of `stiffness` or `youngs_modulus`: the spring that makes it is "
+        "chosen, and stands in the effective case. The DEM step is proportional to it.",
+        default=None,
+        ge=1e-4,
+        le=0.2,
     )
     restitution: float = option("Normal restitution between particles, e_n.", gt=0.0, le=1.0)
     wall_restitution: float = option("Normal restitution against walls, e_w.", gt=0.0, le=1.0)

@@ -1,0 +1,41 @@
+"""The overlap of contacts under the weight of the bed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from fbcouple.case.bed.derived import hertz_modulus
+from fbcouple.case.bed.number import Number, judge
+from fbcouple.case.bed.particle_types import largest_diameter, mean_density, solids_volume
+from fbcouple.case.bed.region import Region
+from fbcouple.case.bed.speeds import SETTLED
+from fbcouple.case.schema.sections import Case
+
+CONTACTS = 6.0
+"""Contacts of a particle in a packed bed."""
+
+
+def estimate_rest_overlap(case: Case, region: Region) -> Iterator[Number]:
+    """How deep the lowest particles of a bed at rest are in each other."""
+    overlap = find_rest_overlap(case, region)
+    meaning = "Overlap over diameter at the bottom of the bed at rest, under the weight of it all; as above."
+    yield Number("overlap at rest", overlap, "d", "at most 0.05", judge(overlap <= 0.05), meaning)
+
+
+def find_rest_overlap(case: Case, region: Region) -> float:
+    """Overlap over diameter of the mean contact at the bottom of a bed at rest that no wall carries.
+
+    Its force is pi d^2 p/(phi Z), p the weight less buoyancy over the cross-section, of phi = 0.60 and Z = 6 contacts
+    a particle (Rumpf 1958, Chem. Ing. Tech. 30:144, with p for the strength); the springs are eq. 17 of the paper, or
+    Hertz's.
+    """
+    assert case.particles is not None and case.contact is not None
+    height = region.find_level(solids_volume(case.particles) / SETTLED)
+    heavier = mean_density(case.particles) - (case.gas.density if case.gas else 0.0)
+    diameter = largest_diameter(case.particles)
+    force = math.pi * diameter**2 * height * abs(heavier) * case.gravity / CONTACTS
+    if case.contact.model == "hooke":
+        return force / case.contact.stiffness / diameter
+    radius = diameter / 4.0
+    return float((0.75 * force / (hertz_modulus(case.contact) * math.sqrt(radius))) ** (2.0 / 3.0) / diameter)
