@@ -69,9 +69,10 @@ def load_case(name: str, sets: Sequence[str] = (), say: Callable[[str], None] | 
         case = adopt_sizes(case, path.parent)
     if not any(key.split(".")[0] in ("gas", "domain") for key in spoiled):
         case = adopt_inlets(case, path.parent)
-    if not spoiled:
-        case = adopt_spring(case, path.parent)
     problems += list_problems(case, path.parent, spoiled)
+    if not problems and case.contact and case.contact.max_overlap is not None:
+        case, problems = adopt_spring(case, path.parent)
+        problems = problems or list_problems(case, path.parent, set())
     if problems:
         is_set = [i < unread or _is_set(problem.key, set_keys) for i, problem in enumerate(problems)]
         raise CaseError([f"{'--set' if s else label}: {problem}" for s, problem in zip(is_set, problems, strict=True)])

@@ -10,6 +10,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from fbcouple.case.bed.adopt_spring import OVERLAP, SPRINGS, gives_spring, try_spring
 from fbcouple.case.bed.derived import steps_per_contact
 from fbcouple.case.checks.contact import is_hertz
 from fbcouple.case.schema.particles import Contact, Particles
@@ -19,6 +20,7 @@ KEY = "accuracy"
 NONE = "none"
 PRESETS: dict[str, dict[str, Any]] = {
     "draft": {
+        "contact.max_overlap": 0.1,
         "gas.max_courant": 2.0,
         "gas.max_fourier": 2.0,
         "gas.pressure_tolerance": 1e-4,
@@ -26,6 +28,7 @@ PRESETS: dict[str, dict[str, Any]] = {
         "contact.steps_per_contact": 6,
     },
     "standard": {
+        "contact.max_overlap": 0.05,
         "gas.max_courant": 1.5,
         "gas.max_fourier": 1.5,
         "gas.pressure_tolerance": 1e-5,
@@ -33,6 +36,7 @@ PRESETS: dict[str, dict[str, Any]] = {
         "contact.steps_per_contact": 6,
     },
     "reference": {
+        "contact.max_overlap": 0.02,
         "gas.max_courant": 0.2,
         "gas.max_fourier": 0.15,
         "gas.pressure_tolerance": 1e-6,
@@ -42,7 +46,7 @@ PRESETS: dict[str, dict[str, Any]] = {
 }
 
 
-_STEPS = "contact.steps_per_contact"
+_STEPS, _OVERLAP = "contact.steps_per_contact", f"contact.{OVERLAP}"
 
 
 def apply_preset(raw: dict[str, Any]) -> None:
@@ -51,6 +55,8 @@ def apply_preset(raw: dict[str, Any]) -> None:
     name = raw.get(KEY)
     for dotted, value in PRESETS.get(name, {}).items() if isinstance(name, str) else ():
         section, key = dotted.split(".")
+        if dotted == _OVERLAP and gives_spring(raw):
+            continue
         if isinstance(raw.get(section), dict) and key not in raw[section]:
             raw[section][key] = max(value, _find_steps(raw)) if dotted == _STEPS else value
 
@@ -58,7 +64,7 @@ def apply_preset(raw: dict[str, Any]) -> None:
 def _find_steps(raw: dict[str, Any]) -> int:
     """DEM steps in a contact that the packed bed of a case file needs; 0 if they cannot be told from what is there."""
     try:
-        contact, particles = Contact.model_validate(raw["contact"]), Particles.model_validate(raw["particles"])
+        contact, particles = Contact.model_validate(try_spring(raw)), Particles.model_validate(raw["particles"])
         return steps_per_contact(contact, particles) if contact.model == "hooke" or is_hertz(contact) else 0
     except (KeyError, ValidationError, ArithmeticError):
         return 0  # the schema and the checks say what is wrong
@@ -78,9 +84,12 @@ def describe_preset(case: Case) -> str:
         return "accuracy = none: every option has its own value or default"
     set_by: list[str] = []
     own: list[str] = []
-    for dotted in PRESETS[case.accuracy]:
+    for dotted, value in PRESETS[case.accuracy].items():
         section, key = dotted.split(".")
-        if table := getattr(case, section):
+        if dotted == _OVERLAP and case.contact:
+            spring = SPRINGS[case.contact.model][0]
+            set_by.append(f"{spring} = {getattr(case.contact, spring):g}, by {dotted} = {value:g} unless given")
+        elif table := getattr(case, section):
             found = getattr(table, key)
             (set_by if found == _look_up_preset(case, dotted) else own).append(f"{dotted} = {found:g}")
     text = f"accuracy = {case.accuracy}: {', '.join(set_by) or 'nothing'}"

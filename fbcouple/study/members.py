@@ -85,9 +85,12 @@ def _check(study: Study, knobs: Settings) -> Iterator[Problem]:
 
 
 def _look_at_knobs(member: Member, base: str) -> Member:
-    """The member with every knob as its case has it: a preset turns several at once."""
-    case = load_case(base, format_settings(member.settings))
-    return replace(member, knobs={k: v if k == RANKS else _look_up(case, k) for k, v in member.knobs.items()})
+    """The member with every knob as its case has it: a preset turns several at once. One that the case does not keep,
+    for it stands for others (contact.max_overlap), as the member sets it."""
+    case, set_by = load_case(base, format_settings(member.settings)), member.settings
+    return replace(
+        member, knobs={k: v if k == RANKS else _find_value(case, set_by, k) for k, v in member.knobs.items()}
+    )
 
 
 def _look_up(case: Case, key: str) -> Any:
@@ -97,6 +100,11 @@ def _look_up(case: Case, key: str) -> Any:
     for part in key.split("."):
         value = getattr(value, part, None)
     return value
+
+
+def _find_value(case: Case, settings: Settings, key: str) -> Any:
+    value = _look_up(case, key)
+    return settings.get(key) if value is None else value
 
 
 def _combine(design: str, usual: Settings, knobs: Settings) -> Iterator[Settings]:

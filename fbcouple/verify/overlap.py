@@ -36,7 +36,7 @@ def max_overlap(folder: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
     model, wanted = variant.split()
     contact = FRICTIONLESS | _MODELS[model] | {"max_overlap": float(wanted), "steps_per_contact": _STEPS}
     bed = {"title": "verify", "end_time": 1.0, "domain": BOX, "particles": GLASS | {"count": 5000}, "start": {}}
-    case = adopt_spring(Case.model_validate(bed | {"contact": contact}))
+    case, _ = adopt_spring(Case.model_validate(bed | {"contact": contact}))
     assert case.contact is not None
     ((_, speed, _),) = list_speeds(case, find_region(case), None, Path())
     found = _collide(folder, comm, case.contact, speed)

@@ -44,6 +44,7 @@ def test_base_is_a_case_of_ones_own(common, tmp_path, variant, base):
     mine, its = load_case(str(tmp_path / variant)).model_dump(), load_case(str(common)).model_dump()
     assert (mine["title"], mine["particles"].pop("density")) == ("mine", 2000)
     assert its["particles"].pop("density") == 2500
+    assert mine["contact"].pop("stiffness") == pytest.approx(0.8 * its["contact"].pop("stiffness"), rel=0.01)
     assert mine | {"title": ""} == its | {"title": ""}
 
 

@@ -48,7 +48,10 @@ def test_options_that_fit_together(sets):
             'contact.tangential: "history" is given and friction and wall_friction are 0, so that there is no',
         ),
         (HERTZ[:4], 'contact.tangential: "no-history" is given; with model = "hertz" LIGGGHTS has no viscous limit'),
-        ([*HERTZ[:1], *HERTZ[2:]], 'contact.youngs_modulus: nothing is given and model = "hertz" needs it'),
+        (
+            [*HERTZ[:1], *HERTZ[2:], "accuracy=none"],
+            'contact.youngs_modulus: nothing is given and model = "hertz" needs it',
+        ),
         ([*HERTZ[:2], *HERTZ[3:]], 'contact.poisson_ratio: nothing is given and model = "hertz" needs it'),
         ([*HERTZ[:3], *HERTZ[4:]], 'contact.impact_speed: nothing is given and model = "hertz" needs it'),
         (HERTZ[1:2], 'contact.youngs_modulus: 5e+06 is given and model = "hooke" does not look at it'),

@@ -16,6 +16,9 @@ FREE = "mueller/0.9"
 """A shipped case that leaves out all that presets set."""
 
 
+OVERLAP = "contact.max_overlap"
+
+
 def look_up(case, dotted):
     section, key = dotted.split(".")
     return getattr(getattr(case, section), key)
@@ -29,10 +32,19 @@ def test_presets_are_words_of_the_schema_and_set_options_with_defaults():
 @pytest.mark.parametrize("name", PRESETS)
 def test_a_preset_sets_its_options_and_nothing_else(name):
     plain, preset = load_case(FREE), load_case(FREE, [f"accuracy={name}"])
-    assert {key: look_up(preset, key) for key in PRESETS[name]} == PRESETS[name]
-    assert load_case(FREE, [f"{key}={value!r}" for key, value in PRESETS[name].items()]) == plain.model_copy(
+    taken = {key: value for key, value in PRESETS[name].items() if key != OVERLAP}  # the case has a spring
+    assert {key: look_up(preset, key) for key in taken} == taken
+    assert load_case(FREE, [f"{key}={value!r}" for key, value in taken.items()]) == plain.model_copy(
         update={"gas": preset.gas, "contact": preset.contact}
     )
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_a_preset_chooses_the_spring_of_a_case_that_has_none(name):
+    case, wanted = load_case("patil/c1", [f"accuracy={name}"]), PRESETS[name][OVERLAP]
+    assert case.contact.stiffness == load_case("patil/c1", [f"{OVERLAP}={wanted}", "accuracy=none"]).contact.stiffness
+    own = load_case("patil/c1", [f"accuracy={name}", "contact.stiffness=1234"])
+    assert own.contact.stiffness == 1234.0
 
 
 def test_each_preset_is_at_least_as_fine_as_the_one_before():
@@ -82,7 +94,8 @@ def test_setup_explains_what_the_preset_set_and_the_manifest_holds_it(call, tmp_
     done = call("setup", FREE, "-o", "run", "--explain", *sets)
     assert done.exit_code == 0 and "preset" in done.output
     why = json.loads((tmp_path / "run/manifest.json").read_text())["in"]["preset"]
-    first = "gas.max_courant = 2, gas.max_fourier = 2, gas.pressure_tolerance = 0.0001"
+    first = "stiffness = 200, by contact.max_overlap = 0.1 unless given, gas.max_courant = 2"
+    first += ", gas.max_fourier = 2, gas.pressure_tolerance = 0.0001"
     assert why.startswith(f"accuracy = draft: {first}")
     assert why.endswith("; of the case itself: gas.correctors = 3")
     assert not find_needs(load_case(FREE))["preset"]

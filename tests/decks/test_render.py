@@ -158,6 +158,11 @@ def c2():
     return render_decks(load_case("patil/c2"))
 
 
+@pytest.fixture(scope="module")
+def stiff():
+    return render_decks(load_case("patil/c2", ["contact.stiffness=1000"]))
+
+
 def test_golden_texts(c2):
     golden = {path.relative_to(GOLDEN).as_posix(): path.read_text() for path in GOLDEN.rglob("*") if path.is_file()}
     assert set(c2) == set(golden)
@@ -168,16 +173,16 @@ def test_golden_texts(c2):
         assert numbers == pytest.approx(golden_numbers, rel=1e-14), name
 
 
-def test_damping_of_pairs_and_walls(c2):
+def test_damping_of_pairs_and_walls(stiff):
     """gamman = 2 gamma_n: 757.9 1/s for pairs and, of twice the effective mass, 535.9 1/s for walls."""
-    table = numbers_after(c2["DEM/in.liggghts"], "fix +gamman .* peratomtypepair 2 ")
+    table = numbers_after(stiff["DEM/in.liggghts"], "fix +gamman .* peratomtypepair 2 ")
     assert table == pytest.approx([757.9, 535.9, 535.9, 535.9], abs=0.05)
     assert table[0] / table[1] == pytest.approx(math.sqrt(2.0), rel=1e-12)
 
 
-def test_contact_and_step_numbers(c2):
+def test_contact_and_step_numbers(stiff):
     """k_n = 1000 N/m: T_C = 8.04e-5 s, of which a sixth is the step; gammat dt is a half."""
-    deck = c2["DEM/in.liggghts"]
+    deck = stiff["DEM/in.liggghts"]
     (step,) = numbers_after(deck, "timestep +")
     assert step == pytest.approx(8.04e-5 / 6, rel=1e-3)
     assert numbers_after(deck, "fix +kn .* peratomtypepair 2 ") == [1000.0] * 4

@@ -10,13 +10,10 @@ from fbcouple.case.bed.adopt_spring import SPRINGS, has_spring
 from fbcouple.case.bed.contact_coefficients import list_coefficients
 from fbcouple.case.bed.derived import ROLLING_FACTOR, dem_step, tangential_damping, tangential_law
 from fbcouple.case.bed.particle_types import list_kinds
-from fbcouple.case.bed.region import find_region
-from fbcouple.case.bed.speeds import list_speeds
 from fbcouple.case.checks.registry import COEFFICIENTS, check
 from fbcouple.case.problems import Problem
 from fbcouple.case.schema.particles import Contact
 from fbcouple.case.schema.sections import Case
-from fbcouple.errors import CaseError
 from fbcouple.physics.contact import normal_damping
 
 HERTZ_KEYS = ("youngs_modulus", "poisson_ratio", "impact_speed")
@@ -32,9 +29,10 @@ def check_model(case: Case, folder: Path) -> Iterator[Problem]:
     """Hertz has its moduli and its impact speed, and hooke has none of them."""
     if case.contact is None:
         return
+    chosen = ("youngs_modulus", "impact_speed") if case.contact.max_overlap is not None else ()
     for key in HERTZ_KEYS:
         given = getattr(case.contact, key)
-        if case.contact.model == "hertz" and given is None:
+        if case.contact.model == "hertz" and given is None and key not in chosen:
             text = 'nothing is given and model = "hertz" needs it; give it in SI units, or take model = "hooke".'
             yield Problem(f"contact.{key}", text)
         elif case.contact.model == "hooke" and given is not None:
@@ -44,24 +42,12 @@ def check_model(case: Case, folder: Path) -> Iterator[Problem]:
 
 @check("contact.max_overlap", "contact.model", "contact.stiffness", "contact.youngs_modulus")
 def check_max_overlap(case: Case, folder: Path) -> Iterator[Problem]:
-    """A case that says what its spring is to do gives no spring, and has something that moves (`adopt_spring` has left
-    nothing to see of one that fits)."""
-    if case.contact is None or case.contact.max_overlap is None:
+    """A case that says what its spring is to do gives no spring."""
+    if case.contact is None or case.contact.max_overlap is None or not has_spring(case):
         return
-    given, name = f"{case.contact.max_overlap:g} is given", SPRINGS[case.contact.model][0]
-    if has_spring(case):
-        text = f"{given}, and {name} = {getattr(case.contact, name):g} too, which says it already"
-        yield Problem("contact.max_overlap", f"{text}; remove one of them.")
-    elif case.particles is not None and _stands_still(case, folder):
-        text = f"{given}, and nothing in the case makes a particle move, so that no {name} follows"
-        yield Problem("contact.max_overlap", f"{text}; give {name}.")
-
-
-def _stands_still(case: Case, folder: Path) -> bool:
-    try:
-        return all(speed == 0.0 for _, speed, _ in list_speeds(case, find_region(case, folder), None, folder))
-    except CaseError:
-        return False  # what is wrong with the region, or the start, is told there
+    name = SPRINGS[case.contact.model][0]
+    text = f"{case.contact.max_overlap:g} is given, and {name} = {getattr(case.contact, name):g} too"
+    yield Problem("contact.max_overlap", f"{text}, which says it already; remove one of them.")
 
 
 def is_hertz(contact: Contact) -> bool:

@@ -89,10 +89,11 @@ class Case(Section):
     )
     gravity: float = option("Gravity, along -z.", "m s-2", 9.81, **NonNegative)
     accuracy: Literal["none", "draft", "standard", "reference"] = option(
-        "Preset of fluid step, pressure solver and contact steps where the case leaves them out; none: the default of "
-        "each. Measured on patil/c2 from its start to 0.12 s, core-seconds a simulated second and distance from "
-        "Courant number 0.1 over the range of bed height, pressure drop and mean solids fraction: draft 257, 0.008, "
-        "0.015, 0.006; standard 267, 0.004, 0.007, 0.004; reference 748, 0.0005, 0.002, 0.002.",
+        "Preset of fluid step, pressure solver, contact steps and overlap where the case leaves them out; none: the "
+        "default of each. Measured on patil/c2 from its start to 0.12 s, core-seconds a simulated second and distance "
+        "from Courant number 0.1 and overlap 0.01 over the range of bed height, pressure drop and mean solids "
+        "fraction: draft 165, 0.015, 0.013, 0.006; standard 291, 0.009, 0.006, 0.004; reference 1602, 0.0004, 0.001, "
+        "0.002.",
         default="none",
     )
     domain: Domain
