@@ -26,6 +26,7 @@ FLOORS = (
     ("postproc",),
     ("launcher",),
     ("api", "live"),
+    ("runner",),
     ("doctor", "batch"),
     ("bench", "study", "validate", "verify"),
     ("cli",),

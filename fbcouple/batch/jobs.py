@@ -16,13 +16,13 @@ from fbcouple.case.checks.registry import needed_memory
 from fbcouple.case.load import load_case
 from fbcouple.case.problems import show
 from fbcouple.case.schema.sections import Case
-from fbcouple.case.source import FILE_NAME
 from fbcouple.case.user_code import require_trust
 from fbcouple.decks.render import make_environment
 from fbcouple.errors import CaseError
 from fbcouple.machine.environment import find_package
 from fbcouple.machine.whole_files import replacing
 from fbcouple.run_folder.plain_files import require_plain
+from fbcouple.runner.folders import find_runs
 
 # Resident memory of a rank with Python, numba and both solvers before it holds anything (measured: 320 MB) [MiB].
 _RANK_MEMORY = 400
@@ -52,20 +52,6 @@ class Request:
     account: str | None = None
     chain: int | None = None
     trusted: bool = False
-
-
-def find_runs(folder: Path) -> list[Path]:
-    """The run folder `folder`, or the run folders in it, by name.
-
-    Raises: CaseError if it is none and holds none.
-    """
-    if (folder / FILE_NAME).is_file():
-        return [folder.resolve()]
-    runs = sorted(path.parent.resolve() for path in folder.glob(f"*/{FILE_NAME}")) if folder.is_dir() else []
-    if not runs:
-        text = "is neither a run folder nor a folder of runs"
-        raise CaseError([f"{folder}: {text}; write one with `fbcouple setup CASE -o {shlex.quote(str(folder))}`."])
-    return runs
 
 
 def write_job(target: Path, scheduler: str, request: Request) -> tuple[Path, Path]:

@@ -19,7 +19,7 @@ NO_READER = 128 + signal.SIGPIPE
 
 WORKFLOW = {
     "Prepare": ("cases", "options", "init", "check", "setup"),
-    "Run": ("run", "batch"),
+    "Run": ("run", "status", "batch"),
     "Results": ("post", "report", "claims"),
     "Studies and checks": ("study", "bench", "verify", "validate"),
     "Machine": ("doctor",),

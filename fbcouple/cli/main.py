@@ -10,8 +10,6 @@ output went away. Heavy modules load inside commands.
 from __future__ import annotations
 
 import io
-import math
-import re
 import sys
 from pathlib import Path
 from shlex import quote
@@ -19,7 +17,6 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import click
-from rich.console import Console
 from rich.text import Text
 
 from fbcouple.batch.schedulers import SCHEDULERS
@@ -30,26 +27,16 @@ from fbcouple.cli.group import Commands, finish
 from fbcouple.cli.init import init
 from fbcouple.cli.options import options
 from fbcouple.cli.pictures import claims, post, report
+from fbcouple.cli.run import run as run_command
+from fbcouple.cli.status import status
 from fbcouple.cli.study import study
 from fbcouple.cli.table import print_explained, print_table
 from fbcouple.cli.validate import validate
 from fbcouple.cli.verify import verify
 from fbcouple.errors import CaseError
-from fbcouple.launcher.stop_signals import Requests
-from fbcouple.machine.output import open_standard_streams, outlive_output
-from fbcouple.paths import require_usable
-from fbcouple.run_folder.plain_files import require_plain
+from fbcouple.machine.output import open_standard_streams
 
-PROGRESS_EVERY = 5.0
-"""Wall time [s] between lines of progress."""
 COLOURS = {"fit": "green", "warn": "yellow", "unfit": "bold red"}
-
-
-def require_finite(ctx: click.Context, parameter: click.Parameter, value: float | None) -> float | None:
-    """Refuse nan and infinity, which click takes for numbers."""
-    if value is not None and not math.isfinite(value):
-        raise click.BadParameter("give a finite number of seconds")
-    return value
 
 
 def read_clock(ctx: click.Context, parameter: click.Parameter, value: str) -> int:
@@ -61,17 +48,6 @@ def read_clock(ctx: click.Context, parameter: click.Parameter, value: str) -> in
     if minutes > 59 or seconds > 59 or hours + minutes + seconds == 0:
         raise click.BadParameter("minutes and seconds go to 59, and the limit is above 0")
     return 3600 * hours + 60 * minutes + seconds
-
-
-def read_duration(ctx: click.Context, parameter: click.Parameter, value: str | None) -> float:
-    """Read seconds or hours:minutes:seconds; no value is no limit."""
-    if value is None:
-        return math.inf
-    words = re.fullmatch(r"(\d+):([0-5]\d):([0-5]\d)|(\d+(?:\.\d*)?)", value)
-    if not words:
-        raise click.BadParameter(f"{value!r}: give seconds, as 5400, or hours, minutes and seconds, as 1:30:00")
-    hours, minutes, seconds, plain = words.groups()
-    return float(plain) if plain else int(hours) * 3600.0 + int(minutes) * 60.0 + int(seconds)
 
 
 def print_version(ctx: click.Context, parameter: click.Parameter, is_asked: bool) -> None:
@@ -181,113 +157,6 @@ def setup(case: str, output: Path | None, sets: tuple[str, ...], explained: bool
 
 
 @cli.command()
-@click.argument("run", type=click.Path(path_type=Path))
-@take_ranks
-@click.option(
-    "--until",
-    type=click.FloatRange(min=0.0, min_open=True),
-    callback=require_finite,
-    help="Stop at the first possible checkpoint at or after this simulated time [s].",
-)
-@click.option("--resume", is_flag=True, help="Continue from the newest good checkpoint; without one, from the start.")
-@click.option("--fresh", is_flag=True, help="Start again from zero and remove the results of the earlier run.")
-@click.option(
-    "--wall-limit",
-    callback=read_duration,
-    metavar="SECONDS|H:MM:SS",
-    help="Stop with a checkpoint before this wall time is used up.",
-)
-@click.option(
-    "--patience",
-    type=click.FloatRange(min=1.0),
-    callback=require_finite,
-    default=600.0,
-    show_default=True,
-    help="Wall time [s] without a coupling step after which the run counts as hanging and is ended.",
-)
-@click.option(
-    "--accept-update", is_flag=True, help="Resume also a run that another version of fbcouple or of a solver began."
-)
-@click.option(
-    "--set",
-    "sets",
-    multiple=True,
-    metavar="KEY=VALUE",
-    help="With --resume: another value from the checkpoint on, as gas.inlet_velocity=1.2 or end_time=4; may be given "
-    "several times. It is noted in the results.",
-)
-@take_trust
-@outlive_output
-def run(run: Path, ranks: int, resume: bool, fresh: bool, trusted: bool, **limits: Any) -> None:
-    """Run the simulation in the folder RUN; exit code 75 if it stopped early and can continue with --resume."""
-    require_plain(run)
-    require_run(run)
-    if resume and fresh:
-        raise click.UsageError("--resume continues, --fresh starts again: give one of them")
-    if limits["sets"] and not resume:
-        raise click.UsageError("--set changes a run from its checkpoint on: give --resume with it")
-    with Requests() as requests:  # from here to the last word, a signal is a request to stop
-        run_on(run, ranks, resume, fresh, trusted, requests, limits)
-        if requests.first:
-            late = "came too late to stop the run: no moment for a checkpoint was left before its end"
-            click.echo(f"{run}: {requests.first} {late}")
-
-
-def run_on(
-    run: Path, ranks: int, resume: bool, fresh: bool, trusted: bool, requests: Requests, limits: dict[str, Any]
-) -> None:
-    """Run what lies in `run` as far as it is asked to, with a display of its progress."""
-    from fbcouple.case.load import load_case
-    from fbcouple.case.user_code import require_trust
-    from fbcouple.decks.unchanged import require_unchanged
-    from fbcouple.errors import StoppedError
-    from fbcouple.launcher.change_case import ask, changes_inlet
-    from fbcouple.launcher.launch import is_complete, launch
-    from fbcouple.launcher.progress import RunProgress
-
-    case, sets = load_case(str(run)), limits["sets"]
-    require_trust(case, trusted)
-    require_unchanged(case, run, trusted, changes_inlet(sets))
-    if sets:
-        case = ask(case, sets, run)
-    end = min(case.end_time, limits["until"] or case.end_time)
-    console = Console()
-    go_on = f"`fbcouple run {quote(str(run))} -n {ranks} --resume{' --trust' if trusted else ''}`"
-    try:
-        with RunProgress(console, end) as progress:
-            options: dict[str, Any] = {
-                "fresh": fresh,
-                "resume": resume,
-                "requests": requests,
-                "begin": progress.start,
-            } | limits
-            launch(run, ranks, watch=progress.show, say=click.echo, trusted=trusted, **options)
-    except StoppedError as error:
-        raise StoppedError(f"{run}: {error}; go on with {go_on}") from error
-    if costs := progress.tabulate():
-        console.print(costs)
-    for warning in progress.list_warnings():
-        click.echo(f"{run}: warning: {warning}")
-    if not is_complete(run, case):
-        stopped_at = f"at or after {end:g} s of {case.end_time:g} s"
-        click.echo(f"{run}: stopped at a moment for a checkpoint {stopped_at}; go on with {go_on}")
-        return
-    if end < case.end_time:
-        text = f"no moment for a checkpoint came from --until {end:g} s to the end of the run"
-        click.echo(f"{run}: {text}; checkpoint.moment_steps says after how many steps one comes")
-    click.echo(f"{run}: done; draw its figures with `fbcouple post {quote(str(run))}`")
-
-
-def require_run(run: Path) -> None:
-    """Raise CaseError unless `run` is a folder that `setup` wrote."""
-    if not (run / "case.toml").is_file():
-        raise CaseError(
-            [f"{run}: is not a run folder (no case.toml); write one with `fbcouple setup CASE -o {quote(str(run))}`."]
-        )
-    require_usable(run)
-
-
-@cli.command()
 @click.argument("folder", metavar="RUN", type=click.Path(path_type=Path))
 @click.option("--scheduler", required=True, type=click.Choice(list(SCHEDULERS)), help="The batch system.")
 @click.option(
@@ -321,7 +190,7 @@ def batch(folder: Path, scheduler: str, **request: Any) -> None:
     click.echo(f"{job}: read it, then submit it with {submit}")
 
 
-for command in (options, init, post, report, claims, study, bench, verify, validate, doctor):
+for command in (options, init, run_command, status, post, report, claims, study, bench, verify, validate, doctor):
     cli.add_command(command)
 
 

@@ -104,6 +104,15 @@ def hold(run: Path, say: Say = lambda text: None) -> Iterator[Lock]:
             lock.free()
 
 
+def find_holder(run: Path) -> Holder | None:
+    """Host and process that stand in the lock of `run`; None if nobody does."""
+    try:
+        with (run / NAME).open("rb") as file:
+            return _read(file)
+    except FileNotFoundError:
+        return None
+
+
 def is_held(run: Path) -> bool:
     """Is a run under way in `run`, as far as can be seen from here?"""
     path = run / NAME

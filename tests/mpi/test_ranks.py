@@ -21,6 +21,7 @@ QUANTITIES = [
 # 20 steps: the sub-steps grow by one a step up to the Courant limit. The pressure is solved to rounding, so that what
 # is left is the order of sums; samples of the means are taken at every step.
 SETTINGS = [
+    "contact.stiffness=1000",
     "end_time=1.55e-3",
     "gas.pressure_tolerance=1e-13",
     "averages.start=0.0",

@@ -1,0 +1,69 @@
+"""How far a run has come, seen from outside, also while it goes on or where a batch job runs it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fbcouple.api import Run
+from fbcouple.run_folder.lock import find_holder
+from fbcouple.run_folder.manifest import read_manifest
+
+_RECENT = 20
+"""Last rows of the history that the speed is taken of."""
+
+
+@dataclass(frozen=True)
+class RunState:
+    """`state` as `fbcouple.Run.status` has it; times in s; `left` and `pace` are nan where nothing tells them."""
+
+    run: Path
+    state: str
+    time: float
+    end_time: float
+    wall: float
+    """Wall time of all steps so far."""
+    pace: float
+    """Wall time a simulated second, of late."""
+    ranks: int
+    where: str
+    """Host and process that run it now."""
+    message: str
+    """Why it ended early or failed."""
+
+    @property
+    def left(self) -> float:
+        """Wall time to its end at the pace of late; nan if it is not under way."""
+        return self.pace * (self.end_time - self.time) if self.state == "running" else math.nan
+
+
+def look_at(run: Path) -> RunState:
+    """The state of the run in `run`. Raises: CaseError if it is no run folder."""
+    found = Run(run)
+    status, rows = found.status(), found.history()
+    holder = find_holder(run) if status.state == "running" else None
+    started = read_manifest(run).get("run", {})
+    return RunState(
+        run,
+        status.state,
+        status.time,
+        status.end_time,
+        sum(map(_sum_stages, rows)),
+        _find_pace(rows),
+        int(started.get("ranks", 0)) if isinstance(started, dict) else 0,
+        f"{holder['host']}, process {holder['pid']}" if holder else "",
+        status.message,
+    )
+
+
+def _sum_stages(row: dict[str, Any]) -> float:
+    return float(sum(row["wall"].values()))
+
+
+def _find_pace(rows: list[dict[str, Any]]) -> float:
+    recent = rows[-_RECENT - 1 :]
+    if len(recent) < 2 or recent[-1]["time"] <= recent[0]["time"]:
+        return math.nan
+    return sum(map(_sum_stages, recent[1:])) / float(recent[-1]["time"] - recent[0]["time"])

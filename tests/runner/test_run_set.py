@@ -1,0 +1,139 @@
+"""`fbcouple run` on a folder of runs, and `fbcouple status`: real runs of a few beads without gas."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from fbcouple.case.load import load_case
+from fbcouple.cli.main import cli
+from fbcouple.cli.run_set import TO_STOP
+from fbcouple.decks.render import set_up
+from fbcouple.errors import CaseError
+from fbcouple.run_folder.checkpoint import list_checkpoints
+from fbcouple.runner.folders import estimate_work, find_runs
+from fbcouple.runner.side_by_side import CONSOLE
+from fbcouple.runner.state import look_at
+
+BED = """
+title = "beads that fall"
+end_time = 0.01
+[domain]
+size = [0.01, 0.006, 0.02]
+cells = [5, 3, 10]
+[particles]
+diameter = 1e-3
+density = 2500.0
+count = 60
+[contact]
+stiffness = 100.0
+restitution = 0.9
+wall_restitution = 0.9
+friction = 0.1
+wall_friction = 0.1
+[start]
+[output]
+record_every = 1e-3
+"""
+LONGEST = 120.0
+"""Wall time [s] that a test waits for what has to come, on a machine that does much else."""
+
+
+@pytest.fixture
+def many(tmp_path):
+    """A folder of three runs, of which the last is the longest."""
+    (tmp_path / "case.toml").write_text(BED, encoding="utf-8")
+    for seed, end in ((1, 0.01), (2, 0.01), (3, 0.02)):
+        case = load_case(str(tmp_path / "case.toml"), [f"start.seed={seed}", f"end_time={end}"])
+        set_up(case, tmp_path / f"set/seed-{seed}")
+    return tmp_path / "set"
+
+
+def call(*arguments):
+    return CliRunner().invoke(cli, list(map(str, arguments)), catch_exceptions=False)
+
+
+def test_the_longest_run_goes_first(many):
+    works = [estimate_work(run) for run in find_runs(many)]
+    assert works[0] == works[1] and works[2] == pytest.approx(2.0 * works[0])
+
+
+def test_what_fails_does_not_stop_the_others_and_is_told(many):
+    deck = many / "seed-1/DEM/in.liggghts"
+    deck.write_text(deck.read_text(encoding="utf-8") + "# changed\n", encoding="utf-8")
+    done = call("run", many, "-j", 2)
+    assert done.exit_code == 1
+    assert done.output.count("done; draw its figures") == 2 and "seed-1: " in done.output
+    assert [look_at(run).state for run in find_runs(many)] == ["set up", "complete", "complete"]
+    assert "in.liggghts" in (many / "seed-1" / CONSOLE).read_text(encoding="utf-8")
+    again = call("run", many, "-j", 2, "--trust")
+    assert again.exit_code == 0 and "all 3 runs are complete" in again.output
+    rows = json.loads(call("status", many, "--json").output)
+    assert [row["state"] for row in rows] == ["complete"] * 3
+    assert rows[2]["time"] == pytest.approx(0.02, rel=1e-2) and rows[2]["left"] is None and rows[2]["ranks"] == 1
+
+
+def test_a_signal_stops_all_with_checkpoints_and_the_same_command_goes_on(many):
+    for run in find_runs(many):
+        case = load_case(str(run), ["end_time=0.5", "checkpoint.moment_steps=1"])
+        set_up(case, run)
+    command = [sys.executable, "-P", "-m", "fbcouple", "run", str(many), "-j", "2"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
+        runs = find_runs(many)
+        wait_for(lambda: sum(look_at(run).time > 0.0 for run in runs) == 2)
+        states = [look_at(run) for run in runs]
+        assert sorted(state.state for state in states) == ["running", "running", "set up"]
+        assert all("process" in state.where for state in states if state.state == "running")
+        process.send_signal(signal.SIGTERM)
+        said, _ = process.communicate(timeout=LONGEST)
+    assert process.returncode == 75, said
+    assert "0 of 3 runs are complete; go on with `fbcouple run" in said and said.count("stopped by SIGTERM at") == 2
+    assert sorted(look_at(run).state for run in runs) == ["set up", "stopped", "stopped"]
+    assert sum(bool(list_checkpoints(run)) for run in runs) == 2
+    again = call("run", many, "-j", 3)
+    assert again.exit_code == 0 and "all 3 runs are complete" in again.output
+    said = "".join((run / CONSOLE).read_text(encoding="utf-8") for run in runs)
+    assert said.count("resumes at t = ") == 2 and said.count("has no checkpoint yet") == 1
+
+
+def test_the_wall_limit_is_of_all_together(many):
+    for run in find_runs(many):
+        set_up(load_case(str(run), ["end_time=100.0"]), run)
+    begin = time.monotonic()
+    done = call("run", many, "-j", 2, "--wall-limit", TO_STOP + 1.0)
+    assert done.exit_code == 75 and "0 of 3 runs are complete" in done.output
+    assert time.monotonic() - begin < TO_STOP + 1.0
+
+
+def wait_for(condition):
+    """Raises: AssertionError if it has not come within `LONGEST`."""
+    begin = time.monotonic()
+    while not condition():
+        assert time.monotonic() - begin < LONGEST
+        time.sleep(0.1)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["{set}/seed-1", "-j", "2"], "this is one run; leave it out"),
+        (["{set}", "--until", "0.1"], "--until is of one run"),
+        (["{set}", "--resume", "--set", "end_time=1"], "--set is of one run"),
+    ],
+)
+def test_options_of_one_run_and_of_several(many, arguments, words):
+    done = call("run", *(text.format(set=many) for text in arguments))
+    assert done.exit_code == 2 and words in done.output
+
+
+def test_a_folder_without_runs_is_told(tmp_path: Path):
+    with pytest.raises(CaseError, match="is neither a run folder nor a folder of runs"):
+        find_runs(tmp_path)
+    assert call("status", tmp_path).exit_code == 1
