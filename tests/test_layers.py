@@ -26,7 +26,6 @@ FLOORS = (
     ("postproc",),
     ("launcher",),
     ("api", "live"),
-    ("runner",),
     ("doctor", "batch"),
     ("bench", "study", "validate", "verify"),
     ("cli",),
@@ -180,8 +179,7 @@ def test_only_the_command_line_knows_click():
 
 def test_only_the_command_line_and_the_progress_print_with_rich():
     assert importers("rich") <= {
-        "fbcouple.cli.main",
-        "fbcouple.cli.table",
+        *(f"fbcouple.cli.{name}" for name in ("main", "run", "run_set", "status", "table")),
         "fbcouple.launcher.progress",
         "fbcouple.api",
     }

@@ -9,6 +9,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+from fbcouple.batch.folders import find_runs
 from fbcouple.batch.schedulers import SCHEDULERS, Scheduler
 from fbcouple.case.bed.particle_types import particle_count
 from fbcouple.case.bed.region import find_region
@@ -22,7 +23,6 @@ from fbcouple.errors import CaseError
 from fbcouple.machine.environment import find_package
 from fbcouple.machine.whole_files import replacing
 from fbcouple.run_folder.plain_files import require_plain
-from fbcouple.runner.folders import find_runs
 
 # Resident memory of a rank with Python, numba and both solvers before it holds anything (measured: 320 MB) [MiB].
 _RANK_MEMORY = 400

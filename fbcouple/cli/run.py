@@ -86,7 +86,7 @@ def run(run: Path, ranks: int, jobs: int | None, resume: bool, fresh: bool, trus
     Of a folder of runs, as `setup` writes a set of cases, all that are not complete, the longest first; the same
     command goes on where they stopped.
     """
-    from fbcouple.runner.folders import is_set
+    from fbcouple.batch.folders import is_set
 
     require_plain(run)
     if resume and fresh:

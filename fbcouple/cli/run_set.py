@@ -20,7 +20,7 @@ from fbcouple.launcher.stop_signals import Requests
 from fbcouple.machine.stop_signals import LONGEST_WAIT
 
 if TYPE_CHECKING:
-    from fbcouple.runner.side_by_side import Ended
+    from fbcouple.batch.side_by_side import Ended
 
 _REDRAW_EVERY = 2.0
 _LINE_EVERY = 60.0
@@ -32,10 +32,10 @@ def run_set(folder: Path, jobs: int, ranks: int, options: Sequence[str], request
     """Run what is not complete in `folder`, `jobs` runs at a time on `ranks` ranks each, with `options`, and stop all
     with checkpoints before `wall_limit` [s] is over.
 
-    Raises: as `fbcouple.runner.side_by_side.require_done`.
+    Raises: as `fbcouple.batch.side_by_side.require_done`.
     """
-    from fbcouple.runner.folders import find_runs
-    from fbcouple.runner.side_by_side import require_done, run_all
+    from fbcouple.batch.folders import find_runs
+    from fbcouple.batch.side_by_side import require_done, run_all
 
     runs, console = find_runs(folder), Console()
     told, deadline = 0, time.monotonic() + wall_limit - TO_STOP

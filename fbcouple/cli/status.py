@@ -19,7 +19,7 @@ from rich.text import Text
 from fbcouple.launcher.progress import format_clock
 
 if TYPE_CHECKING:
-    from fbcouple.runner.state import RunState
+    from fbcouple.batch.state import RunState
 
 COLOURS = {"complete": "green", "running": "cyan", "failed": "bold red", "stopped": "yellow"}
 
@@ -29,8 +29,8 @@ COLOURS = {"complete": "green", "running": "cyan", "failed": "bold red", "stoppe
 @click.option("--json", "as_json", is_flag=True, help="Print a JSON list, a run an entry, times in seconds.")
 def status(folder: Path, as_json: bool) -> None:
     """Tell how far the run, or each run, in FOLDER has come; it may be under way, here or in a batch job."""
-    from fbcouple.runner.folders import find_runs
-    from fbcouple.runner.state import look_at
+    from fbcouple.batch.folders import find_runs
+    from fbcouple.batch.state import look_at
 
     runs = find_runs(folder)
     if as_json:
@@ -50,7 +50,7 @@ def _list_values(state: RunState) -> dict[str, Any]:
 
 def make_table(runs: list[Path]) -> Table:
     """State, time, wall time and what is left of each run."""
-    from fbcouple.runner.state import look_at
+    from fbcouple.batch.state import look_at
 
     table = Table(box=None, pad_edge=False)
     table.add_column("run", overflow="fold")
@@ -79,7 +79,7 @@ def _write(state: RunState) -> list[str | Text]:
 
 def summarise(runs: list[Path]) -> str:
     """A line: how many runs are in which state, and how far those under way are."""
-    from fbcouple.runner.state import look_at
+    from fbcouple.batch.state import look_at
 
     states = list(map(look_at, runs))
     counts = Counter(state.state for state in states)

@@ -10,10 +10,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from fbcouple.batch.folders import estimate_work
 from fbcouple.errors import CaseError, DivergedError, FbcoupleError, SolverError, StoppedError
 from fbcouple.launcher.stop_signals import Requests
 from fbcouple.machine.environment import child_environment
-from fbcouple.runner.folders import estimate_work
 
 CONSOLE = "logs/console.log"
 """In a run folder: what `fbcouple run` said, where it was one of several."""

@@ -12,15 +12,15 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+from fbcouple.batch.folders import estimate_work, find_runs
+from fbcouple.batch.side_by_side import CONSOLE
+from fbcouple.batch.state import look_at
 from fbcouple.case.load import load_case
 from fbcouple.cli.main import cli
 from fbcouple.cli.run_set import TO_STOP
 from fbcouple.decks.render import set_up
 from fbcouple.errors import CaseError
 from fbcouple.run_folder.checkpoint import list_checkpoints
-from fbcouple.runner.folders import estimate_work, find_runs
-from fbcouple.runner.side_by_side import CONSOLE
-from fbcouple.runner.state import look_at
 
 BED = """
 title = "beads that fall"
