@@ -189,7 +189,9 @@ def is_complete(run: Path, case: Case, say: Say = lambda text: None) -> bool:
         return False
     try:
         with xr.open_dataset(path, decode_times=False) as results:
-            return bool(results.attrs["complete"]) and float(results["time"][-1]) >= case.end_time * _ALMOST
+            is_sure = results.attrs.get("ended_by") == "until_error"
+            at_end = is_sure or float(results["time"][-1]) >= case.end_time * _ALMOST
+            return bool(results.attrs["complete"]) and at_end
     except (OSError, ValueError, LookupError, TypeError, RuntimeError) as error:
         reason = (str(error).splitlines() or [type(error).__name__])[0][:120]
         say(f"{path}: cannot be read ({reason}); it is written anew")

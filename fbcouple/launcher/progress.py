@@ -70,7 +70,7 @@ class RunProgress:
             self._backflow, self._worst = backflow, parts.index(max(parts)) + 1 if parts else 0
         start, began = self._first
         pace = (now - began) / (row["time"] - start) if row["time"] > start else math.nan
-        left = "" if math.isnan(pace) else f"left {format_clock(pace * (self._end - row['time']))}"
+        left = "" if math.isnan(pace) else f"left {format_clock(pace * (self._find_end(row) - row['time']))}"
         reached, parts = self._format_reached(row["time"]), _describe(row, pace)
         if self._console.is_terminal:
             clock = f"{format_clock(now - began)} {left}".rstrip()
@@ -81,6 +81,11 @@ class RunProgress:
             self._console.print(
                 ", ".join([reached, *parts, *([left] if left else [])]), highlight=False, soft_wrap=True
             )
+
+    def _find_end(self, row: dict[str, Any]) -> float:
+        """When the run is expected to end [s]: before its limit where its means are sure enough by then."""
+        expected = row.get("expected_end", math.nan)
+        return self._end if math.isnan(expected) else min(max(expected, row["time"]), self._end)
 
     def _format_reached(self, time: float) -> str:
         return f"t = {time:.3f} s of {self._end:g}"
@@ -131,6 +136,8 @@ def _describe(row: dict[str, Any], pace: float) -> list[str]:
     """What is told of a row beside its time, the most important first; `pace`: wall time over simulated time."""
     parts = [f"{row['particles_at_outlet']} at the outlet"] if row.get("particles_at_outlet") else []
     parts += [f"{row['particles_owed']} wait to be fed"] if row.get("particles_owed") else []
+    if math.isfinite(row.get("averages_error", math.nan)):
+        parts.append(f"error {100.0 * row['averages_error']:.3g} %")
     if math.isfinite(pace):
         parts.append(f"{pace:.0f} s wall per s")
     if math.isfinite(row.get("pressure_drop", math.nan)):

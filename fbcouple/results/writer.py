@@ -37,6 +37,11 @@ HISTORIES: dict[str, tuple[str, str]] = {
         "Pa",
         "dynamic pressure at the inlet against the outlet, mean since the last row (none at the start)",
     ),
+    "averages_error": (
+        "1",
+        "standard error of the map averages.error_of over the map, root mean square, so far; none before it is known",
+    ),
+    "expected_end": ("s", "time at which the means are expected to have the error averages.until_error"),
     "inlet_velocity": (
         "m s-1",
         "superficial velocity of the gas that came in by the inlet, mean since the last row; of ramps only",

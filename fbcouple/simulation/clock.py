@@ -43,6 +43,10 @@ class Clock:
         """Is there time left?"""
         return self.time < self._end * ALMOST
 
+    def end_here(self) -> None:
+        """Let the run end with the step just taken."""
+        self._end = self.time
+
     def tick(self) -> None:
         """The step `dt` was taken."""
         self.steps += 1

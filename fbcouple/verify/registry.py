@@ -42,6 +42,7 @@ MODULES = (
     "mesh_file",
     "traffic",
     "removal",
+    "standard_errors",
 )
 
 

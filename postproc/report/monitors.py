@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fbcouple.postproc.statistics import summarise
+from fbcouple.results.block_errors import compare_with_map
 from fbcouple.results.inlet_speed import find_mean, is_constant
 from fbcouple.results.reader import NotDrawableError, Results, depth_average
 
@@ -219,11 +220,10 @@ def _settled(results: Results) -> Watched:
         depth_average(field.sel(component="z"))
         for field in (results.mean("solids_flux"), results.error("solids_flux_stderr"))
     )
-    size = float(np.sqrt((upward**2).sum()))
-    if not size or not bool(np.isfinite(error).any()):
+    part = compare_with_map(upward.values, error.values)
+    if math.isnan(part):
         raise NotDrawableError(["no blocks of the vertical flux to compare."])
     words = "standard error of the map of vertical solids flux over the map, root mean square"
-    part = float(np.sqrt((error**2).sum())) / size
     return hold_below(words, part, 0.3, ", or the pattern is not settled")
 
 

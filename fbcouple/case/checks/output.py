@@ -10,6 +10,7 @@ from fbcouple.case.checks.bed import try_region
 from fbcouple.case.checks.registry import BED, check, has_bed
 from fbcouple.case.companions import find_companion
 from fbcouple.case.problems import Problem, show
+from fbcouple.case.schema.output import OF_SOLIDS
 from fbcouple.case.schema.sections import Case
 from fbcouple.case.user_code import examine_task_file
 from fbcouple.errors import CaseError
@@ -20,6 +21,8 @@ MOST_FRAMES = 10_000
 MOST_TRACKED = 100
 MOST_RECORDS = 10_000_000
 """Rows of the history that a rank can hold."""
+FEWEST_BLOCKS = 8
+"""Blocks that an error which ends a run is made of, at least."""
 
 
 @check("output.record_every", "end_time")
@@ -115,3 +118,24 @@ def check_heights(case: Case, folder: Path) -> Iterator[Problem]:
     if case.output.radial_heights and case.domain.shape == "box":
         text = f'{show(case.output.radial_heights)} is given and domain.shape is "box", which has no radius'
         yield Problem("output.radial_heights", f"{text}; remove it, or give profile_heights.")
+
+
+@check("averages.until_error", "averages.error_of", "averages.blocks", "gas", "particles")
+def check_until_error(case: Case, folder: Path) -> Iterator[Problem]:
+    """What ends a run by its error has blocks enough, and a map that the case has."""
+    if case.averages is None:
+        return
+    chosen, blocks = case.averages.error_of, case.averages.blocks
+    if case.averages.until_error is None:
+        if chosen is not None:
+            yield Problem("averages.error_of", f'"{chosen}" is given without averages.until_error; give both or none.')
+        return
+    if blocks < FEWEST_BLOCKS:
+        text = f"{blocks} is given, at least {FEWEST_BLOCKS} are allowed with averages.until_error"
+        yield Problem("averages.blocks", f"{text}: fewer tell no error; give more.")
+    lacking = "particles" if case.particles is None and chosen in OF_SOLIDS else ""
+    lacking = "gas" if case.gas is None and chosen is not None and chosen not in OF_SOLIDS else lacking
+    if lacking:
+        yield Problem(
+            "averages.error_of", f'"{chosen}" is given and the case has no [{lacking}]; name a map that it has.'
+        )

@@ -2,14 +2,52 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from fbcouple.case.schema.option import Amounts, NonNegative, Numbers, Positive, Section, Texts, option
 from fbcouple.case.schema.probes import Probes
+
+MeanMap = Literal[
+    "solids_fraction",
+    "solids_flux",
+    "agitation",
+    "granular_temperature",
+    "voidage",
+    "gas_velocity",
+    "gas_flux",
+    "pressure",
+]
+
+
+OF_SOLIDS: tuple[MeanMap, ...] = ("solids_fraction", "solids_flux", "agitation", "granular_temperature")
 
 
 class Averages(Section):
     start: float = option("Time at which averaging starts.", "s", **NonNegative)
     every: float = option("Time between samples.", "s", 2e-3, **Positive)
-    blocks: int = option("Blocks of the window, for the standard errors.", default=10, ge=2, le=1000)
+    blocks: int = option(
+        "Blocks of the window, for the standard errors; with `until_error` there are once to twice as many.",
+        default=10,
+        ge=2,
+        le=1000,
+    )
+    until_error: float | None = option(
+        "Standard error of the map `error_of` over the map, root mean square, at which the run is complete, if that is "
+        "before end_time; absent: it runs to end_time.",
+        default=None,
+        gt=0.0,
+        lt=1.0,
+    )
+    error_of: MeanMap | None = option(
+        "Mean map whose error ends the run, of a vector its component along z; absent: solids_flux, without particles "
+        "gas_velocity.",
+        default=None,
+    )
+
+
+def name_map(averages: Averages, has_particles: bool) -> str:
+    """The mean map whose error ends a run."""
+    return averages.error_of or ("solids_flux" if has_particles else "gas_velocity")
 
 
 class Output(Section):

@@ -9,9 +9,11 @@ import numpy as np
 from fbcouple.case.schema.output import Averages as Options
 from fbcouple.simulation.clock import ALMOST, Cadence
 from fbcouple.simulation.simulation import Simulation
+from fbcouple.simulation.tasks.growing_means import GrowingMeans
 from fbcouple.simulation.tasks.means import Means
 from fbcouple.simulation.tasks.samplers import CellSampler, SolidsSampler, open_sampler, sample_gas, sample_solids
 from fbcouple.simulation.tasks.task import Saved, Task
+from fbcouple.simulation.tasks.until_sure import UntilSure
 
 
 class Averages(Task):
@@ -19,18 +21,21 @@ class Averages(Task):
 
     def __init__(self, sim: Simulation, options: Options) -> None:
         """(collective)"""
-        window, cells = (options.start, sim.case.end_time), len(sim.owned)
         self._cadence = Cadence(options.every, options.start)
-        self._phases: dict[str, Means] = {}
+        self._phases: dict[str, Means | GrowingMeans] = {}
         self._sampler: SolidsSampler | CellSampler | None = None
+        self.until_sure: UntilSure | None = None
+        """What ends the run when its means are sure enough; None where the case does not ask for it."""
         if sim.has_particles:
             self._sampler = open_sampler(sim)
-            self._phases["solids"] = Means("solids", cells, window, options.blocks)
+            self._phases["solids"] = _open_means("solids", sim, options)
         if sim.has_gas:
-            self._phases["gas"] = Means("gas", cells, window, options.blocks)
+            self._phases["gas"] = _open_means("gas", sim, options)
+        if options.until_error is not None:
+            self.until_sure = UntilSure(sim, options, self._phases)
 
     def after_step(self, sim: Simulation) -> None:
-        """Take a sample if one is due (collective)."""
+        """Take a sample if one is due; the run ends if its means are sure enough by it (collective)."""
         time = sim.clock.time
         if not self._cadence.due(time):
             return
@@ -39,6 +44,8 @@ class Averages(Task):
                 self._phases["solids"].add(sample_solids(self._sampler, sim), time)
             if sim.has_gas:
                 self._phases["gas"].add(sample_gas(sim.gas.voidage, sim.gas.velocity, sim.gas.pressure), time)
+            if self.until_sure:
+                self.until_sure.judge(sim)
 
     def collect(self, sim: Simulation) -> dict[str, np.ndarray]:
         """Name -> mean and, with `_stderr` behind it, its standard error in the cells of all ranks, on rank 0
@@ -52,6 +59,8 @@ class Averages(Task):
     def save(self, sim: Simulation, folder: Path) -> Saved:
         """Counts, and sums of this rank's cells."""
         saved = Saved({"next": self._cadence.next})
+        if self.until_sure:
+            saved.numbers["until_sure"] = self.until_sure.save()
         for phase, means in self._phases.items():
             saved.numbers[phase], sums = means.save()
             saved.cells |= {f"{phase}.{name}": rows for name, rows in sums.items()}
@@ -63,10 +72,20 @@ class Averages(Task):
         for phase, means in self._phases.items():
             own = {name.partition(".")[2]: rows for name, rows in saved.cells.items() if name.startswith(f"{phase}.")}
             means.load(saved.numbers[phase], own)
+        if self.until_sure:
+            self.until_sure.load(sim, saved.numbers["until_sure"])
 
 
-def _gather(sim: Simulation, means: Means) -> dict[str, np.ndarray]:
-    collected = means.collect(final=sim.clock.time >= sim.case.end_time * ALMOST)
+def _open_means(phase: str, sim: Simulation, options: Options) -> Means | GrowingMeans:
+    """Blocks that grow where the window is open."""
+    cells = len(sim.owned)
+    if options.until_error is not None:
+        return GrowingMeans(phase, cells, options.blocks)
+    return Means(phase, cells, (options.start, sim.case.end_time), options.blocks)
+
+
+def _gather(sim: Simulation, means: Means | GrowingMeans) -> dict[str, np.ndarray]:
+    collected = means.collect(sim.clock.time >= sim.case.end_time * ALMOST, sim.comm.allreduce)
     parts = sim.comm.gather((sim.owned, collected))
     if parts is None:
         return {}

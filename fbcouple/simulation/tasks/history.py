@@ -20,6 +20,7 @@ from fbcouple.simulation.tasks.diagnostics import find_weight
 from fbcouple.simulation.tasks.limits import JUDGED_ONLY
 from fbcouple.simulation.tasks.monitors import Monitors
 from fbcouple.simulation.tasks.task import Saved, Task
+from fbcouple.simulation.tasks.until_sure import UntilSure
 from fbcouple.simulation.tasks.writing import writing
 
 _ROWS = "history.jsonl"
@@ -28,8 +29,9 @@ _ROWS = "history.jsonl"
 class History(Task):
     """Rows of what `Monitors` measured, with extremes and time means since the row before."""
 
-    def __init__(self, sim: Simulation, run: Path, monitors: Monitors) -> None:
-        self._run, self._monitors = run, monitors
+    def __init__(self, sim: Simulation, run: Path, monitors: Monitors, sure: UntilSure | None = None) -> None:
+        """`sure`: what knows the error that the means have reached."""
+        self._run, self._monitors, self._sure = run, monitors, sure
         self.rows: list[dict[str, Any]] = []
         self.recorded_at = -1
         """The step of the last row."""
@@ -103,6 +105,8 @@ class History(Task):
                     row["outlet_backflow"] = _find_parts(self._flows)
             row |= {"gas_mass_error": since["mass_error"], "max_courant": since["courant"]}
             row["gas_inflow_error"] = since["inflow_error"]
+        if self._sure:
+            row |= {"averages_error": self._sure.error, "expected_end": self._sure.expected_end}
         if sim.is_coupled:
             row["momentum_error"] = since["momentum_error"]
             row["displaced_gas_error"] = since["displaced_wrongly"] / (row["solids_volume"] or math.inf)

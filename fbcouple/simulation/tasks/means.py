@@ -12,6 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fbcouple.results.block_errors import AddUp
+
 SOLIDS_COLUMNS = 7
 """sum V_p, sum m_p, sum m_p v (3), sum m_p v.v, sum m_p |v - cell mean|^2, each over the cell volume."""
 GAS_COLUMNS = 8
@@ -61,6 +63,11 @@ QUANTITIES: dict[str, Quantity] = {
 }
 
 
+def count_columns(phase: str) -> int:
+    """Columns of a row of `phase`, solids or gas."""
+    return SOLIDS_COLUMNS if phase == "solids" else GAS_COLUMNS
+
+
 class Means:
     """Running sums of one phase's rows over the averaging window, and of its quantities over blocks of the window."""
 
@@ -68,7 +75,7 @@ class Means:
 
     def __init__(self, phase: str, cells: int, window: tuple[float, float], blocks: int) -> None:
         """The `window` [s] is cut into `blocks` equal blocks."""
-        columns = SOLIDS_COLUMNS if phase == "solids" else GAS_COLUMNS
+        columns = count_columns(phase)
         self._quantities = {name: q for name, q in QUANTITIES.items() if q.phase == phase}
         self._start = window[0]
         self._length = (window[1] - window[0]) / blocks
@@ -118,10 +125,10 @@ class Means:
         self._block[:] = 0.0
         self._block_samples = 0
 
-    def collect(self, final: bool) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    def collect(self, final: bool, add_up: AddUp | None = None) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """Name -> mean and standard error, (cells, components) each; the error is nan before two blocks are full.
 
-        `final`: the window is over, and its last block is full.
+        `final`: the window is over, and its last block is full; `add_up` is not needed.
         """
         if final:
             self._close_block()

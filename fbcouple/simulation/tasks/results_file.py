@@ -13,7 +13,6 @@ from fbcouple.case.bed.particle_types import mean_density, solids_volume
 from fbcouple.case.bed.region import find_region
 from fbcouple.case.bed.speeds import SETTLED
 from fbcouple.results.writer import write_results
-from fbcouple.simulation.clock import ALMOST
 from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.tasks.averages import Averages
 from fbcouple.simulation.tasks.history import History
@@ -105,6 +104,7 @@ class ResultsFile(Task):
 
     def _describe(self, sim: Simulation) -> dict[str, Any]:
         options = sim.case.averages
+        sure = self._averages.until_sure if self._averages else None
         return {
             **self._made_with,
             "title": sim.case.title,
@@ -113,7 +113,8 @@ class ResultsFile(Task):
             "averaging_end": sim.time,
             **self._count_costs(sim),
             "ranks": sim.comm.size,
-            "complete": int(sim.time >= sim.case.end_time * ALMOST),
+            "complete": int(not sim.clock.running),
+            **(sure.describe(sim) if sure else {}),
         }
 
 

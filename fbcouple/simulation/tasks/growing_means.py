@@ -1,0 +1,82 @@
+"""Time means over a window whose end is not known: blocks that join in pairs where there are too many of them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fbcouple.results.block_errors import AddUp, estimate_errors, join_pairs
+from fbcouple.simulation.tasks.means import QUANTITIES, count_columns
+
+
+class GrowingMeans:
+    """Sums of one phase's rows over blocks of as many samples each.
+
+    There are up to twice `fewest` blocks. When that many are full, neighbours join, so that from then on a block has
+    twice the samples: the blocks always cover the whole window, in a memory that does not grow with it.
+    """
+
+    _NUMBERS = ("full", "per_block", "_open")
+
+    def __init__(self, phase: str, cells: int, fewest: int) -> None:
+        self._fewest = fewest
+        self._quantities = {name: q for name, q in QUANTITIES.items() if q.phase == phase}
+        self._blocks = np.zeros((2 * fewest + 1, cells, count_columns(phase)))
+        self.full = 0
+        """Blocks that are full; the one behind them is being filled."""
+        self.per_block = 1
+        """Samples a block."""
+        self._open = 0
+
+    @property
+    def samples(self) -> int:
+        """Samples taken so far."""
+        return self.full * self.per_block + self._open
+
+    def add(self, rows: np.ndarray, time: float) -> None:
+        """Take a sample: `rows` (cells, columns)."""
+        if self.full == 2 * self._fewest and not self._open:
+            self._join()
+        self._blocks[self.full] += rows
+        self._open += 1
+        if self._open == self.per_block:
+            self.full, self._open = self.full + 1, 0
+
+    def _join(self) -> None:
+        for n in range(self._fewest):
+            self._blocks[n] = self._blocks[2 * n] + self._blocks[2 * n + 1]
+        self._blocks[self._fewest :] = 0.0
+        self.full, self.per_block = self._fewest, 2 * self.per_block
+
+    def collect(self, final: bool, add_up: AddUp) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """Name -> mean and standard error, (cells, components) each; the error is nan where the blocks are too short
+        against the correlation to tell it (collective)."""
+        total = self._blocks.sum(axis=0) / max(self.samples, 1)
+        rows = self._blocks[: self.full] / self.per_block
+        return {
+            name: (quantity.derive(total), estimate_errors(self._derive_blocks(name, rows), add_up))
+            for name, quantity in self._quantities.items()
+        }
+
+    def judge(self, name: str, add_up: AddUp) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Mean of the quantity `name`, its standard error, that from half as many blocks, twice as long, and that
+        where the blocks are surely long enough, each (cells, components) (collective)."""
+        blocks = self._derive_blocks(name, self._blocks[: self.full] / self.per_block)
+        joined = self._derive_blocks(name, join_pairs(self._blocks[: self.full] / self.per_block))
+        mean = self._quantities[name].derive(self._blocks.sum(axis=0) / self.samples)
+        surely = estimate_errors(blocks, add_up, surely=True)
+        return mean, estimate_errors(blocks, add_up), estimate_errors(joined, add_up), surely
+
+    def _derive_blocks(self, name: str, rows: np.ndarray) -> np.ndarray:
+        quantity = self._quantities[name]
+        values = [quantity.derive(block) for block in rows]
+        return np.array(values).reshape(len(rows), rows.shape[1], quantity.components)
+
+    def save(self) -> tuple[dict[str, float], dict[str, np.ndarray]]:
+        """Counts, the same on every rank, and the blocks, a row a cell."""
+        return {name: getattr(self, name) for name in self._NUMBERS}, {"blocks": np.moveaxis(self._blocks, 1, 0)}
+
+    def load(self, counts: dict[str, float], sums: dict[str, np.ndarray]) -> None:
+        """Go on from what `save` gave, with the rows of this rank's cells."""
+        for name in self._NUMBERS:
+            setattr(self, name, counts[name])
+        self._blocks[:] = np.moveaxis(sums["blocks"], 0, 1)

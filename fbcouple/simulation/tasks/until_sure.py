@@ -1,0 +1,92 @@
+"""Ends a run when the standard error of a mean map, over the map, is as small as the case asks for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from fbcouple.case.schema.output import Averages as Options
+from fbcouple.case.schema.output import name_map
+from fbcouple.results.block_errors import compare_with_map
+from fbcouple.simulation.simulation import Simulation
+from fbcouple.simulation.tasks.growing_means import GrowingMeans
+from fbcouple.simulation.tasks.means import QUANTITIES
+
+REACHED = "until_error"
+LIMIT = "end_time"
+
+
+class UntilSure:
+    """The error that the means have reached, found where a block is full, and the run's end by it.
+
+    Looks are seldom, every second block from `blocks` on, and the error has to hold by blocks of both lengths, as they
+    are and joined in pairs, and these have to be long enough by a margin (`find_gain`): an error that is small by
+    chance, or of blocks that are too short, ends no run.
+    """
+
+    _STATE = ("error", "expected_end", "ended_by")
+
+    def __init__(self, sim: Simulation, options: Options, phases: Mapping[str, Any]) -> None:
+        """(collective)"""
+        assert options.until_error is not None
+        self._wanted, self._start, self._fewest = options.until_error, options.start, options.blocks
+        self.map = name_map(options, sim.has_particles)
+        """The mean map whose error counts; of a vector its component along z."""
+        self._means: GrowingMeans = phases[QUANTITIES[self.map].phase]
+        self.error = math.nan
+        """Standard error of the map over the map, root mean square, at the last look; nan before one is known."""
+        self.expected_end = math.nan
+        """When the error will be as wanted, going down as one over the root of the window [s]."""
+        self.ended_by = ""
+        sim.cells.prepare_samples(sim.comm)
+
+    def judge(self, sim: Simulation) -> None:
+        """After a sample: look at the error where one is due, and end the run if it is as wanted (collective)."""
+        means = self._means
+        if means.samples != means.full * means.per_block or means.full < self._fewest or means.full % 2:
+            return
+        found = means.judge(self.map, sim.comm.allreduce)
+        parts = sim.comm.gather((sim.owned, found))
+        self.error, upper = sim.comm.bcast(None if parts is None else self._compare(sim, parts))
+        self.expected_end = self._start + (sim.time - self._start) * (upper / self._wanted) ** 2
+        if upper <= self._wanted:
+            self._end(sim)
+
+    def _compare(self, sim: Simulation, parts: list[tuple[np.ndarray, tuple[np.ndarray, ...]]]) -> tuple[float, float]:
+        """The error, and the largest by blocks of both lengths; that is nan unless all are known."""
+        maps = [sim.cells.sample([(owned, values[n]) for owned, values in parts]) for n in range(4)]
+        mean, *errors = (_average_depth(values) for values in maps)
+        found = [compare_with_map(mean, error) for error in errors]
+        return found[0], float(np.max(found))
+
+    def _end(self, sim: Simulation) -> None:
+        self.ended_by = REACHED
+        sim.clock.end_here()
+
+    def describe(self, sim: Simulation) -> dict[str, Any]:
+        """What results.nc says of it: the error, of which map, and why the run ended, if it has."""
+        ended = self.ended_by or ("" if sim.clock.running else LIMIT)
+        return {"averaging_error": self.error, "averaging_error_of": self.map, "ended_by": ended}
+
+    def save(self) -> dict[str, Any]:
+        """What `load` needs to go on from here."""
+        return {name: getattr(self, name) for name in self._STATE}
+
+    def load(self, sim: Simulation, state: dict[str, Any]) -> None:
+        """Go on from `state`; a run that had ended by it has."""
+        for name in self._STATE:
+            setattr(self, name, state[name])
+        if self.ended_by:
+            self._end(sim)
+
+
+def _average_depth(values: np.ndarray) -> np.ndarray:
+    """The mean over y (z, x) of a map (z, y, x), or of the z component of one (component, z, y, x), of the places
+    inside of the mesh."""
+    field = (values if values.ndim == 3 else values[2]).astype(float)
+    known = np.isfinite(field)
+    count = known.sum(axis=1)
+    return np.where(count > 0, np.where(known, field, 0.0).sum(axis=1) / np.maximum(count, 1), np.nan)

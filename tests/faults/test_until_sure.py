@@ -1,0 +1,118 @@
+"""A run that ends where its means are sure enough: the same on any number of ranks, and after a stop."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+from small_bed import find_differences, prepare, stop_at_next_moment
+
+from fbcouple.case.load import load_case
+from fbcouple.errors import CaseError
+from fbcouple.launcher.launch import is_complete, launch
+
+GAS_OF_SPHERES = """
+title = "an elastic gas of 60 spheres"
+end_time = 1.5
+[domain]
+size = [0.01, 0.006, 0.02]
+cells = [3, 2, 4]
+[particles]
+diameter = 1e-3
+density = 2500.0
+count = 60
+[contact]
+restitution = 1.0
+wall_restitution = 1.0
+friction = 0.0
+wall_friction = 0.0
+stiffness = 20.0
+[start]
+[averages]
+start = 0.1
+every = 2e-3
+blocks = 8
+until_error = 0.1
+error_of = "agitation"
+[output]
+record_every = 0.02
+[checkpoint]
+moment_steps = 50
+"""
+
+
+@pytest.fixture(scope="module")
+def ended(tmp_path_factory):
+    run, rows = prepare(tmp_path_factory.mktemp("ended"), text=GAS_OF_SPHERES), []
+    launch(run, 1, rows.append)
+    return run, rows
+
+
+def read(run):
+    with xr.open_dataset(run / "results.nc") as results:
+        return results.load()
+
+
+def test_it_ends_before_its_limit_and_says_why(ended):
+    run, rows = ended
+    results = read(run)
+    about, end = results.attrs, float(results["time"][-1])
+    print(f"ended at {end:g} s with an error of {about['averaging_error']:g}")
+    assert about["complete"] == 1 and about["ended_by"] == "until_error" and 0.1 < end < 1.5
+    assert about["averaging_error"] <= 0.1 and about["averaging_error_of"] == "agitation"
+    assert rows[-1]["averages_error"] == about["averaging_error"] and rows[-1]["expected_end"] <= end
+    assert is_complete(run, load_case(str(run / "case.toml")))
+    error, mean = results["agitation_stderr"].mean("y"), results["agitation"].mean("y")
+    assert np.sqrt((error**2).sum() / (mean**2).sum()) == pytest.approx(about["averaging_error"], rel=1e-4)
+
+
+def test_it_ends_there_on_two_ranks(ended, tmp_path):
+    run = prepare(tmp_path, ["averages.until_error=0.9", "averages.every=1e-4", "averages.start=0.0"], GAS_OF_SPHERES)
+    other = prepare(
+        tmp_path / "two", ["averages.until_error=0.9", "averages.every=1e-4", "averages.start=0.0"], GAS_OF_SPHERES
+    )
+    launch(run, 1, lambda row: None)
+    launch(other, 2, lambda row: None)
+    one, two = read(run), read(other)
+    assert one.attrs["ended_by"] == two.attrs["ended_by"] == "until_error"
+    assert two["time"].values[-1] == one["time"].values[-1]
+    assert two.attrs["averaging_error"] == pytest.approx(one.attrs["averaging_error"], rel=1e-6)
+
+
+def test_a_stop_on_the_way_changes_no_bit(ended, tmp_path):
+    run, rows = prepare(tmp_path, text=GAS_OF_SPHERES), []
+    stop_at_next_moment(run, 1, rows)
+    stop_at_next_moment(run, 1, rows)
+    launch(run, 1, rows.append, resume=True)
+    assert find_differences(ended[0], run) == []
+    assert read(run).attrs["averaging_error"] == read(ended[0]).attrs["averaging_error"]
+
+
+def test_results_that_were_lost_at_the_end_are_written_anew(ended):
+    """The checkpoint of the end knows that it is one."""
+    run, rows = ended
+    before = read(run)
+    (run / "results.nc").unlink()
+    launch(run, 1, lambda row: None, resume=True)
+    assert read(run)["time"].values[-1] == before["time"].values[-1] and read(run).attrs["ended_by"] == "until_error"
+
+
+@pytest.mark.parametrize(
+    ("sets", "text"),
+    [
+        (["averages.blocks=4"], "averages.blocks: 4 is given, at least 8 are allowed with averages.until_error"),
+        (['averages.error_of="pressure"'], 'averages.error_of: "pressure" is given and the case has no [gas]'),
+        (["averages.until_error=1.5"], "averages.until_error: 1.5 is given"),
+        (['averages.error_of="speed"'], "averages.error_of"),
+    ],
+)
+def test_what_cannot_end_a_run_is_refused(tmp_path, sets, text):
+    with pytest.raises(CaseError) as caught:
+        prepare(tmp_path, sets, GAS_OF_SPHERES)
+    assert text in str(caught.value)
+
+
+def test_a_map_without_an_error_to_reach_is_refused(tmp_path):
+    text = GAS_OF_SPHERES.replace("until_error = 0.1\n", "")
+    with pytest.raises(CaseError, match="given without averages.until_error"):
+        prepare(tmp_path, text=text)

@@ -1,0 +1,57 @@
+"""Means over a window whose end is not known: blocks that join, and what they tell."""
+
+import numpy as np
+import pytest
+
+from fbcouple.results.block_errors import estimate_errors
+from fbcouple.simulation.tasks.growing_means import GrowingMeans
+from fbcouple.simulation.tasks.samplers import sample_gas
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng(42)
+
+
+def alone(sums):
+    return sums
+
+
+def sample(pressure):
+    return sample_gas(np.ones(len(pressure)), np.zeros((len(pressure), 3)), pressure)
+
+
+def test_blocks_join_in_pairs_and_hold_every_sample(rng):
+    series = rng.standard_normal((133, 6))
+    means = GrowingMeans("gas", 6, 8)
+    for n, pressure in enumerate(series, 1):
+        means.add(sample(pressure), 0.1 * n)
+        assert means.samples == n and means.full <= 16 and (n < 8 or means.full >= 8)
+    assert (means.full, means.per_block) == (8, 16)
+    mean, error = means.collect(True, alone)["pressure"]
+    assert mean[:, 0] == pytest.approx(series.mean(axis=0), rel=1e-12)
+    blocks = series[:128].reshape(8, 16, 6).mean(axis=1)[..., None]
+    assert error == pytest.approx(estimate_errors(blocks), rel=1e-9)
+
+
+def test_saved_means_go_on_bit_for_bit(rng):
+    series = rng.standard_normal((50, 6))
+    whole, first = GrowingMeans("gas", 6, 8), GrowingMeans("gas", 6, 8)
+    for n, pressure in enumerate(series):
+        whole.add(sample(pressure), n)
+        if n == 20:
+            counts, sums = first.save()
+            kept = {name: rows.copy() for name, rows in sums.items()}
+            first = GrowingMeans("gas", 6, 8)
+            first.load(dict(counts), kept)
+        first.add(sample(pressure), n)
+    one, other = (means.judge("pressure", alone) for means in (whole, first))
+    assert all(np.array_equal(a, b, equal_nan=True) for a, b in zip(one, other, strict=True))
+
+
+def test_memory_does_not_grow_with_the_window():
+    means = GrowingMeans("gas", 3, 8)
+    before = means.save()[1]["blocks"].shape
+    for n in range(1000):
+        means.add(sample(np.ones(3)), n)
+    assert means.save()[1]["blocks"].shape == before == (3, 17, 8)
