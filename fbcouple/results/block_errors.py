@@ -122,8 +122,8 @@ class Held:
 
 
 def count_held(series: np.ndarray, pieces: int, blocks: int, truth: np.ndarray | None = None) -> Held:
-    """Cut `series` (samples, cells) into `pieces`, each into `blocks`, and hold their errors against the mean of it all,
-    or against `truth` (cells,) where it is known."""
+    """Cut `series` (samples, cells) into `pieces`, each into `blocks`, and hold their errors against the mean of it
+    all, or against `truth` (cells,) where it is known."""
     length = len(series) // (pieces * blocks)
     if not length:
         return Held(np.nan, 0.0)
