@@ -94,6 +94,7 @@ OPTIONAL: dict[str, Is] = {
 NUMBERS = (
     "averaging_start",
     "averaging_end",
+    "averaging_error",
     "core_seconds",
     "cpu_seconds",
     "ranks",

@@ -68,6 +68,9 @@ def tabulate_solved(results: Results) -> Rows:
     time = float(results.data["time"].values[-1]) if results.data.sizes.get("time") else math.nan
     rows += [("simulated time [s]", time), ("time means over", window)]
     rows += [("complete", "yes" if results.complete else f"no, of {case['end_time']:g} s")]
+    if ended := str(results.data.attrs.get("ended_by", "")):
+        error = float(results.data.attrs.get("averaging_error", math.nan))
+        rows += [("ended by", ended), ("error of the time means", error)]
     return [{"what": what, "value": value} for what, value in rows]
 
 

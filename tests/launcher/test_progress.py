@@ -46,3 +46,14 @@ def test_gas_that_comes_back_in_is_told_where_it_is_more_than_a_hundredth():
     progress.show({"time": 3.0, "wall": WALL, "gas_backflow": 0.2, "outlet_backflow": [0.02, 0.9, 0.0]})
     (warning,) = progress.list_warnings()
     assert "20 % of the gas at the outlets came back in by them, most of it by outlet 2, with" in warning
+
+
+def test_a_run_that_ends_by_its_error_shows_it_and_the_time_up_to_then(monkeypatch):
+    """At 100 s of wall time a second, 12 s are left up to where the error is expected to be small enough, not 20."""
+    moments = iter([0.0, 10.0, 110.0])
+    monkeypatch.setattr(time, "monotonic", lambda: next(moments))
+    screen = io.StringIO()
+    progress = RunProgress(Console(file=screen), 20.0)
+    for t in (4.0, 5.0):
+        progress.show({"time": t, "wall": WALL, "averages_error": 0.1234, "expected_end": 12.0})
+    assert "error 12.3 %" in screen.getvalue() and "left 0:11:40" in screen.getvalue()
