@@ -22,6 +22,7 @@ _HAS: dict[str, Callable[[Case], bool]] = {
     "an open top": lambda case: case.gas is not None and case.gas.top == "open",
     "particles.feeds or particles.outlets": has_traffic,
     "a mixture of two species": lambda case: case.particles is not None and len(case.particles.mixture) == 1,
+    "averages.until_error": lambda case: case.averages is not None and case.averages.until_error is not None,
     "output.tracked": lambda case: case.particles is not None and bool(case.output.tracked),
 }
 """What a case may have."""
@@ -44,6 +45,7 @@ _OF: dict[str, tuple[str, ...]] = {
         *("particles_fed", "particles_removed", "particles_owed", "mass_fed", "mass_removed", "ledger_error"),
     ),
     "a mixture of two species": ("species_centre_z",),
+    "averages.until_error": ("averages_error", "expected_end"),
     "output.tracked": ("rebound_angle", "tangential_restitution"),
 }
 NEEDED: dict[str, str] = {name: need for need, names in _OF.items() for name in names}
