@@ -10,11 +10,12 @@ from fbcouple.case.bed.particle_types import particle_count
 from fbcouple.case.bed.region import find_region
 from fbcouple.case.load import load_case
 from fbcouple.case.preflight import coupling_step, gas_step
+from fbcouple.case.schema.sections import Case
 from fbcouple.case.source import FILE_NAME
 from fbcouple.errors import CaseError
 
-_CELL = 30.0
-"""Work of a cell in a fluid step over that of a particle in a DEM step (measured on `patil/c2`: 5 and 0.2 us)."""
+_PER_CELL = 11.0
+"""Time of a cell and pressure correction over that of a particle and DEM step (`mueller/0.9`)."""
 
 
 def is_set(folder: Path) -> bool:
@@ -37,11 +38,17 @@ def find_runs(folder: Path) -> list[Path]:
 
 
 def estimate_work(run: Path) -> float:
-    """Work of the whole run, in steps of a particle: what runs are put in order by, the longest first."""
-    case, work = load_case(str(run)), 0.0
+    """Work of the whole run in the folder `run`, as `weigh_case` has it."""
+    return weigh_case(load_case(str(run)), run)
+
+
+def weigh_case(case: Case, folder: Path) -> float:
+    """Work of a run of `case`, whose own files lie in `folder`, in DEM steps of a particle: what runs are put in order
+    by."""
+    work = 0.0
     if case.particles and case.contact:
-        work += particle_count(case.particles) * case.end_time / dem_step(case.contact, case.particles)
+        work += particle_count(case.particles) / dem_step(case.contact, case.particles)
     if case.gas:
-        step = coupling_step(case) if case.particles else gas_step(case)
-        work += _CELL * find_region(case, run).cells * case.end_time / step
-    return work
+        step = coupling_step(case) if case.contact else gas_step(case)
+        work += _PER_CELL * find_region(case, folder).cells * case.gas.correctors / step
+    return work * case.end_time

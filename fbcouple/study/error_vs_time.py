@@ -8,11 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fbcouple.case.bed.derived import dem_step
-from fbcouple.case.bed.particle_types import particle_count
+from fbcouple.batch.folders import weigh_case
 from fbcouple.case.load import load_case
-from fbcouple.case.preflight import gas_step
 from fbcouple.case.problems import show, suggest
+from fbcouple.case.source import find_case
 from fbcouple.errors import CaseError
 from fbcouple.results.reader import open_results
 from fbcouple.study.measures import MEASURES, Error, Finished, check_measures, find_error
@@ -25,8 +24,6 @@ from fbcouple.study.source import Source, format_settings
 RUNS = "members"
 COSTS = {"wall": "core_seconds", "cpu": "cpu_seconds"}
 """What a study takes for cost -> attribute of results.nc."""
-_PER_CELL = 11.0
-"""Time of a cell and pressure correction over that of a particle and step (`mueller/0.9`)."""
 Say = Callable[[str], None]
 
 
@@ -70,7 +67,8 @@ def run_members(
             hint = f"did you mean `{close}`" if close else "`--dry` lists them"
             raise CaseError([f"{source.label}: {show(name)}: the study has no such member; {hint}."])
     done = {}
-    ordered = sorted(members, key=lambda member: _estimate_work(member, base))
+    where = find_case(base).parent
+    ordered = sorted(members, key=lambda m: weigh_case(load_case(base, format_settings(m.settings)), where))
     calls = [(base, m, folder / RUNS / m.name, study.wall_limit, only is None or m.name in only) for m in ordered]
     for n, (member, ending) in enumerate(zip(ordered, run_side_by_side(_run, calls, jobs), strict=True), 1):
         done[member.name] = _open(member, ending, folder / RUNS / member.name, study.cost)
@@ -82,17 +80,6 @@ def _run(base: str, member: Member, run: Path, wall_limit: float, wanted: bool) 
     if not wanted:
         return look_up_case(base, member.settings, run, member.ranks)
     return run_case(base, member.settings, run, member.ranks, wall_limit)
-
-
-def _estimate_work(member: Member, base: str) -> float:
-    """Particles times their steps, and cells times pressure corrections at what one of these takes beside those."""
-    case = load_case(base, format_settings(member.settings))
-    work = 0.0
-    if case.particles and case.contact:
-        work += particle_count(case.particles) / dem_step(case.contact, case.particles)
-    if case.gas:
-        work += _PER_CELL * math.prod(case.domain.cells) * case.gas.correctors / gas_step(case)
-    return work * case.end_time
 
 
 def _open(member: Member, ending: Ending, run: Path, cost_of: str) -> Done:
