@@ -9,7 +9,7 @@ from fbcouple.case.bed.derived import hertz_modulus
 from fbcouple.case.bed.number import Number, judge
 from fbcouple.case.bed.particle_types import largest_diameter, mean_density, solids_volume
 from fbcouple.case.bed.region import Region
-from fbcouple.case.bed.speeds import SETTLED
+from fbcouple.case.bed.speeds import FIT_OVERLAP, SETTLED
 from fbcouple.case.schema.sections import Case
 
 CONTACTS = 6.0
@@ -20,7 +20,7 @@ def estimate_rest_overlap(case: Case, region: Region) -> Iterator[Number]:
     """How deep the lowest particles of a bed at rest are in each other."""
     overlap = find_rest_overlap(case, region)
     meaning = "Overlap over diameter at the bottom of the bed at rest, under the weight of it all; as above."
-    yield Number("overlap at rest", overlap, "d", "at most 0.05", judge(overlap <= 0.05), meaning)
+    yield Number("overlap at rest", overlap, "d", f"at most {FIT_OVERLAP:g}", judge(overlap <= FIT_OVERLAP), meaning)
 
 
 def find_rest_overlap(case: Case, region: Region) -> float:

@@ -23,6 +23,8 @@ from fbcouple.physics.contact import normal_damping
 SETTLED = 0.60
 """Solids fraction of the bed at rest."""
 
+FIT_OVERLAP = 0.05
+"""Overlap of a contact over the diameter up to which a bed hardly knows of its soft springs."""
 LARGE = 0.1
 """Diameter [m] above which a length was most likely given in mm."""
 
@@ -41,8 +43,8 @@ def estimate_overlap(case: Case, region: Region, law: Law | None, folder: Path) 
         meaning = f"Overlap over diameter of {partner} at {speed:.3g} m s-1, from {why}; a stiffer spring lowers it."
         if (largest := max(kind.diameter for kind in list_kinds(case.particles))) > LARGE:
             meaning = f"{meaning} Particles of {largest:g} m: lengths are in m, 1 mm is 1e-3."
-        verdict = judge(overlap <= 0.05, "warn" if overlap <= 0.2 else "unfit")
-        yield Number("overlap", overlap, "d", "at most 0.05", verdict, meaning)
+        verdict = judge(overlap <= FIT_OVERLAP, "warn" if overlap <= 0.2 else "unfit")
+        yield Number("overlap", overlap, "d", f"at most {FIT_OVERLAP:g}", verdict, meaning)
 
 
 def list_speeds(case: Case, region: Region, law: Law | None, folder: Path) -> list[tuple[Kind, float, str]]:
