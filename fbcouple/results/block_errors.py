@@ -103,10 +103,21 @@ def compare_with_map(mean: np.ndarray, error: np.ndarray) -> float:
     return float(np.sqrt(np.nansum(error**2))) / size
 
 
+def list_errors(
+    blocks: np.ndarray, joined: np.ndarray, add_up: AddUp = lambda sums: sums
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """What has to be small for a run to end: the errors by `blocks`, by them `joined` in pairs, and by `blocks` where
+    they are surely long enough, each (cells, components) (collective)."""
+    return (
+        estimate_errors(blocks, add_up),
+        estimate_errors(joined, add_up),
+        estimate_errors(blocks, add_up, surely=True),
+    )
+
+
 def is_sure(blocks: np.ndarray, wanted: float) -> bool:
-    """Is the error of the map of `blocks` (blocks, cells, 1) at most `wanted`, by them and by pairs of them, and are
-    they surely long enough?"""
-    errors = [estimate_errors(blocks), estimate_errors(join_pairs(blocks)), estimate_errors(blocks, surely=True)]
+    """Is the error of the map of `blocks` (blocks, cells, 1) at most `wanted`, by all of `list_errors`?"""
+    errors = list_errors(blocks, join_pairs(blocks))
     mean = blocks.mean(axis=0)
     return bool(np.max([compare_with_map(mean, error) for error in errors]) <= wanted)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fbcouple.results.block_errors import AddUp, estimate_errors, join_pairs
+from fbcouple.results.block_errors import AddUp, estimate_errors, join_pairs, list_errors
 from fbcouple.simulation.tasks.means import QUANTITIES, count_columns
 
 
@@ -58,13 +58,12 @@ class GrowingMeans:
         }
 
     def judge(self, name: str, add_up: AddUp) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Mean of the quantity `name`, its standard error, that from half as many blocks, twice as long, and that
-        where the blocks are surely long enough, each (cells, components) (collective)."""
-        blocks = self._derive_blocks(name, self._blocks[: self.full] / self.per_block)
-        joined = self._derive_blocks(name, join_pairs(self._blocks[: self.full] / self.per_block))
+        """Mean of the quantity `name` and its standard errors as `list_errors` has them, each (cells, components)
+        (collective)."""
+        rows = self._blocks[: self.full] / self.per_block
         mean = self._quantities[name].derive(self._blocks.sum(axis=0) / self.samples)
-        surely = estimate_errors(blocks, add_up, surely=True)
-        return mean, estimate_errors(blocks, add_up), estimate_errors(joined, add_up), surely
+        joined = self._derive_blocks(name, join_pairs(rows))
+        return mean, *list_errors(self._derive_blocks(name, rows), joined, add_up)
 
     def _derive_blocks(self, name: str, rows: np.ndarray) -> np.ndarray:
         quantity = self._quantities[name]
