@@ -17,7 +17,8 @@ from scipy.interpolate import CubicSpline
 from fbcouple.postproc.figures.heights import list_heights
 from fbcouple.postproc.scales import velocity_scale
 from fbcouple.postproc.style import GREY, LINES, PAGE, lay_out, wrap_label
-from fbcouple.results.reader import NotDrawableError, Results, at_height, depth_average
+from fbcouple.results.depth_means import at_height, depth_average
+from fbcouple.results.reader import NotDrawableError, Results
 
 Field = Callable[[Results, str], xr.DataArray]
 FIELDS: dict[str, Field] = {}

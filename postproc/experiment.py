@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-import xarray as xr
 
 from fbcouple.errors import CaseError
 from fbcouple.input_files.companion_files import find_companion
 from fbcouple.input_files.measured_lines import QUANTITIES, Points, Reference, parse_reference, read_line
 from fbcouple.postproc.deviation import find_deviation
-from fbcouple.results.reader import NotDrawableError, Results, at_height, depth_average, mass_average
+from fbcouple.results.depth_means import at_height, depth_average, mass_average, share_depth
+from fbcouple.results.reader import NotDrawableError, Results
 
 _ROUNDING = 1e-9
 _PARTICLE = ("solids_velocity", "agitation", "granular_temperature")
@@ -68,7 +68,7 @@ def gather_references(runs: Sequence[Results], texts: Sequence[str]) -> list[Mea
 
     Raises: CaseError with every reference that cannot be read, or does not fit into the bed of a run that it is for.
     """
-    found: dict[tuple[str, float, bytes], Measured] = {}
+    found: dict[tuple[str, bytes], Measured] = {}
     problems: list[str] = []
     named = [(run, text, False) for run in runs for text in _list_named(run)]
     for run, text, is_given in [*named, *((run, text, True) for text in texts for run in runs)]:
@@ -78,7 +78,7 @@ def gather_references(runs: Sequence[Results], texts: Sequence[str]) -> list[Mea
         except CaseError as error:
             problems += [problem for problem in error.problems if problem not in problems]
             continue
-        key = (reference.quantity, reference.height, points.x.tobytes() + points.value.tobytes())
+        key = (reference.name, points.x.tobytes() + points.value.tobytes())
         known = found.get(key, Measured(reference, points))
         found[key] = replace(known, runs=known.runs | {run.label}, given=str(reference) if is_given else known.given)
     if problems:
@@ -116,27 +116,33 @@ def tell_given(runs: Sequence[Results], lines: Sequence[Measured]) -> list[str]:
 
 
 def line_of(results: Results, reference: Reference, suffix: str = "") -> np.ndarray:
-    """The run's time mean along the reference's line, at its cell centres in x, averaged over the depth; shape (nx,).
+    """The run's time mean along the reference's line, at its cell centres in x, averaged over the depth, or its part;
+    shape (nx,).
 
     Quantities of particles are averaged with the solids as weight; of vectors it is the vertical component.
     """
     name = f"{reference.quantity}{suffix}"
+    shares = share_depth(results, reference.depth) if reference.depth else None
     if suffix:
-        flat = depth_average(results.error(name))
+        flat = depth_average(results.error(name), shares)
+    elif reference.quantity in _PARTICLE:
+        flat = mass_average(results, name, shares)
     else:
-        flat = (mass_average if reference.quantity in _PARTICLE else _plain_average)(results, name)
+        flat = depth_average(results.mean(name), shares)
     if reference.quantity in _VECTORS:
         flat = flat.sel(component="z", drop=True)
     return at_height(flat, reference.height).values
 
 
-def _plain_average(results: Results, name: str) -> xr.DataArray:
-    return depth_average(results.mean(name))
-
-
 def name_line(reference: Reference) -> str:
     """A measured line in words: "solids velocity at z = 25 mm, measured"."""
-    return f"{reference.quantity.replace('_', ' ')} at z = {1e3 * reference.height:.3g} mm, measured"
+    return f"{reference.quantity.replace('_', ' ')} at {name_place(reference)}, measured"
+
+
+def name_place(reference: Reference) -> str:
+    """Where a line lies: "z = 25 mm", with "y = 0 to 5 mm" of a part of the depth."""
+    part = f", y = {1e3 * reference.depth[0]:.3g} to {1e3 * reference.depth[1]:.3g} mm" if reference.depth else ""
+    return f"z = {1e3 * reference.height:.3g} mm{part}"
 
 
 def compare_with(results: Results, measured: Measured) -> Comparison:
@@ -149,7 +155,7 @@ def compare_with(results: Results, measured: Measured) -> Comparison:
     away = find_deviation(np.interp(points.x, x, line), points.value)
     return Comparison(
         results.label,
-        f"{reference.quantity}@{reference.height:g}={Path(reference.file).name}",
+        f"{reference.name}={Path(reference.file).name}",
         name_line(reference),
         reference.quantity,
         QUANTITIES[reference.quantity],
@@ -191,9 +197,12 @@ def _leave_outside(results: Results, reference: Reference, line: np.ndarray) -> 
     x = results.data["x"].values
     if results.is_box:
         return x, line
-    inside = at_height(results.data["inside"].any("y").astype(float), reference.height).values > 1.0 - _ROUNDING
+    places = results.data["inside"]
+    if reference.depth:
+        places = places & (share_depth(results, reference.depth) > 0.0)
+    inside = at_height(places.any("y").astype(float), reference.height).values > 1.0 - _ROUNDING
     if not inside.any():
-        raise NotDrawableError([f"{results.label}: the mesh has no cell at the height of {reference}."])
+        raise NotDrawableError([f"{results.label}: the mesh has no cell on the line of {reference}."])
     return x[inside], line[inside]
 
 

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fbcouple.postproc.figures.profiles import Profile, vertical_flux
-from fbcouple.results.reader import NotDrawableError, Results, depth_average
+from fbcouple.results.depth_means import depth_average
+from fbcouple.results.reader import NotDrawableError, Results
 
 BLOCKS = 10
 DENSE = 0.2

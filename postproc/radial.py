@@ -9,7 +9,8 @@ import numpy as np
 import xarray as xr
 
 from fbcouple.postproc.figures.heights import list_heights, read_heights
-from fbcouple.results.reader import NotDrawableError, NotMeantError, Results, at_height
+from fbcouple.results.depth_means import at_height
+from fbcouple.results.reader import NotDrawableError, NotMeantError, Results
 
 QUANTITIES: dict[str, str] = {
     "solids_fraction": "1",

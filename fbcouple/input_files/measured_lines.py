@@ -1,4 +1,5 @@
-"""Measured lines that a report compares with: `quantity@height=file`, and a CSV file of x, value and error."""
+"""Measured lines that a report compares with: `quantity@height=file`, of a part of the depth
+`quantity@height,front:back=file`, and a CSV file of x, value and error."""
 
 from __future__ import annotations
 
@@ -48,14 +49,22 @@ LARGEST = 10_000_000
 
 @dataclass(frozen=True)
 class Reference:
-    """A measured line across the bed: `quantity` against x at z = `height` [m], averaged over the depth, in `file`."""
+    """A measured line across the bed: `quantity` against x at z = `height` [m], averaged over the depth, or from y =
+    depth[0] to depth[1] [m] alone, as a camera sees the layer behind the front wall; in `file`."""
 
     quantity: str
     height: float
     file: str
+    depth: tuple[float, float] | None = None
+
+    @property
+    def name(self) -> str:
+        """`quantity@height`, with `,front:back` of a part of the depth."""
+        part = f",{self.depth[0]:g}:{self.depth[1]:g}" if self.depth else ""
+        return f"{self.quantity}@{self.height:g}{part}"
 
     def __str__(self) -> str:
-        return f"{self.quantity}@{self.height:g}={self.file}"
+        return f"{self.name}={self.file}"
 
 
 @dataclass(frozen=True)
@@ -68,24 +77,38 @@ class Points:
 
 
 def parse_reference(text: str) -> Reference:
-    """Read `quantity@height=file`, as `solids_velocity@0.025=uy2.csv`.
+    """Read `quantity@height=file`, as `solids_velocity@0.025=uy2.csv` or `solids_velocity@0.025,0:0.005=uy2.csv`.
 
     Raises: CaseError (one text) that says which part is wrong.
     """
     line, equals, file = text.partition("=")
-    quantity, at, height = line.partition("@")
-    shape = "write quantity@height=file, as solids_velocity@0.025=uy2.csv (height in m)."
+    quantity, at, rest = line.partition("@")
+    height, comma, part = rest.partition(",")
+    shape = (
+        "write quantity@height=file, as solids_velocity@0.025=uy2.csv (height in m), or of a part of the depth "
+        "quantity@height,front:back=file (y in m)."
+    )
     if not equals or not at or not file.strip():
         raise CaseError([f"`{text[:80]}` is not a reference; {shape}"])
     if quantity.strip() not in QUANTITIES:
         raise CaseError([f"`{quantity[:40]}` in `{text[:80]}` is given, allowed are: {', '.join(QUANTITIES)}; {shape}"])
-    try:
-        metres = float(height)
-    except ValueError:
-        metres = math.nan
+    metres = _read_number(height)
     if not 0.0 <= metres < math.inf:
         raise CaseError([f"`{height[:40]}` in `{text[:80]}` is given, a height in m from 0 is allowed; {shape}"])
-    return Reference(quantity.strip(), metres, file.strip())
+    if not comma:
+        return Reference(quantity.strip(), metres, file.strip())
+    ends = [_read_number(end) for end in part.split(":")]
+    if len(ends) != 2 or not -math.inf < ends[0] < ends[1] < math.inf:
+        given = f"`{part[:40]}` in `{text[:80]}` is given, two places y in m are allowed, the lower one first"
+        raise CaseError([f"{given}; {shape}"])
+    return Reference(quantity.strip(), metres, file.strip(), (ends[0], ends[1]))
+
+
+def _read_number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
 
 
 def read_points(path: Path, quantity: str) -> Points:
@@ -126,11 +149,14 @@ def read_line(
     none that the quantity can have.
     """
     points = read_points(path, reference.quantity)
-    width, _, height = size
-    left, floor, top = corner[0], corner[2], corner[2] + height
+    width, depth, height = size
+    (left, front, floor), top = corner, corner[2] + height
     if reference.height > top:
         where = f"the box is {height:g} m high" if not floor else f"the mesh goes from {floor:g} to {top:g} m"
         raise CaseError([f"{reference} is at {reference.height:g} m, {where}; give m."])
+    if reference.depth and not (front <= reference.depth[0] and reference.depth[1] <= front + depth):
+        given = f"{reference} is from y = {reference.depth[0]:g} to {reference.depth[1]:g} m"
+        raise CaseError([f"{given}, {front:g} to {front + depth:g} m is allowed (domain.size); give m."])
     low, high = float(points.x[0]), float(points.x[-1])
     if low < left or high > left + width:
         given = f"{path.name} has x from {low:g} to {high:g} m"

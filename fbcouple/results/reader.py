@@ -272,38 +272,3 @@ def open_runs(folders: Sequence[Path]) -> list[Results]:
         replace(run, label=f"{run.label} ({number})" if names.count(run.label) > 1 else run.label)
         for number, run in enumerate(runs, start=1)
     ]
-
-
-def depth_average(field: xr.DataArray) -> xr.DataArray:
-    """Mean over y, the paper's <.>_xz; cells are of one size. Of a mesh the mean over what is inside of it.
-
-    For a standard error this is the bound that holds if the errors along the depth are fully correlated.
-    """
-    if "inside" not in field.coords:
-        return field.mean("y", skipna=False)
-    inside = field["inside"]
-    total = field.where(inside, 0.0).sum("y", skipna=False)
-    count = inside.sum("y")
-    return total / count.where(count > 0)
-
-
-def mass_average(results: Results, name: str) -> xr.DataArray:
-    """Mean over y of a particle quantity, weighted with the solids; nan where no particle ever came."""
-    weight, values = results.mean("solids_fraction"), results.particle_mean(name)
-    total = weight.sum("y")
-    return (weight * values.where(weight > 0.0, 0.0)).sum("y") / total.where(total > 0.0)
-
-
-def at_height(field: xr.DataArray, height: float) -> xr.DataArray:
-    """Interpolate `field` linearly in z to `height` [m], between the centres of two layers of cells.
-
-    Raises: NotDrawableError if the height is not between two centres, for nothing is extrapolated.
-    """
-    z = field["z"].values.astype(float)
-    if z.size < 2 or not z[0] <= height <= z[-1]:
-        raise NotDrawableError(
-            [f"height z = {height:g} m is outside the cell centres ({z[0]:g} to {z[-1]:g} m); use a finer mesh in z."]
-        )
-    upper = min(max(int(np.searchsorted(z, height)), 1), z.size - 1)
-    weight = (height - z[upper - 1]) / (z[upper] - z[upper - 1])
-    return (1.0 - weight) * field.isel(z=upper - 1, drop=True) + weight * field.isel(z=upper, drop=True)

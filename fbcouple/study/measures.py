@@ -25,7 +25,8 @@ from fbcouple.input_files.measured_lines import QUANTITIES, parse_reference, rea
 from fbcouple.postproc.deviation import find_deviation
 from fbcouple.postproc.experiment import read_run
 from fbcouple.postproc.measures import mean_of_history
-from fbcouple.results.reader import Results, depth_average
+from fbcouple.results.depth_means import depth_average
+from fbcouple.results.reader import Results
 from fbcouple.results.writer import HISTORIES
 
 

@@ -78,8 +78,8 @@ def comparison(
 
 @comparison("line", None, "x", "m", needs=(), takes=("span",))
 def compare_line(results: Results, task: Task) -> Found:
-    """A line across the bed that the case names in `output.references`, of which `of` is quantity@height: the depth
-    mean of the time mean there, linear between cell centres."""
+    """A line across the bed that the case names in `output.references`, of which `of` is quantity@height: the mean of
+    the time mean there over the depth, or over the part that the line names, linear between cell centres."""
     assert task.line is not None
     x, line, errors = read_run(results, task.line)
     at = task.points.x

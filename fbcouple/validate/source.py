@@ -90,7 +90,7 @@ def _list_references(case: dict[str, object]) -> dict[str, Reference]:
     output = case.get("output", {})
     texts = output.get("references", []) if isinstance(output, dict) else []
     lines = [parse_reference(text) for text in texts if isinstance(text, str)]
-    return {f"{line.quantity}@{line.height:g}": line for line in lines}
+    return {line.name: line for line in lines}
 
 
 class _Reader:
@@ -181,8 +181,7 @@ class _Reader:
 
 def _name_line(of: str) -> str:
     """quantity@height as the lines of the case are named: 0.0250 m is 0.025 m."""
-    reference = parse_reference(f"{of}=x")
-    return f"{reference.quantity}@{reference.height:g}"
+    return parse_reference(f"{of}=x").name
 
 
 def check_keys(measurement: Measurement, lines: dict[str, Reference]) -> Iterator[Problem]:

@@ -21,7 +21,8 @@ from fbcouple.postproc.scales import format_scale, velocity_scale
 from fbcouple.postproc.style import COLUMN, GREY, LINES, lay_out
 from fbcouple.postproc.symbols import explain
 from fbcouple.postproc.views.frames import list_frames, number_of, read_frame
-from fbcouple.results.reader import NotDrawableError, Results, at_height
+from fbcouple.results.depth_means import at_height
+from fbcouple.results.reader import NotDrawableError, Results
 
 SLICES = (0.2, 0.5, 0.8)  # y/D, Hamidouche et al. 2019, figure 10
 MOMENT = 12_000.0  # t U_f/d_p of figure 10

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from fbcouple.errors import CaseError
-from fbcouple.results.reader import NotDrawableError, Results, depth_average
+from fbcouple.results.depth_means import depth_average
+from fbcouple.results.reader import NotDrawableError, Results
 
 SCARCE = 0.01
 """Solids fraction below which there is no bed, only a few particles that pass."""

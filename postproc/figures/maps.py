@@ -20,7 +20,8 @@ from fbcouple.postproc.figures.layout import Line, Panel, draw_panels
 from fbcouple.postproc.figures.registry import comparison, figure
 from fbcouple.postproc.scales import flux_scale, format_scale, velocity_scale
 from fbcouple.postproc.style import DPI
-from fbcouple.results.reader import NotDrawableError, Results, depth_average, mass_average
+from fbcouple.results.depth_means import depth_average, mass_average
+from fbcouple.results.reader import NotDrawableError, Results
 
 PACKED = 0.6  # upper colour limit of every map of the solids fraction, so that runs can be compared
 DENSE = 0.2  # solids fraction over which the paper calls the bed dense

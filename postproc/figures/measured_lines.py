@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from fbcouple.input_files.measured_lines import QUANTITIES
 from fbcouple.postproc.averaging import format_window, list_marks, mark_runs
-from fbcouple.postproc.experiment import Measured, gather_references, line_of
+from fbcouple.postproc.experiment import Measured, gather_references, line_of, name_place
 from fbcouple.postproc.figures.registry import figure
 from fbcouple.postproc.style import INK, LINES, PAGE, lay_out, wrap_label
 from fbcouple.results.reader import NotDrawableError, NotMeantError, Results
@@ -65,4 +65,4 @@ def _draw_line(axes: Axes, runs: Sequence[Results], measured: Measured) -> None:
     axes.set(
         xlabel="x [mm]", ylabel=f"{reference.quantity.replace('_', ' ').capitalize()} [{'–' if unit == '1' else unit}]"
     )
-    axes.set_title(f"z = {1e3 * reference.height:g} mm", loc="left", size="small", pad=2.0)
+    axes.set_title(name_place(reference), loc="left", size="small", pad=2.0)

@@ -19,7 +19,8 @@ from fbcouple.postproc.figures.registry import comparison, figure
 from fbcouple.postproc.scales import flux_scale, format_scale
 from fbcouple.postproc.style import COLUMN, GREY, LINES, PAGE, lay_out, wrap_label
 from fbcouple.postproc.symbols import explain
-from fbcouple.results.reader import Results, at_height, depth_average
+from fbcouple.results.depth_means import at_height, depth_average
+from fbcouple.results.reader import Results
 
 SYMBOL = r"\langle \alpha_p \rho_p U_{p,z} \rangle_{xz}"
 

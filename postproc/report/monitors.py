@@ -10,8 +10,9 @@ import numpy as np
 
 from fbcouple.postproc.statistics import summarise
 from fbcouple.results.block_errors import compare_with_map
+from fbcouple.results.depth_means import depth_average
 from fbcouple.results.inlet_speed import find_mean, is_constant
-from fbcouple.results.reader import NotDrawableError, Results, depth_average
+from fbcouple.results.reader import NotDrawableError, Results
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,12 @@ def test_a_reference_is_quantity_height_and_file():
     assert parse_reference(" voidage @ 16.4e-3 = a=b.csv ") == Reference("voidage", 0.0164, "a=b.csv")
 
 
+def test_a_reference_may_be_of_a_part_of_the_depth():
+    front = parse_reference("solids_velocity@0.025, 0:5e-3=uy2.csv")
+    assert front == Reference("solids_velocity", 0.025, "uy2.csv", (0.0, 0.005))
+    assert str(front) == "solids_velocity@0.025,0:0.005=uy2.csv" and parse_reference(str(front)) == front
+
+
 @pytest.mark.parametrize("quantity", QUANTITIES)
 def test_every_quantity_is_a_mean_of_results_in_its_unit(quantity):
     assert MEANS[quantity][0] == QUANTITIES[quantity]
@@ -29,6 +35,10 @@ def test_every_quantity_is_a_mean_of_results_in_its_unit(quantity):
         ("voidage@high=a.csv", "`high` in .*height in m"),
         ("voidage@nan=a.csv", "`nan`"),
         ("voidage@-0.1=a.csv", "`-0.1`"),
+        ("voidage@0.1,=a.csv", "`` in .* two places y in m"),
+        ("voidage@0.1,0.005=a.csv", "`0.005` in .* two places y in m"),
+        ("voidage@0.1,0.01:0.01=a.csv", "the lower one first"),
+        ("voidage@0.1,0:wall=a.csv", "`0:wall`"),
     ],
 )
 def test_what_is_wrong_with_a_reference_is_told(text, told):

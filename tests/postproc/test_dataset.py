@@ -6,7 +6,8 @@ import xarray as xr
 
 from fbcouple.errors import CaseError
 from fbcouple.postproc.scales import flux_scale
-from fbcouple.results.reader import NotDrawableError, at_height, depth_average, open_results
+from fbcouple.results.depth_means import at_height, depth_average
+from fbcouple.results.reader import NotDrawableError, open_results
 
 
 def test_missing_results_say_what_to_do(tmp_path):

@@ -71,6 +71,37 @@ def test_particle_quantities_are_weighted_with_the_solids_over_the_depth(results
     assert line == pytest.approx(velocity(results.data["x"].values))
 
 
+def test_a_part_of_the_depth_counts_with_what_of_each_cell_is_in_it(results):
+    """From y = 0 to half of the second of three cells: all of the first, and half of the second."""
+    reference = measured_of(results, velocity(X).tolist()).reference
+    third = results.size[1] / 3.0
+    for row, value in enumerate((0.3, 0.1, 0.4)):
+        results.data["solids_fraction"][:, row, :] = value
+        results.data["solids_velocity"][:, :, row, :] = float(row + 1)
+    front = line_of(results, replace(reference, depth=(0.0, 1.5 * third)))
+    assert front == pytest.approx(np.full(front.shape, (0.3 * 1.0 + 0.05 * 2.0) / 0.35))
+    back = line_of(results, replace(reference, depth=(2.0 * third, 3.0 * third)))
+    assert back == pytest.approx(np.full(back.shape, 3.0))
+    plain = line_of(results, replace(reference, quantity="solids_fraction", depth=(0.0, 1.5 * third)))
+    assert plain == pytest.approx(np.full(plain.shape, (0.3 + 0.5 * 0.1) / 1.5))
+
+
+def test_a_part_beyond_the_depth_is_refused(results, tmp_path):
+    file = write_line(tmp_path / "front.csv", velocity(X).tolist())
+    write_line(results.path.parent / "line.csv", velocity(X).tolist())
+    with pytest.raises(CaseError, match=r"from y = 0 to 9 m, 0 to .* m is allowed"):
+        gather_references([results], [f"solids_velocity@0.025,0:9={file}"])
+
+
+def test_lines_of_two_parts_are_two_lines(results, tmp_path):
+    file = write_line(tmp_path / "both.csv", velocity(X).tolist())
+    write_line(results.path.parent / "line.csv", velocity(X).tolist())
+    lines = gather_references([results], [f"solids_velocity@0.025={file}", f"solids_velocity@0.025,0:0.001={file}"])
+    assert [line.reference.depth for line in lines] == [None, (0.0, 0.001)]
+    titles = [axes.get_title(loc="left") for axes in draw_measured_lines([results], lines).axes]
+    assert titles == ["z = 25 mm", "z = 25 mm, y = 0 to 1 mm"]
+
+
 def test_gas_quantities_are_plain_means_over_the_depth(results, tmp_path):
     write_line(results.path.parent / "line.csv", [0.0] * 4)
     file = write_line(tmp_path / "voidage.csv", [0.7] * 4)

@@ -11,9 +11,10 @@ import xarray as xr
 from fbcouple.errors import CaseError
 from fbcouple.geometry.grid import Grid
 from fbcouple.input_files.measured_lines import parse_reference, read_line
-from fbcouple.postproc.experiment import compare_with, gather_references
+from fbcouple.postproc.experiment import compare_with, gather_references, read_run
 from fbcouple.postproc.report.monitors import MONITORS
-from fbcouple.results.reader import NotDrawableError, depth_average, open_results
+from fbcouple.results.depth_means import depth_average
+from fbcouple.results.reader import NotDrawableError, open_results
 from fbcouple.results.writer import write_results
 
 CELLS, SIZE = (4, 4, 5), (0.08, 0.08, 0.25)
@@ -108,6 +109,16 @@ def test_a_measured_line_is_compared_with_what_is_inside(run, tmp_path):
     data = results.data.assign_coords(inside=outside)
     data["pressure"] = data["pressure"].where(outside)
     assert compare_with(replace(results, data=data), measured).largest == pytest.approx(0.1)
+
+
+def test_a_part_of_the_depth_has_the_columns_that_are_inside_there(run, tmp_path):
+    """The front quarter of the round bed is two columns wide."""
+    (tmp_path / "line.csv").write_text("x,value\n0.03,1.25\n0.05,1.25\n")
+    results = open_results(run)
+    (measured,) = gather_references([results], [f"pressure@0.125,0:0.02={tmp_path / 'line.csv'}"])
+    assert compare_with(results, measured).largest == pytest.approx(0.0, abs=1e-9)
+    x, line, _ = read_run(results, measured.reference)
+    assert x == pytest.approx([0.03, 0.05]) and line == pytest.approx([1.25, 1.25])
 
 
 def test_a_line_beyond_the_mesh_is_refused_in_its_coordinates(run, tmp_path):

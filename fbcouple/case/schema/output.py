@@ -76,7 +76,8 @@ class Output(Section):
         max_length=255,
     )
     references: Texts = option(
-        "Measured lines for the report: quantity@height=file, height in m, CSV beside the case (x in m, value, error).",
+        "Measured lines for the report: quantity@height=file, height in m, CSV beside the case (x in m, value, error); "
+        "quantity@height,front:back=file is compared from y = front to back alone.",
         default=(),
     )
     profile_heights: Amounts = option(
