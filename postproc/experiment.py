@@ -13,11 +13,11 @@ from fbcouple.errors import CaseError
 from fbcouple.input_files.companion_files import find_companion
 from fbcouple.input_files.measured_lines import QUANTITIES, Points, Reference, parse_reference, read_line
 from fbcouple.postproc.deviation import find_deviation
+from fbcouple.postproc.radial import PARTICLE, find_radial_profile
 from fbcouple.results.depth_means import at_height, depth_average, mass_average, share_depth
 from fbcouple.results.reader import NotDrawableError, Results
 
 _ROUNDING = 1e-9
-_PARTICLE = ("solids_velocity", "agitation", "granular_temperature")
 _VECTORS = ("solids_velocity", "solids_flux", "gas_velocity", "gas_flux")
 
 
@@ -125,7 +125,7 @@ def line_of(results: Results, reference: Reference, suffix: str = "") -> np.ndar
     shares = share_depth(results, reference.depth) if reference.depth else None
     if suffix:
         flat = depth_average(results.error(name), shares)
-    elif reference.quantity in _PARTICLE:
+    elif reference.quantity in PARTICLE:
         flat = mass_average(results, name, shares)
     else:
         flat = depth_average(results.mean(name), shares)
@@ -141,6 +141,8 @@ def name_line(reference: Reference) -> str:
 
 def name_place(reference: Reference) -> str:
     """Where a line lies: "z = 25 mm", with "y = 0 to 5 mm" of a part of the depth."""
+    if reference.is_radial:
+        return f"z = {1e3 * reference.height:.3g} mm, over the radius"
     part = f", y = {1e3 * reference.depth[0]:.3g} to {1e3 * reference.depth[1]:.3g} mm" if reference.depth else ""
     return f"z = {1e3 * reference.height:.3g} mm{part}"
 
@@ -174,19 +176,33 @@ def compare_with(results: Results, measured: Measured) -> Comparison:
 
 
 def read_run(results: Results, reference: Reference) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-    """Places x [m] of the run's cells along a reference's line, its values and their standard errors there, None
-    without; shape (n,) each.
+    """Places x [m] of the run's cells along a reference's line, or r of its rings, its values and their standard errors
+    there, None without; shape (n,) each.
 
     Raises: NotDrawableError if the run lacks the quantity, or never had particles on the line.
     """
+    if reference.is_radial:
+        return _read_rings(results, reference)
     x, line = _leave_outside(results, reference, line_of(results, reference))
-    if not np.isfinite(line).all():
-        raise NotDrawableError([f"{results.label}: no particle ever came to some places of {reference}."])
+    _require_known(results, reference, line)
     try:
         _, errors = _leave_outside(results, reference, line_of(results, reference, "_stderr"))
     except NotDrawableError:
         return x, line, None
     return x, line, errors
+
+
+def _read_rings(results: Results, reference: Reference) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+    if results.case["domain"].get("shape", "box") == "box":
+        raise NotDrawableError([f"{results.label}: {reference} is over a radius, and the bed is a box."])
+    profile = find_radial_profile(results, reference.quantity, reference.height - results.corner[2])
+    _require_known(results, reference, profile.value)
+    return profile.radius, profile.value, profile.stderr
+
+
+def _require_known(results: Results, reference: Reference, line: np.ndarray) -> None:
+    if not np.isfinite(line).all():
+        raise NotDrawableError([f"{results.label}: no particle ever came to some places of {reference}."])
 
 
 def _leave_outside(results: Results, reference: Reference, line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -19,7 +19,8 @@ QUANTITIES: dict[str, str] = {
     "gas_flux": "m s-1",
 }
 """What is averaged over rings, with its unit; of a vector the upward component."""
-_PARTICLE = ("solids_velocity",)
+PARTICLE = ("solids_velocity", "agitation", "granular_temperature")
+"""Quantities of particles, which are averaged with the solids as weight."""
 OPTION = "radial_heights"
 
 
@@ -57,8 +58,8 @@ def list_radial_profiles(results: Results, heights: Sequence[float]) -> dict[str
 
 
 def find_radial_profile(results: Results, quantity: str, height: float) -> RadialProfile:
-    """The mean of a time mean over rings about the middle of the bed, each as wide as a place of the regular grid,
-    linear in z between layers of places; of a particle's quantity with the solids as weight.
+    """The mean of a time mean, of a vector its upward component, over rings about the middle of the bed, each as wide
+    as a place of the regular grid, linear in z between layers of places; of PARTICLE with the solids as weight.
 
     The standard error is the mean over the ring: an upper bound, reached if its places err together.
     Raises: NotDrawableError if the results lack the quantity, or the height is not between two layers.
@@ -71,7 +72,7 @@ def find_radial_profile(results: Results, quantity: str, height: float) -> Radia
         return at_height(upward, level).transpose("y", "x").values
 
     weight = np.ones(radius.shape)
-    if quantity in _PARTICLE:
+    if quantity in PARTICLE:
         values, weight = lay(results.particle_mean(quantity).fillna(0.0)), lay(results.mean("solids_fraction"))
     else:
         values = lay(results.mean(quantity))

@@ -1,5 +1,6 @@
 """Measured lines that a report compares with: `quantity@height=file`, of a part of the depth
-`quantity@height,front:back=file`, and a CSV file of x, value and error."""
+`quantity@height,front:back=file`, over the radius of a column `quantity@height,r=file`, and a CSV file of x (or r),
+value and error."""
 
 from __future__ import annotations
 
@@ -27,6 +28,9 @@ QUANTITIES: dict[str, str] = {
 }
 """Time means that can be compared, with the unit of the measured values; of a vector the vertical component."""
 
+RADIAL = "r"
+"""What stands behind the height of a line over the radius."""
+
 PARTS = ("solids_fraction", "voidage")
 """Quantities that are parts of 1; points read off a figure may lie outside by SLACK."""
 SLACK = 0.1
@@ -50,17 +54,24 @@ LARGEST = 10_000_000
 @dataclass(frozen=True)
 class Reference:
     """A measured line across the bed: `quantity` against x at z = `height` [m], averaged over the depth, or from y =
-    depth[0] to depth[1] [m] alone, as a camera sees the layer behind the front wall; in `file`."""
+    depth[0] to depth[1] [m] alone, as a camera sees the layer behind the front wall; if `is_radial`, against the
+    distance r from the middle of a column, averaged over rings; in `file`."""
 
     quantity: str
     height: float
     file: str
     depth: tuple[float, float] | None = None
+    is_radial: bool = False
+
+    @property
+    def axis(self) -> str:
+        """What its points are placed by, x or r."""
+        return "r" if self.is_radial else "x"
 
     @property
     def name(self) -> str:
-        """`quantity@height`, with `,front:back` of a part of the depth."""
-        part = f",{self.depth[0]:g}:{self.depth[1]:g}" if self.depth else ""
+        """`quantity@height`, with `,front:back` of a part of the depth, `,r` over the radius."""
+        part = ",r" if self.is_radial else f",{self.depth[0]:g}:{self.depth[1]:g}" if self.depth else ""
         return f"{self.quantity}@{self.height:g}{part}"
 
     def __str__(self) -> str:
@@ -69,7 +80,7 @@ class Reference:
 
 @dataclass(frozen=True)
 class Points:
-    """Measured points: `x` [m], `value` and, if the file has them, `error` in SI units; shape (n,) each."""
+    """Measured points: `x`, or r, [m], `value` and, if the file has them, `error` in SI units; shape (n,) each."""
 
     x: np.ndarray
     value: np.ndarray
@@ -77,7 +88,8 @@ class Points:
 
 
 def parse_reference(text: str) -> Reference:
-    """Read `quantity@height=file`, as `solids_velocity@0.025=uy2.csv` or `solids_velocity@0.025,0:0.005=uy2.csv`.
+    """Read `quantity@height=file`, as `solids_velocity@0.025=uy2.csv` or `solids_velocity@0.025,0:0.005=uy2.csv`
+    or `solids_velocity@0.025,r=uy2.csv`.
 
     Raises: CaseError (one text) that says which part is wrong.
     """
@@ -86,7 +98,7 @@ def parse_reference(text: str) -> Reference:
     height, comma, part = rest.partition(",")
     shape = (
         "write quantity@height=file, as solids_velocity@0.025=uy2.csv (height in m), or of a part of the depth "
-        "quantity@height,front:back=file (y in m)."
+        "quantity@height,front:back=file (y in m), or over the radius of a column quantity@height,r=file."
     )
     if not equals or not at or not file.strip():
         raise CaseError([f"`{text[:80]}` is not a reference; {shape}"])
@@ -97,9 +109,11 @@ def parse_reference(text: str) -> Reference:
         raise CaseError([f"`{height[:40]}` in `{text[:80]}` is given, a height in m from 0 is allowed; {shape}"])
     if not comma:
         return Reference(quantity.strip(), metres, file.strip())
+    if part.strip() == RADIAL:
+        return Reference(quantity.strip(), metres, file.strip(), is_radial=True)
     ends = [_read_number(end) for end in part.split(":")]
     if len(ends) != 2 or not -math.inf < ends[0] < ends[1] < math.inf:
-        given = f"`{part[:40]}` in `{text[:80]}` is given, two places y in m are allowed, the lower one first"
+        given = f"`{part[:40]}` in `{text[:80]}` is given, two places y in m, the lower first, or {RADIAL} are allowed"
         raise CaseError([f"{given}; {shape}"])
     return Reference(quantity.strip(), metres, file.strip(), (ends[0], ends[1]))
 
@@ -111,8 +125,8 @@ def _read_number(text: str) -> float:
         return math.nan
 
 
-def read_points(path: Path, quantity: str) -> Points:
-    """Read the columns `x`, `value` and, if there is one, `error` of a file of measured points.
+def read_points(path: Path, quantity: str, axis: str = "x") -> Points:
+    """Read the columns `x`, or `r` as `axis` has it, `value` and, if there is one, `error` of a file of points.
 
     quantity: one of QUANTITIES; the column of the values may have its name in place of `value`. The head may name the
     unit of the values, or another that is converted.
@@ -123,15 +137,22 @@ def read_points(path: Path, quantity: str) -> Points:
     names = {quantity: "value", quantity.replace("_", " "): "value"}
     mend = f"this line is of {quantity}: name its column `value` or `{quantity}`, or give the line as {{}}@height=file"
     others = {word: mend.format(word.replace(" ", "_")) for word in _list_words() if word not in names}
-    units = {"x": LENGTHS, "value": values, "error": values}
-    form = Form(units, ("x", "value"), "points", LARGEST, names, _UNCLEAR, others)
+    units = {axis: LENGTHS, "value": values, "error": values}
+    form = Form(units, (axis, "value"), "points", LARGEST, names, _UNCLEAR, others)
     columns = read_table(path, form).columns
-    order = np.argsort(columns["x"], kind="stable")
+    order = np.argsort(columns[axis], kind="stable")
     x, value, error = (columns[name][order] if name in columns else None for name in form.columns)
     assert x is not None and value is not None
     if error is not None and error.min() < 0.0:
         raise CaseError([f"{path.name} holds an error below zero; give half widths in the unit of the value."])
     return Points(x, value, error)
+
+
+def _require_radii(file: str, low: float, high: float, largest: float) -> None:
+    if low < 0.0 or high > largest:
+        guess = guess_frame([low], [high], [largest]) if low >= 0.0 else ""
+        mend = "give the distance from the middle in m (another unit in the head, as `r [mm]`)."
+        raise CaseError([f"{file} has r from {low:g} to {high:g} m, 0 to {largest:g} m is allowed{guess}; {mend}"])
 
 
 def _list_words() -> list[str]:
@@ -143,12 +164,12 @@ def read_line(
     reference: Reference, path: Path, size: Sequence[float], corner: Sequence[float] = (0.0, 0.0, 0.0)
 ) -> Points:
     """The points of `reference`, read from `path`, for a box of width, depth and height `size` [m] from `corner` [m];
-    of a mesh from a file x and height are those of its own coordinates.
+    of a mesh from a file x, y and height are those of its own coordinates.
 
     Raises: CaseError (one text) as `read_points`, and if the line or a point lies outside of the box, or a value is
     none that the quantity can have.
     """
-    points = read_points(path, reference.quantity)
+    points = read_points(path, reference.quantity, reference.axis)
     width, depth, height = size
     (left, front, floor), top = corner, corner[2] + height
     if reference.height > top:
@@ -158,7 +179,9 @@ def read_line(
         given = f"{reference} is from y = {reference.depth[0]:g} to {reference.depth[1]:g} m"
         raise CaseError([f"{given}, {front:g} to {front + depth:g} m is allowed (domain.size); give m."])
     low, high = float(points.x[0]), float(points.x[-1])
-    if low < left or high > left + width:
+    if reference.is_radial:
+        _require_radii(path.name, low, high, 0.5 * min(width, depth))
+    elif low < left or high > left + width:
         given = f"{path.name} has x from {low:g} to {high:g} m"
         mend = "give x in m from the left wall (another unit in the head, as `x [mm]`)."
         guess = guess_frame([low], [high], [width])

@@ -172,7 +172,7 @@ class _Reader:
         return points
 
     def _read_line(self, line: Reference, file: str) -> Points:
-        return read_points(self._find(file), line.quantity)
+        return read_points(self._find(file), line.quantity, line.axis)
 
     def _find(self, file: str) -> Path:
         holding = (folder for folder in self._folders if is_bare(file) and (folder / file).exists())

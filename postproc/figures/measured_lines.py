@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fbcouple.input_files.measured_lines import QUANTITIES
+from fbcouple.input_files.measured_lines import QUANTITIES, Reference
 from fbcouple.postproc.averaging import format_window, list_marks, mark_runs
-from fbcouple.postproc.experiment import Measured, gather_references, line_of, name_place
+from fbcouple.postproc.experiment import Measured, gather_references, line_of, name_place, read_run
 from fbcouple.postproc.figures.registry import figure
 from fbcouple.postproc.style import INK, LINES, PAGE, lay_out, wrap_label
 from fbcouple.results.reader import NotDrawableError, NotMeantError, Results
@@ -58,11 +59,18 @@ def _draw_line(axes: Axes, runs: Sequence[Results], measured: Measured) -> None:
         try:
             marks = "; ".join(mark.brief for mark in list_marks(run))
             label = wrap_label(f"{run.label} ({marks})" if marks else run.label, 26)
-            axes.plot(1e3 * run.data["x"].values, line_of(run, reference), label=label, **drawn)
+            x, line = _find_curve(run, reference)
+            axes.plot(1e3 * x, line, label=label, **drawn)
         except NotDrawableError:
             continue  # the table says so
     unit = QUANTITIES[reference.quantity].replace(" ", "\u00a0")
-    axes.set(
-        xlabel="x [mm]", ylabel=f"{reference.quantity.replace('_', ' ').capitalize()} [{'–' if unit == '1' else unit}]"
-    )
+    label = f"{reference.quantity.replace('_', ' ').capitalize()} [{'–' if unit == '1' else unit}]"
+    axes.set(xlabel=f"{reference.axis} [mm]", ylabel=label)
     axes.set_title(name_place(reference), loc="left", size="small", pad=2.0)
+
+
+def _find_curve(run: Results, reference: Reference) -> tuple[np.ndarray, np.ndarray]:
+    """Where, in m, and what the run has on the line; gaps where no particle ever came."""
+    if reference.is_radial:
+        return read_run(run, reference)[:2]
+    return run.data["x"].values, line_of(run, reference)

@@ -41,6 +41,8 @@ def test_references_are_copied_into_the_run_folder(spoil, call, tmp_path):
         ("solids_flux@0.02=none.csv", "none.csv cannot be read"),
         ("solids_flux@0.02=../flux.csv", "bare name of a .csv file"),
         ("solids_flux@2.3=flux.csv", "the box is 0.25 m high"),
+        ("solids_flux@0.02,0:0.9=flux.csv", "from y = 0 to 0.9 m, 0 to 0.015 m is allowed"),
+        ("solids_flux@0.02,r=flux.csv", 'domain.shape is "box", which has no radius; give solids_flux@0.02=file'),
         ("solids_flux@0.02=mm.csv", "x from 10 to 20 m, 0 to 0.08 m is allowed"),
     ],
 )

@@ -18,6 +18,17 @@ def test_a_reference_may_be_of_a_part_of_the_depth():
     assert str(front) == "solids_velocity@0.025,0:0.005=uy2.csv" and parse_reference(str(front)) == front
 
 
+def test_a_reference_may_be_over_the_radius(tmp_path):
+    ring = parse_reference("solids_fraction@0.1, r=ring.csv")
+    assert ring == Reference("solids_fraction", 0.1, "ring.csv", is_radial=True)
+    assert str(ring) == "solids_fraction@0.1,r=ring.csv" and parse_reference(str(ring)) == ring
+    path = tmp_path / "line.csv"
+    path.write_text("r [mm],value\n0,0.1\n19,0.3\n")
+    assert read_line(ring, path, (0.05, 0.04, 0.2), (-0.025, -0.02, 0.0)).x.tolist() == [0.0, 0.019]
+    with pytest.raises(CaseError, match=r"r from 0 to 0.019 m, 0 to 0.015 m is allowed"):
+        read_line(ring, path, (0.05, 0.03, 0.2))
+
+
 @pytest.mark.parametrize("quantity", QUANTITIES)
 def test_every_quantity_is_a_mean_of_results_in_its_unit(quantity):
     assert MEANS[quantity][0] == QUANTITIES[quantity]
@@ -35,9 +46,9 @@ def test_every_quantity_is_a_mean_of_results_in_its_unit(quantity):
         ("voidage@high=a.csv", "`high` in .*height in m"),
         ("voidage@nan=a.csv", "`nan`"),
         ("voidage@-0.1=a.csv", "`-0.1`"),
-        ("voidage@0.1,=a.csv", "`` in .* two places y in m"),
+        ("voidage@0.1,=a.csv", "`` in .* two places y in m, the lower first, or r are"),
         ("voidage@0.1,0.005=a.csv", "`0.005` in .* two places y in m"),
-        ("voidage@0.1,0.01:0.01=a.csv", "the lower one first"),
+        ("voidage@0.1,0.01:0.01=a.csv", "the lower first"),
         ("voidage@0.1,0:wall=a.csv", "`0:wall`"),
     ],
 )

@@ -102,6 +102,14 @@ def test_lines_of_two_parts_are_two_lines(results, tmp_path):
     assert titles == ["z = 25 mm", "z = 25 mm, y = 0 to 1 mm"]
 
 
+def test_a_line_over_the_radius_is_not_of_a_box(results, tmp_path):
+    write_line(results.path.parent / "line.csv", velocity(X).tolist())
+    (tmp_path / "ring.csv").write_text("r,value\n0.001,0.1\n0.002,0.1\n")
+    ring = gather_references([results], [f"solids_velocity@0.025,r={tmp_path / 'ring.csv'}"])[-1]
+    with pytest.raises(NotDrawableError, match="the bed is a box"):
+        compare_with(results, ring)
+
+
 def test_gas_quantities_are_plain_means_over_the_depth(results, tmp_path):
     write_line(results.path.parent / "line.csv", [0.0] * 4)
     file = write_line(tmp_path / "voidage.csv", [0.7] * 4)

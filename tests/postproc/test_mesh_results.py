@@ -12,6 +12,7 @@ from fbcouple.errors import CaseError
 from fbcouple.geometry.grid import Grid
 from fbcouple.input_files.measured_lines import parse_reference, read_line
 from fbcouple.postproc.experiment import compare_with, gather_references, read_run
+from fbcouple.postproc.figures.measured_lines import draw_measured_lines
 from fbcouple.postproc.report.monitors import MONITORS
 from fbcouple.results.depth_means import depth_average
 from fbcouple.results.reader import NotDrawableError, open_results
@@ -119,6 +120,16 @@ def test_a_part_of_the_depth_has_the_columns_that_are_inside_there(run, tmp_path
     assert compare_with(results, measured).largest == pytest.approx(0.0, abs=1e-9)
     x, line, _ = read_run(results, measured.reference)
     assert x == pytest.approx([0.03, 0.05]) and line == pytest.approx([1.25, 1.25])
+
+
+def test_a_line_over_the_radius_is_compared_with_means_over_rings(run, tmp_path):
+    """Upward 2 + 100 x + 40 z: means over a ring about x = 0.04 do not depend on its radius."""
+    (tmp_path / "ring.csv").write_text("r [mm],value\n2,11.1\n30,11.3\n")
+    (measured,) = gather_references([open_results(run)], [f"gas_flux@0.125,r={tmp_path / 'ring.csv'}"])
+    found = compare_with(open_results(run), measured)
+    assert found.points == 2 and found.bias == pytest.approx(-0.2) and found.largest == pytest.approx(0.3)
+    axes = draw_measured_lines([open_results(run)], [measured]).axes[0]
+    assert axes.get_xlabel() == "r [mm]" and axes.get_title(loc="left") == "z = 125 mm, over the radius"
 
 
 def test_a_line_beyond_the_mesh_is_refused_in_its_coordinates(run, tmp_path):

@@ -93,7 +93,7 @@ def check_tracked(case: Case, folder: Path) -> Iterator[Problem]:
         yield Problem(key, f"particle {max(numbers)} is given and there are {count}; number them from 1.")
 
 
-@check("output.references", "domain", "domain.size")
+@check("output.references", "domain", "domain.size", "domain.shape")
 def check_references(case: Case, folder: Path) -> Iterator[Problem]:
     """Each reference can be read, its file lies beside the case, and its line lies in the box."""
     key = "output.references"
@@ -101,6 +101,12 @@ def check_references(case: Case, folder: Path) -> Iterator[Problem]:
     for text in case.output.references:
         try:
             reference = parse_reference(text)
+            if reference.is_radial and case.domain.shape == "box":
+                given = f'{show(text)} is given and domain.shape is "box", which has no radius'
+                yield Problem(
+                    key, f"{given}; give {reference.quantity}@{reference.height:g}=file, x from the left wall."
+                )
+                continue
             file = find_companion(case.find_folder(folder, reference.file), reference.file, ".csv")
             read_line(reference, file, case.domain.size, region.corner if region else (0.0, 0.0, 0.0))
         except CaseError as error:

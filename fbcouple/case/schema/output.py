@@ -77,7 +77,8 @@ class Output(Section):
     )
     references: Texts = option(
         "Measured lines for the report: quantity@height=file, height in m, CSV beside the case (x in m, value, error); "
-        "quantity@height,front:back=file is compared from y = front to back alone.",
+        "quantity@height,front:back=file is compared from y = front to back alone, quantity@height,r=file over the "
+        "radius of a column (r in m).",
         default=(),
     )
     profile_heights: Amounts = option(
