@@ -6,10 +6,10 @@ import shlex
 from pathlib import Path
 
 from fbcouple.case.bed.derived import dem_step
+from fbcouple.case.bed.fluid_step import coupling_step, gas_step
 from fbcouple.case.bed.particle_types import particle_count
 from fbcouple.case.bed.region import find_region
 from fbcouple.case.load import load_case
-from fbcouple.case.preflight import coupling_step, gas_step
 from fbcouple.case.schema.sections import Case
 from fbcouple.case.source import FILE_NAME
 from fbcouple.errors import CaseError

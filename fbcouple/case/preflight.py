@@ -19,8 +19,9 @@ from fbcouple.case.bed.derived import (
     inlet_rows,
     open_velocity,
 )
-from fbcouple.case.bed.drag_balance import EXPANDED, find_drag, minimum_fluidization, terminal_velocity
+from fbcouple.case.bed.drag_balance import find_drag, minimum_fluidization, terminal_velocity
 from fbcouple.case.bed.feeds import count_fed
+from fbcouple.case.bed.fluid_step import coupling_step, find_fast_gas, gas_step
 from fbcouple.case.bed.number import Law, Number
 from fbcouple.case.bed.number import judge as _judge
 from fbcouple.case.bed.opening_numbers import describe_openings
@@ -36,7 +37,8 @@ from fbcouple.case.bed.region import Region, find_region, list_inner_surfaces
 from fbcouple.case.bed.rest_overlap import estimate_rest_overlap
 from fbcouple.case.bed.speeds import SETTLED, estimate_overlap
 from fbcouple.case.bed.start_numbers import describe_start
-from fbcouple.case.bed.streams import has_openings, has_side_openings
+from fbcouple.case.bed.streams import has_openings
+from fbcouple.case.bed.thin_cells import tell_thin_cells
 from fbcouple.case.checks.registry import machine_memory, needed_memory
 from fbcouple.case.schema.sections import Case
 from fbcouple.case.user_code import OWN
@@ -81,7 +83,8 @@ def estimate(case: Case, law: Law | None = None, folder: Path = Path()) -> list[
             parts.append(partial(estimate_rest_overlap, region=region))
             parts.append(partial(_watch_rest, law=law, region=region))
     if case.gas:
-        parts += [_time_gas, partial(_look_at_inlet, region=region)]
+        parts += [_time_gas, partial(tell_thin_cells, folder=folder, velocity=find_fast_gas(case))]
+        parts.append(partial(_look_at_inlet, region=region))
         if has_openings(case):
             parts.append(partial(describe_openings, region=region, folder=folder))
     if case.gas and case.particles and case.exchange:
@@ -106,24 +109,6 @@ def require_fit(case: Case, law: Law | None = None, folder: Path = Path()) -> No
     ]
     if problems:
         raise CaseError(problems)
-
-
-def gas_step(case: Case) -> float:
-    """Fluid step [s] that the Courant limit at U_f/0.40, the Fourier limit and `gas.max_step` allow."""
-    assert case.gas is not None
-    cell = cell_size(case)
-    fourier = case.gas.max_fourier * case.gas.density / case.gas.viscosity / float((1.0 / cell**2).sum())
-    speed, edge = fastest_inlet(case.gas) / (EXPANDED if case.particles else 1.0), float(cell[2])
-    if case.gas.inlets and open_velocity(case) > speed:  # a jet keeps its velocity
-        speed, edge = open_velocity(case), float(cell.min() if has_side_openings(case) else cell[2])
-    courant = case.gas.max_courant * edge / speed if speed > 0.0 else math.inf
-    return min(fourier, courant, case.gas.max_step or math.inf)
-
-
-def coupling_step(case: Case) -> float:
-    """Step [s] of a case of both phases: the fluid step, and no less than the one DEM step that it has to hold."""
-    assert case.particles is not None and case.contact is not None
-    return max(gas_step(case), dem_step(case.contact, case.particles))
 
 
 def _size_up(case: Case, folder: Path) -> Iterator[Number]:

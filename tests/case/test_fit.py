@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from fbcouple.case.bed.fluid_step import coupling_step, gas_step
 from fbcouple.case.load import load_case
-from fbcouple.case.preflight import coupling_step, estimate, gas_step, require_fit
+from fbcouple.case.preflight import estimate, require_fit
 from fbcouple.case.source import find_case, list_shipped
 from fbcouple.errors import CaseError
 

@@ -89,6 +89,21 @@ def test_a_mesh_from_a_file_is_the_same_region(with_mesh, tmp_path):
     assert found.inlet == pytest.approx(made.inlet, rel=1e-12)
 
 
+def test_slivers_of_a_mesh_from_a_file_are_told(with_mesh, tmp_path):
+    """A point in the middle of the column is moved until cells beside it are 0.02 of the others' width along z."""
+    case = load_case(with_mesh)
+    (number,) = (one for one in estimate(case, folder=tmp_path) if one.name == "thinnest cell")
+    assert number.verdict == "fit" and number.value > 0.2 and "thinner" not in number.meaning
+    mesh = make_cylinder(0.03, 0.06, 6, 12, "tetrahedra")
+    middle = np.linalg.norm(mesh.points - mesh.points.mean(axis=0), axis=1).argmin()
+    above = mesh.points[:, 2][mesh.points[:, 2] > mesh.points[middle, 2] + 1e-6].min()
+    points = mesh.points.copy()
+    points[middle, 2] += 0.98 * (above - points[middle, 2])
+    write_gmsh(replace(mesh, points=points), tmp_path / "mesh.msh")
+    (number,) = (one for one in estimate(load_case(with_mesh), folder=tmp_path) if one.name == "thinnest cell")
+    assert number.verdict == "warn" and number.value < 0.1 and "Mesh.OptimizeNetgen = 1" in number.meaning
+
+
 def test_setup_takes_the_mesh_along(with_mesh, tmp_path):
     run = tmp_path / "run"
     lay_out(with_mesh, run, (), False, forced=True)

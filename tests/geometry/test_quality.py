@@ -13,7 +13,7 @@ from fbcouple.geometry.block import make_block
 from fbcouple.geometry.cylinder import make_cylinder
 from fbcouple.geometry.numbering import build_mesh
 from fbcouple.geometry.polyhedra import find_centres
-from fbcouple.geometry.quality import measure_cells, require_sound
+from fbcouple.geometry.quality import measure_cells, measure_widths, require_sound
 from fbcouple.geometry.ragged import Ragged
 
 
@@ -103,3 +103,18 @@ def test_the_last_cell_counts_though_it_owns_no_face():
     assert renumbered.owner.max() == 25 and renumbered.count == 27
     require_sound(renumbered)
     assert isinstance(renumbered.faces, Ragged) and renumbered.volume == pytest.approx(27.0)
+
+
+def test_bricks_are_as_wide_as_their_edges():
+    widths = measure_widths(make_bricks((4, 3, 5), (0.4, 0.6, 0.25)))
+    assert widths == pytest.approx(np.tile([0.1, 0.2, 0.05], (60, 1)), rel=1e-12)
+
+
+def test_the_width_of_a_cell_is_what_its_courant_number_counts():
+    """Of a uniform flow half the flows through the faces of a cell add up to u V over its width along u."""
+    mesh = make_cylinder(0.4, 0.8, 8, 5, "tetrahedra")
+    flow = np.abs(mesh.find_vectors(np.arange(len(mesh.owner))) @ [0.0, 0.0, 3.0])
+    inner = slice(len(mesh.neighbour))
+    sums = np.bincount(mesh.owner, flow, mesh.count) + np.bincount(mesh.neighbour, flow[inner], mesh.count)
+    volumes, *_ = measure_cells(mesh, find_centres(mesh))
+    assert 0.5 * sums / volumes == pytest.approx(3.0 / measure_widths(mesh)[:, 2], rel=1e-12)
