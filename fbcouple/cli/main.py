@@ -86,16 +86,20 @@ def cases() -> None:
 
 @cli.command()
 @take_case
+@take_ranks
 @take_settings
 @take_trust
-def check(case: str, sets: tuple[str, ...], trusted: bool) -> None:
-    """Report every mistake in CASE at once and the pre-flight numbers; start no solver.
+def check(case: str, ranks: int, sets: tuple[str, ...], trusted: bool) -> None:
+    """Report every mistake in CASE at once, the pre-flight numbers, and what a run will cost; start no solver.
 
     Exit code 1 if there is a mistake, or a number is unfit.
     """
+    from fbcouple.case.cost.coefficients import load_coefficients
+    from fbcouple.case.cost.prediction import predict
     from fbcouple.case.load import load_case
     from fbcouple.case.preflight import estimate
     from fbcouple.case.source import find_case
+    from fbcouple.cli.prediction import print_prediction
 
     folder = find_case(case).parent
     loaded = load_case(case, sets, click.echo)
@@ -111,6 +115,7 @@ def check(case: str, sets: tuple[str, ...], trusted: bool) -> None:
 
             loaded = make_start(loaded, folder, Path(scratch), click.echo, pours=False)
         numbers = estimate(loaded, law, folder)
+        predicted = predict(loaded, ranks, load_coefficients(), folder, law)
     rows = [
         (
             number.name,
@@ -123,6 +128,8 @@ def check(case: str, sets: tuple[str, ...], trusted: bool) -> None:
         for number in numbers
     ]
     print_explained(["number", "value", "unit", "wanted", "verdict", "meaning"], rows)
+    click.echo()
+    print_prediction(predicted)
     if unfit := [number for number in numbers if number.verdict == "unfit"]:
         mend = "fix the case; `setup` refuses it without --force."
         raise CaseError(

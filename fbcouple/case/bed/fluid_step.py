@@ -10,15 +10,18 @@ from fbcouple.case.bed.streams import has_side_openings
 from fbcouple.case.schema.sections import Case
 
 
-def gas_step(case: Case) -> float:
-    """Fluid step [s] that the Courant limit at U_f/0.40, the Fourier limit and `gas.max_step` allow."""
+def gas_step(case: Case, share: float = 1.0) -> float:
+    """Fluid step [s] that the Courant limit at U_f/0.40, the Fourier limit and `gas.max_step` allow.
+
+    share: speed of the inlet over the fastest that it has in the whole run.
+    """
     assert case.gas is not None
     cell = cell_size(case)
     fourier = case.gas.max_fourier * case.gas.density / case.gas.viscosity / float((1.0 / cell**2).sum())
     speed, edge = find_fast_gas(case), float(cell[2])
     if case.gas.inlets and speed == open_velocity(case) and has_side_openings(case):
         edge = float(cell.min())
-    courant = case.gas.max_courant * edge / speed if speed > 0.0 else math.inf
+    courant = case.gas.max_courant * edge / (speed * share) if speed * share > 0.0 else math.inf
     return min(fourier, courant, case.gas.max_step or math.inf)
 
 

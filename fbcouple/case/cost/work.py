@@ -1,0 +1,168 @@
+"""How much a run has to do: DEM steps, fluid steps, particles, contacts, cells, and the share of a rank."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+from fbcouple.case.bed.derived import dem_step, fastest_inlet, inlet_ramp, tangential_law
+from fbcouple.case.bed.drag_balance import minimum_fluidization
+from fbcouple.case.bed.feeds import find_mean_mass
+from fbcouple.case.bed.fluid_step import gas_step
+from fbcouple.case.bed.number import Law
+from fbcouple.case.bed.particle_types import largest_diameter, mean_density, particle_count, solids_volume
+from fbcouple.case.bed.region import Region, find_region
+from fbcouple.case.schema.feeds import Feed
+from fbcouple.case.schema.sections import Case
+from fbcouple.case.user_code import OWN
+from fbcouple.geometry.partition import find_rank_grid
+
+LIVELY = 0.65
+"""Fluid steps that moving beds take, over the longest that `gas_step` allows: the gas between bubbles and above the bed
+is faster than the U_f/0.40 that it counts with."""
+RESTING, BUBBLING, DILUTE = 2.9, 1.9, 0.1
+"""Contacts a particle: pairs that touch over the particles, in a bed at rest, in one that bubbles, and in one that the
+gas carries."""
+LOOSE = 0.1
+"""Mean solids fraction of the whole region below which particles that gas carries away hardly touch."""
+_PIECES = 200
+_SKIN = 1.3
+"""Reach of the neighbour lists over the diameter."""
+
+
+@dataclass(frozen=True)
+class Work:
+    """What a run does from its start to its end; zeros for a phase that it has not.
+
+    particles: mean number over the run; contacts: a particle, on the mean; law: of the contacts, as
+    `Coefficients.contact` names it; digits: decades that a pressure solve takes its residual down.
+    """
+
+    seconds: float
+    particles: float
+    contacts: float
+    law: str
+    dem_steps: int
+    cells: int
+    fluid_steps: float
+    correctors: int
+    digits: float
+    is_box: bool
+
+    @property
+    def is_coupled(self) -> bool:
+        """Are there both phases?"""
+        return self.particles > 0.0 and self.cells > 0
+
+
+def count_work(case: Case, folder: Path = Path(), law: Law | None = None, end: float | None = None) -> Work:
+    """What a run of `case` up to `end` [s], by default its end_time, has to do.
+
+    folder: where the case's own files lie; law: the case's own drag law, if it brings one that is trusted.
+    """
+    seconds, region = end or case.end_time, find_region(case, folder)
+    particles, steps, contacts, name = 0.0, 0, 0.0, ""
+    if case.particles and case.contact:
+        particles = _average_particles(case, seconds)
+        steps = count_dem_steps(case, seconds)
+        contacts, name = _guess_contacts(case, region, law), name_law(case)
+    gas = case.gas
+    return Work(
+        seconds=seconds,
+        particles=particles,
+        contacts=contacts,
+        law=name,
+        dem_steps=steps,
+        cells=region.cells if gas else 0,
+        fluid_steps=count_fluid_steps(case, seconds) if gas else 0.0,
+        correctors=gas.correctors if gas else 0,
+        digits=count_digits(gas.pressure_tolerance, gas.max_courant) if gas else 0.0,
+        is_box=case.domain.is_plain_box,
+    )
+
+
+def count_dem_steps(case: Case, seconds: float) -> int:
+    """DEM steps of a run of `seconds` [s]: exact, for its last fluid step is cut to end with it."""
+    assert case.particles is not None and case.contact is not None
+    return math.ceil(seconds / dem_step(case.contact, case.particles) - 1e-6)
+
+
+def count_fluid_steps(case: Case, seconds: float) -> float:
+    """Fluid steps of a run of `seconds` [s]: those of the case's limits at the inlet's speed of each time, `LIVELY` as
+    long, in whole DEM steps, and one a DEM step at least."""
+    assert case.gas is not None
+    fastest, width = fastest_inlet(case.gas), seconds / _PIECES
+    held = dem_step(case.contact, case.particles) if case.particles and case.contact else 0.0
+    steps = 0.0
+    for number in range(_PIECES):
+        speed = abs(_find_speed(case, (number + 0.5) * width))
+        step = LIVELY * gas_step(case, speed / fastest if fastest else 0.0)
+        if held:
+            step = held * max(1.0, step / held - 0.5)  # rounded down: half a DEM step is lost on the mean
+        steps += width / step
+    return steps
+
+
+def _find_speed(case: Case, time: float) -> float:
+    assert case.gas is not None
+    ramp = inlet_ramp(case.gas)
+    before = [row for row in ramp if row[0] <= time] or [ramp[0]]
+    after = [row for row in ramp if row[0] > time] or [ramp[-1]]
+    (start, low), (end, high) = before[-1], after[0]
+    return low + (high - low) * ((time - start) / (end - start) if end > start else 0.0)
+
+
+def count_digits(tolerance: float, courant: float) -> float:
+    """Decades that a pressure solve takes its residual down: it starts at about 0.2 of the Courant number."""
+    return max(1.0, math.log10(0.2 * min(courant, 5.0) / tolerance))
+
+
+def name_law(case: Case) -> str:
+    """The law of the contacts as `Coefficients.contact` names it: the model, and whether friction remembers."""
+    assert case.contact is not None
+    history = tangential_law(case.contact) == "history" or case.contact.model == "hertz"
+    return f"{case.contact.model} history" if history else "hooke"
+
+
+def _average_particles(case: Case, seconds: float) -> float:
+    """Mean number of particles over the run; those that outlets take away are counted as if they stayed."""
+    assert case.particles is not None
+    return particle_count(case.particles) + sum(_fed(case, feed, seconds) for feed in case.particles.feeds)
+
+
+def _fed(case: Case, feed: Feed, seconds: float) -> float:
+    assert case.particles is not None
+    rate = feed.rate or (feed.mass_flow or 0.0) / find_mean_mass(case.particles, feed)
+    end = min(feed.end or math.inf, seconds)
+    length = max(0.0, end - feed.start)
+    return rate * length * (1.0 - (feed.start + 0.5 * length) / seconds) if length else 0.0
+
+
+def _guess_contacts(case: Case, region: Region, law: Law | None) -> float:
+    """By the state that the bed will be in: at rest, bubbling, or carried by the gas."""
+    assert case.particles is not None
+    if case.gravity == 0.0:
+        return DILUTE
+    if not (case.gas and case.exchange) or mean_density(case.particles) <= case.gas.density:
+        return RESTING
+    if any(outlet.face == "top" for outlet in case.particles.outlets) and solids_volume(case.particles) < (
+        LOOSE * region.volume
+    ):
+        return DILUTE
+    if case.exchange.drag == OWN and law is None:
+        return BUBBLING
+    fastest = fastest_inlet(case.gas) * region.inlet / region.section
+    return RESTING if fastest < minimum_fluidization(case, law=law) else BUBBLING
+
+
+def share_ghosts(case: Case, ranks: int) -> float:
+    """Particles of other ranks that a rank in the middle looks at, over its own."""
+    if ranks == 1 or case.particles is None:
+        return 0.0
+    reach = _SKIN * largest_diameter(case.particles)
+    ratio = 1.0
+    for size, count in zip(case.domain.size[:2], find_rank_grid(case.domain.size, ranks), strict=True):
+        sides = min(count - 1, 2)
+        ratio *= (size / count + sides * reach) / (size / count)
+    return ratio - 1.0

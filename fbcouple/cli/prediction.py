@@ -1,0 +1,46 @@
+"""What `check`, `setup` and `run` say of the cost of a run, and of how sure its means will be."""
+
+from __future__ import annotations
+
+import click
+
+from fbcouple.case.cost.prediction import PHASES, Prediction
+from fbcouple.cli.table import print_explained
+from fbcouple.launcher.progress import format_clock
+
+MEASURE = "measure this machine, in about a minute, by `fbcouple bench calibrate`"
+
+
+def print_prediction(found: Prediction) -> None:
+    """A table of what is predicted, each number with its factor and where it is from."""
+    ranks = f"{found.ranks} rank{'s' if found.ranks > 1 else ''}"
+    memory = ("memory", f"{found.memory / 1e9:.3g} GB", f"{found.memory_factor:.2g}", "Of all ranks together.")
+    rows = [
+        ("wall time", format_clock(found.wall), f"{found.factor:.2g}", _share_out(found)),
+        ("core-hours", f"{found.core_hours:.3g}", f"{found.factor:.2g}", "Wall time times the ranks."),
+        memory,
+    ]
+    if sure := found.means:
+        meaning = "Standard error of the mean map of vertical solids flux over the map: "
+        meaning += f"{sure.window:.3g} s hold {sure.periods:.3g} bubble periods of {sure.period:.2g} s."
+        if sure.wanted:
+            meaning += f" The run ends at about {sure.end:.3g} s, for averages.until_error."
+        rows.append(("error of the means", f"{sure.error:.2g}", f"{sure.factor:.2g}", meaning))
+    print_explained([f"predicted on {ranks}", "value", "within a factor of", "meaning"], rows)
+    click.echo(tell_source(found))
+
+
+def _share_out(found: Prediction) -> str:
+    work = found.work
+    parts = [f"{name} {100.0 * found.stages[name] / found.wall:.0f} %" for name in PHASES if name in found.stages]
+    text = f"{', '.join(parts)}: {work.dem_steps} DEM steps" if work.dem_steps else ", ".join(parts)
+    if work.cells:
+        text += f"{',' if work.dem_steps else ':'} about {work.fluid_steps:.3g} fluid steps"
+    return f"{text}."
+
+
+def tell_source(found: Prediction) -> str:
+    """Whose costs of a step the prediction is made with."""
+    if not found.measured:
+        return f"by the costs of a step that are shipped, of another machine; {MEASURE}"
+    return f"by the costs of a step of {found.measured}"

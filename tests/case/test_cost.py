@@ -1,0 +1,216 @@
+"""What a run costs, told before: DEM steps exactly, times as the model says, errors that fall with the window."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import asdict, replace
+
+import pytest
+from click.testing import CliRunner
+
+from fbcouple.case.bed.derived import dem_step
+from fbcouple.case.cost.coefficients import (
+    FORMAT,
+    SHIPPED,
+    find_file,
+    load_coefficients,
+    read_coefficients,
+    save_coefficients,
+    scale,
+)
+from fbcouple.case.cost.means import predict_means
+from fbcouple.case.cost.prediction import predict, time_stages
+from fbcouple.case.cost.work import Work, count_dem_steps, count_fluid_steps, count_work, name_law, share_ghosts
+from fbcouple.case.load import load_case
+from fbcouple.case.preflight import gas_step
+from fbcouple.case.source import find_case
+from fbcouple.cli.main import cli
+from fbcouple.errors import CaseError
+
+ROUND = replace(
+    SHIPPED,
+    particle=1e-8,
+    dem_step=1e-6,
+    cell=1e-6,
+    corrector=5e-7,
+    fluid_step=1e-3,
+    exchange_particle=1e-8,
+    exchange_cell=1e-7,
+    exchange_step=1e-4,
+    start_up=2.0,
+    start_cell=0.0,
+    contact={"hooke": 2e-8, "hooke history": 4e-8, "hertz history": 5e-8},
+    shared={"dem": 1.1, "cfd": 1.2, "exchange": 1.0},
+    spread=1.0,
+)
+BED = Work(
+    seconds=1.0,
+    particles=1e5,
+    contacts=2.0,
+    law="hooke",
+    dem_steps=50_000,
+    cells=20_000,
+    fluid_steps=1000.0,
+    correctors=2,
+    digits=4.5,
+    is_box=True,
+)
+
+
+@pytest.fixture(autouse=True)
+def own_cache(tmp_path, monkeypatch):
+    """A cache without the costs of this machine."""
+    monkeypatch.setenv("FBCOUPLE_CACHE", str(tmp_path / "cache"))
+
+
+def test_stages_are_steps_times_what_a_step_costs():
+    """DEM: 50 000 x (1 us + 1e5 x (10 + 2 x 20) ns) = 250.05 s; gas 1000 x (1 ms + 2e4 x 2 us) = 41 s."""
+    assert time_stages(BED, ROUND) == pytest.approx({"dem": 250.05, "cfd": 41.0, "exchange": 3.1})
+
+
+def test_ranks_share_the_work_but_not_what_a_step_costs_at_least():
+    """On two ranks, each with 5 % of the other's particles: 50 000 x (1 us + 5 ms x 1.05 x 1.1 / 2)."""
+    found = time_stages(BED, ROUND, ranks=2, ghosts=0.05)
+    assert found == pytest.approx({"dem": 144.425, "cfd": 25.0, "exchange": 1.6})
+
+
+@pytest.mark.parametrize(("law", "seconds"), [("hooke", 250.05), ("hooke history", 450.05), ("hertz history", 550.05)])
+def test_friction_that_remembers_costs_more(law, seconds):
+    assert time_stages(replace(BED, law=law), ROUND)["dem"] == pytest.approx(seconds)
+
+
+def test_a_phase_that_is_not_there_costs_nothing():
+    assert set(time_stages(replace(BED, cells=0, fluid_steps=0.0), ROUND)) == {"dem"}
+    assert set(time_stages(replace(BED, particles=0.0, dem_steps=0), ROUND)) == {"cfd"}
+
+
+def test_dem_steps_are_those_of_the_constant_step():
+    """20 s of patil/c2 with k_n = 1000 N/m: T_C = pi sqrt(M/k_n) = 8.037e-5 s, a sixth of it a step."""
+    case = load_case("patil/c2", ["contact.stiffness=1000"])
+    step = dem_step(case.contact, case.particles)
+    assert step == pytest.approx(8.0373e-5 / 6, rel=1e-4)
+    assert count_dem_steps(case, 20.0) == math.ceil(20.0 / step) == pytest.approx(1.4925e6, rel=1e-3)
+
+
+def test_fluid_steps_follow_a_ramp():
+    """At half the speed a Courant step is twice as long; a bed under half a second of each takes 3/4 of the steps."""
+    fast = load_case("patil/c2", ["gas.max_fourier=50"])
+    ramp = {"inlet_velocity": None, "inlet_ramp": ((0.0, 0.6), (0.5, 0.6), (0.5, 1.2), (1.0, 1.2))}
+    slow = fast.model_copy(update={"gas": fast.gas.model_copy(update=ramp)})
+    held = dem_step(fast.contact, fast.particles)
+    assert gas_step(slow, 0.5) == pytest.approx(2.0 * gas_step(fast)) and gas_step(fast) > 20 * held
+    ratio = count_fluid_steps(slow, 1.0) / count_fluid_steps(fast, 1.0)
+    assert ratio == pytest.approx(0.75, rel=0.02)
+
+
+def test_a_fluid_step_is_no_shorter_than_a_dem_step():
+    case = load_case("patil/c2", ["gas.max_step=1e-6"])
+    assert count_fluid_steps(case, 1.0) == pytest.approx(count_dem_steps(case, 1.0), rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("name", "law", "contacts"),
+    [
+        ("patil/c2", "hooke", "bubbling"),
+        ("netl/biseg", "hooke history", "bubbling"),
+        ("yue/spout", "hertz history", "bubbling"),
+        ("anand/hopper", "hertz history", "resting"),
+    ],
+)
+def test_contacts_are_of_the_law_and_the_state_of_the_bed(name, law, contacts):
+    case = load_case(name)
+    work = count_work(case, find_case(name).parent)
+    states = {"resting": 2.0 < work.contacts < 4.0, "bubbling": 1.0 < work.contacts <= 2.5}
+    assert name_law(case) == work.law == law and states[contacts]
+
+
+def test_particles_that_are_fed_count_from_when_they_come():
+    """5000 a second up to 1.358 s, of 4.25 s: 6790 particles for all but the 0.679 s that they wait on the mean."""
+    work = count_work(load_case("anand/hopper"))
+    assert work.particles == pytest.approx(6790 * (1.0 - 0.679 / 4.25))
+
+
+def test_ranks_look_at_the_particles_beside_them():
+    """patil/c2 is cut across its width of 80 mm: 1.3 mm of a neighbour beside 40 mm, on both sides of 20 mm."""
+    case = load_case("patil/c2")
+    assert [share_ghosts(case, ranks) for ranks in (1, 2, 4)] == pytest.approx([0.0, 0.0325, 0.13])
+
+
+def test_the_factor_grows_with_what_is_not_known():
+    case, exact = load_case("patil/c2"), replace(SHIPPED, spread=1.0)
+    one, many = predict(case, 1, exact), predict(case, 64, exact)
+    shipped = predict(case, 1, SHIPPED)
+    assert 1.15 < one.factor < many.factor < 2.0 < shipped.factor
+    assert shipped.factor == pytest.approx(math.exp(math.hypot(math.log(one.factor), math.log(2.0))))
+
+
+def test_a_machine_twice_as_slow_takes_twice_as_long():
+    case = load_case("mueller/0.9")
+    one, slow = predict(case, 2, SHIPPED), predict(case, 2, scale(SHIPPED, 2.0))
+    assert slow.wall == pytest.approx(2.0 * one.wall) and slow.memory == one.memory
+    assert one.core_hours == pytest.approx(one.wall * 2 / 3600)
+
+
+@pytest.mark.parametrize(
+    ("name", "end", "found"), [("patil/c2", 10.21, 0.10), ("patil/c5-0.0", 6.05, 0.10)], ids=["c2", "c5-0.0"]
+)
+def test_errors_of_beds_that_were_run(name, end, found):
+    """docs/results: standard error of the flux map over the map, of means from 1 s on."""
+    sure = predict_means(load_case(name, [f"end_time={end}"]))
+    assert sure.error / sure.factor < found < sure.error * sure.factor
+
+
+def test_four_windows_are_twice_as_sure():
+    short, long = (predict_means(load_case("patil/c2", [f"end_time={end}"])) for end in (3.0, 9.0))
+    assert short.error == pytest.approx(2.0 * long.error)
+    assert long.period == pytest.approx(2.0 * math.pi * math.sqrt(0.0417 / 9.81), rel=2e-3)
+
+
+def test_a_run_until_it_is_sure_ends_when_it_is():
+    case = load_case("patil/c2", ["end_time=100", "averages.until_error=0.1"])
+    sure, work = predict_means(case), predict(case, 1, SHIPPED).work
+    assert sure.error == pytest.approx(0.1) and work.seconds == sure.end < 20.0
+    hasty = predict_means(load_case("patil/c2", ["end_time=2", "averages.until_error=0.01"]))
+    assert hasty.end == 2.0 and hasty.error > 0.01
+
+
+@pytest.mark.parametrize("name", ["anand/hopper", "single-impact"])
+def test_no_error_is_told_of_what_does_not_bubble(name):
+    assert predict_means(load_case(name)) is None
+
+
+def test_costs_are_kept_by_host():
+    assert load_coefficients() == SHIPPED and SHIPPED.is_shipped
+    found = replace(scale(SHIPPED, 0.5), measured="here", spread=1.2)
+    path = save_coefficients(found, {"scenes": []})
+    assert path == find_file() and load_coefficients() == found and not found.is_shipped
+    assert find_file("another/../host").name == "cost-another_.._host.json"
+
+
+@pytest.mark.parametrize(
+    ("edit", "text"),
+    [
+        (lambda content: content["coefficients"].pop("cell"), "its names are others"),
+        (lambda content: content["coefficients"].update(cell=-1.0), "cell is no number"),
+        (lambda content: content["coefficients"]["contact"].update(hooke="x"), "contact.hooke is no number"),
+        (lambda content: content.update(format=0), "format 0 is not 1"),
+        (lambda content: content.update(coefficients=3), "no table"),
+    ],
+)
+def test_damaged_costs_are_refused(tmp_path, edit, text):
+    content = json.loads(json.dumps({"format": FORMAT, "coefficients": asdict(SHIPPED)}))
+    assert read_coefficients(json.dumps(content), tmp_path) == SHIPPED
+    edit(content)
+    with pytest.raises(CaseError, match=f"{text}.*bench calibrate"):
+        read_coefficients(json.dumps(content), tmp_path)
+
+
+def test_check_tells_what_a_run_will_cost():
+    lines = CliRunner().invoke(cli, ["check", "patil/c2", "-n", "2"]).output.splitlines()
+    start = next(number for number, line in enumerate(lines) if line.startswith("predicted on 2 ranks"))
+    names = [line.split("  ")[0] for line in lines[start:] if line[:1].strip()]
+    assert names[1:5] == ["wall time", "core-hours", "memory", "error of the means"]
+    assert "of another machine" in lines[-1] and "bench calibrate" in lines[-1]
+    case = load_case("patil/c2")
+    assert f"{count_dem_steps(case, 20.0)} DEM steps" in "\n".join(lines)
