@@ -33,8 +33,8 @@ _REPLAYED = 50
 class TotalWatch(Timers):
     """A stopwatch whose totals stand through restarts."""
 
-    def __init__(self) -> None:
-        super().__init__(STAGES)
+    def __init__(self, clock: Callable[[], float] = time.perf_counter) -> None:
+        super().__init__(STAGES, clock)
         self.total = dict.fromkeys(STAGES, 0.0)
 
     def restart(self) -> dict[str, float]:

@@ -14,6 +14,7 @@ from mpi4py import MPI
 
 from fbcouple.bench.measure import measure_dem, measure_overhead, measure_peer, measure_steps
 from fbcouple.bench.memory import measure_memory
+from fbcouple.bench.step_costs import measure_costs
 from fbcouple.bench.traffic import count_traffic
 from fbcouple.bench.variant import measure_variant
 from fbcouple.case.load import load_case
@@ -22,6 +23,7 @@ from fbcouple.case.schema.sections import Case
 FOUND = "bench.json"
 KINDS: dict[str, Callable[..., dict[str, Any]]] = {
     "overhead": lambda case, comm, warm, seconds, steps: measure_overhead(case, comm, warm, seconds, int(steps)),
+    "costs": measure_costs,
     "dem": lambda case, comm, warm, steps: measure_dem(case, comm, warm, int(steps)),
     "memory": measure_memory,
     "peer": lambda case, comm, warm, steps: measure_peer(case, comm, warm, int(steps)),

@@ -197,6 +197,19 @@ def _measure_case(kind: str, case: str, sets: Sequence[str], ranks: int, *number
         return _measure(kind, run, load_case(str(run)), ranks, *numbers)
 
 
+def measure_prepared(kind: str, case: Case, ranks: int, *numbers: float) -> Row:
+    """Set `case` up in a temporary folder, and measure it; its particles start on the lattice. Raises: SolverError."""
+    with _place() as folder:
+        set_up(case, folder / "run")
+        return _measure(kind, folder / "run", case, ranks, *numbers)
+
+
+def measure_costs(case: str, sets: Sequence[str], ranks: int, warm: float, seconds: float) -> Row:
+    """Processor time by phase, and work, of a case from `warm` to `warm + seconds` [s]. Raises: CaseError,
+    SolverError."""
+    return _measure_case("costs", case, sets, ranks, warm, seconds)
+
+
 def _measure(kind: str, run: Path, case: Case, ranks: int, *numbers: float) -> dict[str, Any]:
     if case.gas:
         prepare_mesh(case, run, ranks)

@@ -59,6 +59,30 @@ def bench() -> None:
 
 
 @bench.command()
+@click.option("--fresh", is_flag=True, help="Measure again where this machine has been measured.")
+@take_file
+def calibrate(fresh: bool, file: Path | None) -> None:
+    """Measure what a step costs on this machine, for the predictions of `check`; a minute, with nothing else running.
+
+    The costs are kept in the cache, by host.
+    """
+    from fbcouple.bench.calibrate import calibrate as measure
+    from fbcouple.bench.calibrate import tabulate
+    from fbcouple.case.cost.coefficients import find_file, load_coefficients, save_coefficients
+
+    if not fresh and not (kept := load_coefficients()).is_shipped:
+        show(tabulate(kept))
+        click.echo(f"{find_file()}: the costs of {kept.measured}; --fresh measures again")
+        return
+    found, rows = measure(click.echo)
+    show(rows)
+    costs = tabulate(found)
+    show(costs)
+    write(file, {"scenes": rows, "costs": costs})
+    click.echo(f"{save_coefficients(found, {'scenes': rows})}: the costs of {found.measured}")
+
+
+@bench.command()
 @take_case
 @take_ranks
 @click.option("--seconds", type=click.FloatRange(min=0.1), default=20.0, show_default=True, help="Wall time measured.")

@@ -1,4 +1,4 @@
-"""How far particles overlap: the largest overlap of two, by a cell list."""
+"""How far particles overlap: the largest overlap of two, and how many touch, by a cell list."""
 
 from __future__ import annotations
 
@@ -116,3 +116,44 @@ def _scan_bin(rows, order, count, starts, shape, i, j, k, worst):
                             worst = 1.0 - np.sqrt(square) / touch
                             worst_row, worst_other = row, max(order[p], order[q])
     return worst, worst_row, worst_other
+
+
+def count_contacts(positions: np.ndarray, radii: np.ndarray, count: int) -> float:
+    """Pairs that touch, of this rank's `count` particles; one with another rank's particle counts half.
+
+    positions, radii: (n, 3) and (n,) [m], as of `find_max_overlap`.
+    """
+    if count == 0:
+        return 0.0
+    reach = 2.0 * float(radii.max())
+    low, high = find_bounds(positions)
+    shape = np.floor((high - low) / reach).astype(np.int64) + 1
+    starts, order, rows = _sort(positions, radii, low, 1.0 / reach, shape)
+    return float(_count(rows, order, count, starts, shape))
+
+
+@njit(cache=True)
+def _count(rows, order, count, starts, shape):
+    """Half a contact for each own particle that touches another, either way round."""
+    found = 0.0
+    for i in range(shape[0]):
+        for j in range(shape[1]):
+            for k in range(shape[2]):
+                here = (i * shape[1] + j) * shape[2] + k
+                for p in range(starts[here], starts[here + 1]):
+                    if order[p] < count:
+                        found += 0.5 * _count_around(rows, p, starts, shape, i, j, k)
+    return found
+
+
+@njit(cache=True)
+def _count_around(rows, p, starts, shape, i, j, k):
+    found = 0
+    for a in range(max(i - 1, 0), min(i + 2, shape[0])):
+        for b in range(max(j - 1, 0), min(j + 2, shape[1])):
+            line = (a * shape[1] + b) * shape[2]
+            for q in range(starts[line + max(k - 1, 0)], starts[line + min(k + 2, shape[2])]):
+                dx, dy, dz = rows[p, 0] - rows[q, 0], rows[p, 1] - rows[q, 1], rows[p, 2] - rows[q, 2]
+                if q != p and dx * dx + dy * dy + dz * dz < (rows[p, 3] + rows[q, 3]) ** 2:
+                    found += 1
+    return found

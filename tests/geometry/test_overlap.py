@@ -1,9 +1,9 @@
-"""The largest overlap by a cell list against all pairs."""
+"""The largest overlap and the contacts by a cell list against all pairs."""
 
 import numpy as np
 import pytest
 
-from fbcouple.geometry.overlap import add_images, find_max_overlap, find_worst_overlap
+from fbcouple.geometry.overlap import add_images, count_contacts, find_max_overlap, find_worst_overlap
 
 
 def search_all_pairs(positions, radii, count):
@@ -81,3 +81,20 @@ def test_images_make_every_pair_across_periodic_sides(seed):
     overlap, one, other = find_worst_overlap(points, radii[rows], 40)
     assert overlap == pytest.approx(overlaps.max(), rel=1e-12) and overlap > 0.0
     assert {int(rows[one]), int(rows[other])} == set(map(int, np.unravel_index(overlaps.argmax(), overlaps.shape)))
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("spread", [0.0, 0.7], ids=["equal", "polydisperse"])
+def test_contacts_are_counted_once(seed, spread):
+    """All pairs that touch; one of an own particle and another rank's counts half, so that all ranks make the whole."""
+    rng = np.random.default_rng(seed)
+    n = 200
+    radii = 5e-4 * (1.0 + spread * rng.uniform(-1, 1, n))
+    positions = rng.random((n, 3)) * np.array([0.008, 0.003, 0.02]) * 1.2**seed
+    distances = np.linalg.norm(positions[:, None] - positions[None], axis=2)
+    touches = np.triu(distances < radii[:, None] + radii[None], 1)
+    assert count_contacts(positions, radii, n) == touches.sum() > 0
+    own = n // 3
+    half = touches[:own, :own].sum() + 0.5 * touches[:own, own:].sum()
+    assert count_contacts(positions, radii, own) == half
+    assert count_contacts(positions[:0], radii[:0], 0) == 0.0

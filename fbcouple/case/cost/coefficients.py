@@ -118,7 +118,7 @@ def read_coefficients(text: str, path: Path) -> Coefficients:
         raise CaseError([_format_damage(path, f"format {content['format']!r} is not {FORMAT}")])
     wrong = [
         name
-        for name, value in _flatten(given).items()
+        for name, value in flatten(given).items()
         if name != "measured" and not (isinstance(value, int | float) and math.isfinite(value) and value >= 0.0)
     ]
     names = {part.name for part in fields(Coefficients)}
@@ -132,7 +132,8 @@ def read_coefficients(text: str, path: Path) -> Coefficients:
     return Coefficients(**given)
 
 
-def _flatten(given: Mapping[str, Any]) -> dict[str, Any]:
+def flatten(given: Mapping[str, Any]) -> dict[str, Any]:
+    """The entries of the tables in `given` by names with a dot, beside the others."""
     flat: dict[str, Any] = {}
     for name, value in given.items():
         flat |= {f"{name}.{key}": part for key, part in value.items()} if isinstance(value, dict) else {name: value}

@@ -1,0 +1,214 @@
+"""`fbcouple bench calibrate`: what a step costs on this machine, from small beds that tell one cost after the other."""
+
+from __future__ import annotations
+
+import platform
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, replace
+from typing import Any
+
+import numpy as np
+
+from fbcouple.bench.step_costs import UNITS, StepCosts
+from fbcouple.bench.suite import measure_prepared
+from fbcouple.bench.turns import OTHERS, Row
+from fbcouple.case.cost.coefficients import SHIPPED, USUAL_DIGITS, Coefficients, flatten
+from fbcouple.case.cost.work import count_digits, share_ghosts
+from fbcouple.case.schema.sections import Case
+from fbcouple.results.tables import describe_machine
+
+QUIETEST = 1.15
+"""Least factor that measured coefficients are taken to be within: another minute of the same machine differs by it."""
+Content = dict[str, Any]
+Say = Callable[[str], None]
+
+
+def make_scene(
+    law: str = "hooke", correctors: int = 2, cells: tuple[int, int, int] = (16, 8, 32), **other: Any
+) -> Case:
+    """A bed of 14 000 glass beads of 1 mm that gas at 1.2 m/s, twice what fluidizes it, lifts.
+
+    law: of the contacts, as `Coefficients.contact` names it; cells: of 2.5 mm; other: count and spacing of the start.
+    """
+    contact: Content = {"restitution": 0.9, "wall_restitution": 0.9, "friction": 0.2, "wall_friction": 0.2}
+    contact |= {"steps_per_contact": 8, "tangential": "no-history" if law == "hooke" else "history"}
+    if law.startswith("hertz"):
+        contact |= {"model": "hertz", "youngs_modulus": 5e6, "poisson_ratio": 0.25, "impact_speed": 1.0}
+    else:
+        contact |= {"stiffness": 400.0}
+    return Case.model_validate(
+        {
+            "title": f"small bed, {law}",
+            "end_time": 10.0,
+            "domain": {"size": [2.5e-3 * count for count in cells], "cells": list(cells)},
+            "gas": {
+                "density": 1.165,
+                "viscosity": 2e-5,
+                "inlet_velocity": 1.2,
+                "correctors": correctors,
+                "pressure_tolerance": 1e-5,
+                "max_courant": 0.5,
+                "max_fourier": 1.5,
+            },
+            "particles": {
+                "diameter": 1e-3,
+                "density": 2500.0,
+                "count": other.get("count", 14_000),
+                "rotation": law != "hooke",
+            },
+            "contact": contact,
+            "start": {"spacing": other.get("spacing", 1.03)},
+            "exchange": {"filter_passes": 1},
+        }
+    )
+
+
+def list_scenes() -> dict[str, tuple[Case, int, float, float]]:
+    """Name -> case, ranks, simulated time before the measurement and of it [s]."""
+    return {
+        "hooke": (make_scene(), 1, 0.07, 0.05),
+        "two ranks": (make_scene(), 2, 0.07, 0.05),
+        "hooke history": (make_scene("hooke history", 3), 1, 0.06, 0.03),
+        "hertz history": (make_scene("hertz history", 1), 1, 0.06, 0.03),
+        "dilute": (make_scene(cells=(16, 8, 64), count=4000, spacing=3.0), 1, 0.005, 0.06),
+        "tiny": (make_scene(cells=(4, 4, 8), count=60, spacing=2.0), 1, 0.005, 0.1),
+    }
+
+
+def calibrate(say: Say = lambda text: None) -> tuple[Coefficients, list[Row]]:
+    """Run the scenes and find the coefficients of this machine; `say` is told of each scene before it runs.
+
+    Returns: the coefficients, and a row a scene with what it took. Raises: SolverError.
+    """
+    found: dict[str, StepCosts] = {}
+    rows = []
+    begin = time.time()
+    for name, (case, ranks, warm, seconds) in list_scenes().items():
+        say(f"{name}: {case.title}, {ranks} rank{'s' if ranks > 1 else ''}")
+        told = measure_prepared("costs", case, ranks, warm, seconds)
+        others = told.pop(OTHERS, None)
+        found[name] = StepCosts(**told)
+        rows.append(tell_scene(name, found[name]) | {OTHERS: others})
+    measured = f"{platform.node()}, {describe_machine()}, {time.strftime('%Y-%m-%d %H:%M', time.gmtime(begin))} UTC"
+    return replace(find_coefficients(found), measured=measured), rows
+
+
+def tell_scene(name: str, costs: StepCosts) -> Row:
+    """A row of a table: processor time of a unit of work of each phase."""
+    own = costs.particles / costs.ranks or 1.0
+    cells = costs.cells / costs.ranks or 1.0
+    return {
+        "scene": name,
+        "ranks": costs.ranks,
+        "particles": costs.particles,
+        "contacts each": costs.contacts_each,
+        "cells": costs.cells,
+        "dem_ns": 1e9 * costs.phases["dem"] / costs.dem_steps / own,
+        "cfd_us": 1e6 * costs.phases["cfd"] / costs.fluid_steps / cells,
+        "exchange_ns": 1e9 * costs.phases["exchange"] / costs.fluid_steps / own,
+        "spread": max(costs.spread.values(), default=1.0),
+        "memory_MB": costs.memory / 1e6,
+    }
+
+
+def tabulate(found: Coefficients) -> list[Row]:
+    """The coefficients beside those that are shipped, a row each."""
+    own, shipped = (flatten(asdict(one)) for one in (found, SHIPPED))
+    return [
+        {"cost": name, "here": value, "shipped": shipped[name], "unit": _find_unit(name)}
+        for name, value in own.items()
+        if name != "measured"
+    ]
+
+
+def _find_unit(name: str) -> str:
+    if name.endswith("memory"):
+        return "bytes"
+    return "1" if name == "spread" or name.startswith("shared") else "s"
+
+
+def find_coefficients(found: Mapping[str, StepCosts]) -> Coefficients:
+    """Coefficients from what the scenes of `list_scenes` took: each from those that differ in it.
+
+    Fixed costs of the shipped ones are kept where the tiny bed, which has hardly anything else, is too small to tell.
+    """
+    tiny, dilute, dense = found["tiny"], found["dilute"], found["hooke"]
+    dem = {name: costs.phases["dem"] / costs.dem_steps for name, costs in found.items()}
+    particle = max((dem["dilute"] - dem["tiny"]) / (dilute.particles - tiny.particles), 0.0)
+    dem_step = max(dem["tiny"] - particle * tiny.particles, 0.0)
+    contact = {
+        law: max(dem[law] - dem_step - particle * found[law].particles, 0.0) / found[law].contacts
+        for law in ("hooke", "hooke history", "hertz history")
+    }
+    cell, corrector, fluid_step = _fit_gas(found)
+    on_particles, on_cells, exchange_step = _fit_exchange(found)
+    spread = max(max(costs.spread.values()) ** 0.5 for name, costs in found.items() if name in contact)
+    coefficients = replace(
+        SHIPPED,
+        particle=particle,
+        contact=contact,
+        dem_step=dem_step,
+        cell=cell,
+        corrector=corrector,
+        fluid_step=fluid_step,
+        exchange_particle=on_particles,
+        exchange_cell=on_cells,
+        exchange_step=exchange_step,
+        start_up=tiny.setting_up,
+        rank_memory=tiny.memory,
+        spread=max(spread, QUIETEST),
+    )
+    return replace(coefficients, shared=_compare_ranks(dense, found["two ranks"], coefficients))
+
+
+def _fit_gas(found: Mapping[str, StepCosts]) -> tuple[float, float, float]:
+    """Seconds a cell, a cell and corrector, and a step: least squares, none below 0, over the beds of one rank."""
+    scenes = list_scenes()
+    rows, values = [], []
+    for name, costs in found.items():
+        gas = scenes[name][0].gas
+        if costs.ranks == 1 and gas is not None:
+            digits = count_digits(gas.pressure_tolerance, gas.max_courant) / USUAL_DIGITS
+            rows.append([costs.cells, costs.cells * gas.correctors * digits, 1.0])
+            values.append(costs.phases["cfd"] / costs.fluid_steps)
+    cell, corrector, fixed = _fit_positive(np.array(rows), np.array(values))
+    return cell, corrector, fixed
+
+
+def _fit_exchange(found: Mapping[str, StepCosts]) -> tuple[float, float, float]:
+    """Seconds a particle, a cell and a step, likewise."""
+    rows = [[costs.particles, costs.cells, 1.0] for costs in found.values() if costs.ranks == 1]
+    values = [costs.phases["exchange"] / costs.fluid_steps for costs in found.values() if costs.ranks == 1]
+    particle, cell, fixed = _fit_positive(np.array(rows, dtype=float), np.array(values))
+    return particle, cell, fixed
+
+
+def _fit_positive(rows: np.ndarray, values: np.ndarray) -> list[float]:
+    """Least squares of relative misses, (n, k) and (n,), whose negative parts are left out one after the other."""
+    weighted = rows / values[:, None]
+    kept = list(range(rows.shape[1]))
+    while True:
+        parts, *_ = np.linalg.lstsq(weighted[:, kept], np.ones(len(values)), rcond=None)
+        if parts.min() >= 0.0 or len(kept) == 1:
+            break
+        kept.pop(int(np.argmin(parts * weighted[:, kept].mean(axis=0))))
+    whole = np.zeros(rows.shape[1])
+    whole[kept] = np.maximum(parts, 0.0)
+    return whole.tolist()
+
+
+def _compare_ranks(alone: StepCosts, two: StepCosts, found: Coefficients) -> dict[str, float]:
+    """What the work of a stage costs each of two ranks, over half of what it costs one: 1 where nothing is lost.
+
+    Without the fixed costs of a step, and without what the model has the ranks do for each other.
+    """
+    ghosts = share_ghosts(list_scenes()["two ranks"][0], 2)
+    fixed = {"dem": found.dem_step, "cfd": found.fluid_step, "exchange": found.exchange_step}
+    shared = {}
+    for phase, steps in UNITS.items():
+        of_one = alone.phases[phase] / getattr(alone, steps) - fixed[phase]
+        of_two = two.phases[phase] / getattr(two, steps) - fixed[phase]
+        known = 1.0 + ghosts if phase == "dem" else 1.0
+        shared[phase] = max(2.0 * of_two / (of_one * known), 1.0)
+    return shared
