@@ -144,7 +144,7 @@ def _make_ready(run: Path, ranks: int, choice: Choice, stack: ExitStack) -> Star
         start = make_ready(run, ranks, choice, Guard(lock, requests))
     if start is None:
         raise CaseError([f"{run}: is complete; fresh=True starts again."])
-    note_run(run, ranks, ["fbcouple.Simulation.open"], start)
+    note_run(run, ranks, ["fbcouple.Simulation.open"], start, choice.say)
     return start
 
 

@@ -11,19 +11,13 @@ from typing import Any
 from mpi4py import MPI
 
 from fbcouple.bench.measure import TotalWatch, open_run
+from fbcouple.case.cost.prediction import PHASES
 from fbcouple.case.schema.sections import Case
 from fbcouple.geometry.overlap import count_contacts
 from fbcouple.simulation.loop import step
 from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.tasks.task import Task
 
-PHASES = {
-    "dem": ("dem",),
-    "cfd": ("cfd",),
-    "exchange": ("map", "drag", "react"),
-    "rest": ("average", "record", "wait"),
-}
-"""Stages of the loop by phase: those that a prediction tells, and the rest, which it does not."""
 UNITS = {"dem": "dem_steps", "cfd": "fluid_steps", "exchange": "fluid_steps"}
 """Steps that a phase is of."""
 _PIECES = 6

@@ -152,6 +152,7 @@ def setup(case: str, output: Path | None, sets: tuple[str, ...], explained: bool
     A set of cases gives one folder of run folders.
     """
     from fbcouple.case.user_code import list_code
+    from fbcouple.cli.prediction import format_line
     from fbcouple.decks.needs import explain
     from fbcouple.decks.set_up import lay_out
 
@@ -160,6 +161,7 @@ def setup(case: str, output: Path | None, sets: tuple[str, ...], explained: bool
             rows = [(part.name, "in" if part.is_in else "out", part.why) for part in explain(loaded)]
             print_table(["part", "", "why"], rows)
         trust = " --trust" if list_code(loaded) else ""
+        click.echo(f"{run}: {format_line(loaded, run)}")
         click.echo(f"{run}: set up; start it with `fbcouple run {quote(str(run))}{trust}`")
 
 

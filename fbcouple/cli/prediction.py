@@ -2,13 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
 import click
 
-from fbcouple.case.cost.prediction import PHASES, Prediction
+from fbcouple.case.cost.coefficients import load_coefficients
+from fbcouple.case.cost.prediction import PHASES, Prediction, predict
+from fbcouple.case.schema.sections import Case
 from fbcouple.cli.table import print_explained
+from fbcouple.errors import CaseError
 from fbcouple.launcher.progress import format_clock
 
 MEASURE = "measure this machine, in about a minute, by `fbcouple bench calibrate`"
+
+
+def format_time(seconds: float) -> str:
+    """Wall time: seconds below 100, then a clock."""
+    return f"{seconds:.2g} s" if seconds < 99.5 else format_clock(seconds)
 
 
 def print_prediction(found: Prediction) -> None:
@@ -16,7 +28,7 @@ def print_prediction(found: Prediction) -> None:
     ranks = f"{found.ranks} rank{'s' if found.ranks > 1 else ''}"
     memory = ("memory", f"{found.memory / 1e9:.3g} GB", f"{found.memory_factor:.2g}", "Of all ranks together.")
     rows = [
-        ("wall time", format_clock(found.wall), f"{found.factor:.2g}", _share_out(found)),
+        ("wall time", format_time(found.wall), f"{found.factor:.2g}", _share_out(found)),
         ("core-hours", f"{found.core_hours:.3g}", f"{found.factor:.2g}", "Wall time times the ranks."),
         memory,
     ]
@@ -44,3 +56,27 @@ def tell_source(found: Prediction) -> str:
     if not found.measured:
         return f"by the costs of a step that are shipped, of another machine; {MEASURE}"
     return f"by the costs of a step of {found.measured}"
+
+
+def format_line(case: Case, folder: Path) -> str:
+    """What a run of `case` on one rank will cost, in a line, or why that cannot be told."""
+    try:
+        found = predict(case, 1, load_coefficients(), folder)
+    except CaseError as error:
+        return f"what it will cost is not predicted: {error}"
+    sure = f"; error of the means about {found.means.error:.2g}" if found.means else ""
+    of = "" if found.measured else f" ({MEASURE})"
+    return f"about {format_time(found.wall)} on 1 rank, within a factor of {found.factor:.2g}{of}{sure}"
+
+
+def format_outcome(predicted: Mapping[str, Any], seconds: float, walls: Mapping[str, float]) -> str:
+    """What was predicted for `seconds` [s] of simulated time beside `walls`, the wall seconds of the stages in them."""
+    told = {name: value for name, value in predicted["stages"].items() if name in PHASES}
+    part = seconds / predicted["simulated_seconds"]
+    found = {name: sum(walls.get(stage, 0.0) for stage in stages) for name, stages in PHASES.items()}
+    whole, taken = part * sum(told.values()), sum(walls.values())
+    ratios = ", ".join(f"{name} {found[name] / (part * value):.2g}" for name, value in told.items() if value)
+    words = (
+        f"predicted {format_time(whole)} for these {seconds:.4g} s, within a factor of {predicted['wall_factor']:.2g}"
+    )
+    return f"{words}; took {format_time(taken)}, {taken / whole:.2g} of it ({ratios})"

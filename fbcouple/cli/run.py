@@ -8,7 +8,7 @@ import math
 import re
 from pathlib import Path
 from shlex import quote
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 from rich.console import Console
@@ -19,6 +19,9 @@ from fbcouple.launcher.stop_signals import Requests
 from fbcouple.machine.output import outlive_output
 from fbcouple.paths import require_usable
 from fbcouple.run_folder.plain_files import require_plain
+
+if TYPE_CHECKING:
+    from fbcouple.launcher.progress import RunProgress
 
 
 def require_finite(ctx: click.Context, parameter: click.Parameter, value: float | None) -> float | None:
@@ -154,6 +157,8 @@ def run_on(
         raise StoppedError(f"{run}: {error}; go on with {go_on}") from error
     if costs := progress.tabulate():
         console.print(costs)
+    if line := compare_prediction(run, progress):
+        click.echo(f"{run}: {line}")
     for warning in progress.list_warnings():
         click.echo(f"{run}: warning: {warning}")
     if not is_complete(run, case):
@@ -164,6 +169,16 @@ def run_on(
         text = f"no moment for a checkpoint came from --until {end:g} s to the end of the run"
         click.echo(f"{run}: {text}; checkpoint.moment_steps says after how many steps one comes")
     click.echo(f"{run}: done; draw its figures with `fbcouple post {quote(str(run))}`")
+
+
+def compare_prediction(run: Path, progress: RunProgress) -> str:
+    """What `run` was predicted to take beside what it took; empty where no step was taken or nothing was predicted."""
+    from fbcouple.cli.prediction import format_outcome
+    from fbcouple.run_folder.manifest import read_manifest
+
+    predicted = read_manifest(run).get("run", {}).get("predicted")
+    seconds, walls = progress.sum_up()
+    return format_outcome(predicted, seconds, walls) if predicted and seconds > 0.0 else ""
 
 
 def require_run(run: Path) -> None:

@@ -15,6 +15,7 @@ from pathlib import Path
 import xarray as xr
 
 import fbcouple.run_folder.checkpoint
+from fbcouple.case.cost.prediction import predict_run
 from fbcouple.case.load import load_case
 from fbcouple.case.schema.sections import Case
 from fbcouple.case.user_code import require_trust
@@ -83,7 +84,7 @@ def launch(
         if start is None:
             return
         command = _format_job(run, ranks, until, deadline, start.checkpoint)
-        note_run(run, ranks, command, start)
+        note_run(run, ranks, command, start, say)
         Job(command, run, patience, lock, asked, say).follow(watch)
 
 
@@ -268,8 +269,9 @@ def _clear(run: Path, checkpoint: Checkpoint | None) -> None:
         remove_products(run)
 
 
-def note_run(run: Path, ranks: int, command: list[str], start: Start) -> None:
-    """Write into the manifest how the run was started, and with what. Raises: SolverError if that cannot be."""
+def note_run(run: Path, ranks: int, command: list[str], start: Start, say: Say = lambda text: None) -> None:
+    """Write into the manifest how the run was started, with what, and what it was predicted to cost; `say` is told
+    where it cannot be predicted. Raises: SolverError if the manifest cannot be written."""
     about = {
         "ranks": ranks,
         "host": platform.node(),
@@ -277,6 +279,7 @@ def note_run(run: Path, ranks: int, command: list[str], start: Start) -> None:
         "started": time.strftime("%Y-%m-%dT%H:%M:%S%z"),
         "changed": list(start.changed),
         "updates": list(start.updates),
+        "predicted": predict_run(run, ranks, say),
     }
     try:
         write_manifest(run, read_manifest(run) | {"run": about, "run_with": start.versions})

@@ -29,6 +29,8 @@ class RunProgress:
         self._said = time.monotonic()
         self._first: tuple[float, float] | None = None
         self._walls: dict[str, float] = {}
+        self._last = 0.0
+        self._before: dict[str, float] = {}
         self._at_outlet = self._owed = 0
         self._backflow, self._worst = 0.0, 0
         self._bar = Progress(
@@ -62,7 +64,9 @@ class RunProgress:
         now = time.monotonic()
         if self._first is None:  # a resumed run does not start at 0
             self._first = row["time"], now
+            self._before = dict(self._walls)
             self._bar.reset(self._task, completed=row["time"])
+        self._last = row["time"]
         self._at_outlet = max(self._at_outlet, row.get("particles_at_outlet", 0))
         self._owed = row.get("particles_owed", 0)
         if (backflow := row.get("gas_backflow", 0.0)) > self._backflow:
@@ -107,6 +111,11 @@ class RunProgress:
                 f"{self._owed} {text}; enlarge the box of the feed, have them leave it faster, or feed less"
             )
         return warnings
+
+    def sum_up(self) -> tuple[float, dict[str, float]]:
+        """Simulated time [s] from the first row shown to the last, and the wall seconds of each stage in it."""
+        seconds = self._last - self._first[0] if self._first else 0.0
+        return seconds, {stage: wall - self._before.get(stage, 0.0) for stage, wall in self._walls.items()}
 
     def tabulate(self) -> Table | None:
         """Wall seconds of the slowest rank by stage, and their shares; None where no step was taken."""

@@ -27,6 +27,8 @@ class Making:
 
     inlet_changes: list[dict[str, Any]] = field(default_factory=list)
     """At which `time` [s] which `inlet` was changed in the run."""
+    predicted: dict[str, Any] | None = None
+    """What the run was predicted to cost when it was started last; None where that could not be told."""
 
     def list_attributes(self) -> dict[str, Any]:
         """What results.nc says of it; `source` is the sentence that the CF conventions ask for."""
@@ -38,14 +40,25 @@ class Making:
         attributes: dict[str, Any] = self.versions | {name: text for name, text in lines.items() if text}
         if told:
             attributes["inlet_changed_at"] = sorted({float(change["time"]) for change in self.inlet_changes})
-        return attributes
+        return attributes | self._list_predicted()
+
+    def _list_predicted(self) -> dict[str, float]:
+        """Wall time of all coupling steps, up to when, the error of the means, and the factors of both."""
+        if not self.predicted:
+            return {}
+        told, stages = self.predicted, self.predicted["stages"]
+        names = {"predicted_end": "simulated_seconds", "predicted_factor": "wall_factor"}
+        names |= {"predicted_error": "means_error", "predicted_error_factor": "means_factor"}
+        found = {name: float(told[key]) for name, key in names.items() if told[key] is not None}
+        return found | {"predicted_seconds": sum(seconds for stage, seconds in stages.items() if stage != "start-up")}
 
 
 def read_making(run: Path) -> Making:
     """What the parent wrote into the manifest of `run`."""
     manifest = read_manifest(run)
     about = manifest["run"]
-    return Making(manifest["run_with"], about["changed"], about["updates"], manifest.get("inlet_changes", []))
+    changes, predicted = manifest.get("inlet_changes", []), about.get("predicted")
+    return Making(manifest["run_with"], about["changed"], about["updates"], changes, predicted)
 
 
 def list_makers(versions: Versions) -> Versions:

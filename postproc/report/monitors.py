@@ -214,9 +214,11 @@ def _net_flux(results: Results) -> Watched:
     )
 
 
-@monitor("solids_flux_stderr")
-def _settled(results: Results) -> Watched:
-    """Bed height and pressure drop may be steady for seconds while the pattern of the flow still turns round."""
+def find_flux_error(results: Results) -> float:
+    """Standard error of the depth-averaged map of vertical solids flux over the map, root mean square.
+
+    Raises: NotDrawableError without blocks to tell it from.
+    """
     upward, error = (
         depth_average(field.sel(component="z"))
         for field in (results.mean("solids_flux"), results.error("solids_flux_stderr"))
@@ -224,6 +226,13 @@ def _settled(results: Results) -> Watched:
     part = compare_with_map(upward.values, error.values)
     if math.isnan(part):
         raise NotDrawableError(["no blocks of the vertical flux to compare."])
+    return part
+
+
+@monitor("solids_flux_stderr")
+def _settled(results: Results) -> Watched:
+    """Bed height and pressure drop may be steady for seconds while the pattern of the flow still turns round."""
+    part = find_flux_error(results)
     words = "standard error of the map of vertical solids flux over the map, root mean square"
     return hold_below(words, part, 0.3, ", or the pattern is not settled")
 

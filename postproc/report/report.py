@@ -27,6 +27,7 @@ from fbcouple.postproc.papers.hamidouche2019.paper_runs import identify
 from fbcouple.postproc.report import tables
 from fbcouple.postproc.report.monitors import BEYOND
 from fbcouple.postproc.report.pictures import make_picture
+from fbcouple.postproc.report.predicted import tabulate_predicted
 from fbcouple.postproc.report.wording import add_wording
 from fbcouple.results.reader import NotDrawableError, Results, open_runs
 from fbcouple.results.view import BED, View
@@ -121,6 +122,7 @@ def _describe_run(run: Results) -> Content:
         "bubbles": _try(tables.tabulate_bubbles, run),
         "monitors": tables.tabulate_monitors(run),
         "cost": _try(tables.tabulate_cost, run),
+        "predicted": _try(tabulate_predicted, run),
         "parameters": tables.tabulate_parameters(run),
     }
     return content | {"left_out": remarks + left_out}

@@ -5,6 +5,7 @@ import time
 
 from rich.console import Console
 
+from fbcouple.cli.prediction import format_outcome
 from fbcouple.launcher.progress import RunProgress
 
 WALL = {"dem": 1.0, "cfd": 1.0}
@@ -57,3 +58,17 @@ def test_a_run_that_ends_by_its_error_shows_it_and_the_time_up_to_then(monkeypat
     for t in (4.0, 5.0):
         progress.show({"time": t, "wall": WALL, "averages_error": 0.1234, "expected_end": 12.0})
     assert "error 12.3 %" in screen.getvalue() and "left 0:11:40" in screen.getvalue()
+
+
+def test_a_prediction_is_held_against_the_steps_between_the_rows():
+    """Of 200 s for 20 s of a run, 20 s for the 2 s shown: 2 rows after the first, 15 s of DEM and 3 s of gas each."""
+    progress = RunProgress(Console(file=io.StringIO()), 20.0)
+    assert progress.sum_up() == (0.0, {})
+    for t in (4.0, 5.0, 6.0):
+        progress.show({"time": t, "wall": {"dem": 15.0, "cfd": 2.0, "map": 0.5, "react": 0.5, "wait": 2.0}})
+    seconds, walls = progress.sum_up()
+    assert seconds == 2.0 and walls["dem"] == 30.0
+    stages = {"start-up": 50.0, "dem": 150.0, "cfd": 40.0, "exchange": 10.0}
+    line = format_outcome({"stages": stages, "simulated_seconds": 20.0, "wall_factor": 1.3}, seconds, walls)
+    assert line.startswith("predicted 20 s for these 2 s, within a factor of 1.3; took 40 s, 2 of it")
+    assert line.endswith("(dem 2, cfd 1, exchange 2)")

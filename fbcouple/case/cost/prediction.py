@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from fbcouple.case.bed.number import Law
-from fbcouple.case.cost.coefficients import USUAL_DIGITS, Coefficients
+from fbcouple.case.cost.coefficients import USUAL_DIGITS, Coefficients, load_coefficients
 from fbcouple.case.cost.means import Sureness, predict_means
 from fbcouple.case.cost.work import Work, count_work, share_ghosts
+from fbcouple.case.load import load_case
 from fbcouple.case.schema.sections import Case
 from fbcouple.errors import CaseError
 
@@ -26,7 +28,8 @@ DOUBLING = 1.1
 """Factor for each doubling of the ranks beyond the two that are measured."""
 MEMORY = 1.2
 """Factor of the memory."""
-PHASES = ("dem", "cfd", "exchange")
+PHASES = {"dem": ("dem",), "cfd": ("cfd",), "exchange": ("map", "drag", "react")}
+"""What is predicted -> stages of the loop; means, records and waiting are not."""
 
 
 @dataclass(frozen=True)
@@ -86,6 +89,16 @@ def predict(case: Case, ranks: int, found: Coefficients, folder: Path = Path(), 
     except ArithmeticError:
         text = "the values are too large or too small to calculate with; give every one in SI units."
         raise CaseError([f"case: {text}"]) from None
+
+
+def predict_run(run: Path, ranks: int, say: Callable[[str], None]) -> dict[str, Any] | None:
+    """What the run in `run` is predicted to cost on this machine, as `Prediction.describe` has it, or None where that
+    cannot be told, of which `say` is told: it is no reason not to run."""
+    try:
+        return predict(load_case(str(run / "case.toml")), ranks, load_coefficients(), run).describe()
+    except CaseError as error:
+        say(f"{run}: what it will cost is not predicted: {error}")
+        return None
 
 
 def _predict(case: Case, ranks: int, found: Coefficients, folder: Path, law: Law | None) -> Prediction:
