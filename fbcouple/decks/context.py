@@ -30,7 +30,7 @@ _SKIN = 0.3
 _SKIN_WITH_HISTORY = 0.4
 # DEM steps after which particles are put in the order of the neighbour bins, so that neighbours lie together in memory.
 _SORT_EVERY = 200
-# Names in OpenFOAM's table of LES models; the adapter brings the last two into it (turbulence.cpp).
+# Names in the adapter's table of LES models (turbulence.cpp).
 _LES_MODELS = {
     "smagorinsky": "Smagorinsky",
     "keqn": "kEqn",

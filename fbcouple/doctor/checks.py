@@ -29,7 +29,7 @@ _GIBIBYTE = 2**30
 _MEMORY = 2.0
 _DISK = 2.0
 _SYSTEM_PROJECT = "/usr/share/openfoam"
-_FOAM_LIBRARIES = ("libOpenFOAM.so", "libfiniteVolume.so", "libDPMTurbulenceModels.so")
+_FOAM_LIBRARIES = ("libOpenFOAM.so", "libfiniteVolume.so", "libincompressibleTurbulenceModels.so")
 _FOAM_PROGRAMS = ("blockMesh", "topoSet", "createPatch", "decomposePar")
 _PROBE = """
 import ctypes, pathlib, sys

@@ -22,7 +22,7 @@ NEEDED = {
     "libliggghts.so.3",
     "libOpenFOAM.so",
     "libfiniteVolume.so",
-    "libDPMTurbulenceModels.so",
+    "libincompressibleTurbulenceModels.so",
     "blockMesh",
     "topoSet",
     "createPatch",

@@ -27,7 +27,7 @@ def run_in_a_process(run: Path, *words: str) -> subprocess.CompletedProcess:
     ("name", "fix"),
     [
         ("libliggghts.so.3", "sudo apt-get install liggghts"),
-        ("libDPMTurbulenceModels.so", "fbcouple doctor --fix"),
+        ("libincompressibleTurbulenceModels.so", "fbcouple doctor --fix"),
     ],
 )
 def test_library_that_does_not_load(tmp_path, monkeypatch, name, fix):

@@ -56,7 +56,7 @@ def test_the_adapter_sees_openfoam_with_the_libraries_own_sizes(headers_kept):
     write_source(f'#include "fvCFD.H"\n{checks}extern "C" int rank() {{ return Foam::Pstream::myProcNo(); }}\n')
     path = build.build_adapter()
     needed = subprocess.run(["readelf", "-d", path], capture_output=True, text=True, check=True).stdout
-    assert "libOpenFOAM.so" in needed and "libDPMTurbulenceModels.so" in needed
+    assert "libOpenFOAM.so" in needed and "libincompressibleTurbulenceModels.so" in needed
 
 
 def test_the_key_follows_source_compiler_and_flags(headers_kept, tmp_path, monkeypatch):
@@ -162,18 +162,44 @@ def test_a_sites_openfoam_brings_its_flags(site):
     assert {"-L/site/lib", "-Wl,-rpath,/site/lib/openmpi-4.1.2"} <= set(installation.link_flags)
 
 
-@pytest.mark.parametrize("about", ["api=1906\n", "api=2012\n", "api=2306\n", ""])
+@pytest.mark.parametrize(("api", "standard"), [("2006", "11"), ("2306", "11"), ("2312", "14"), ("2512", "17")])
+def test_later_versions_of_openfoam_com_are_taken(site, api, standard):
+    """With the C++ standard of the version where its own rules name none."""
+    (site / "META-INFO" / "api-info").write_text(f"api={api}\npatch=0\n")
+    (site / "wmake" / "rules" / "General" / "Gcc" / "c++").unlink()
+    assert {f"-std=c++{standard}", f"-DOPENFOAM={api}"} <= set(build.find_installation().compile_flags)
+
+
+@pytest.mark.parametrize("about", ["api=1906\n", "api=7\n", "patch=0\n", ""])
 def test_another_openfoam_is_refused(site, about):
     (site / "META-INFO" / "api-info").write_text(about)
-    with pytest.raises(SolverError, match=r"WM_PROJECT_DIR=.*allowed: openfoam\.com v1912 alone.*unset WM_PROJECT_DIR"):
+    with pytest.raises(SolverError, match=r"WM_PROJECT_DIR=.*take openfoam\.com v1912 or later.*unset WM_PROJECT_DIR"):
+        build.find_installation()
+
+
+@pytest.mark.parametrize(
+    ("project", "version", "line"),
+    [
+        ("OpenFOAM", "8", "OpenFOAM 8 of the OpenFOAM Foundation"),
+        ("OpenFOAM", "13", "OpenFOAM 13 of the OpenFOAM Foundation .*another adapter and other decks"),
+        ("OpenFOAM", "dev", "OpenFOAM dev of the OpenFOAM Foundation"),
+        ("foam", "5.0", "foam-extend 5.0"),
+    ],
+)
+def test_another_line_of_openfoam_is_refused_by_its_name(site, project, version, line):
+    """As their own etc/bashrc name themselves; they have no META-INFO/api-info."""
+    shutil.rmtree(site / "META-INFO")
+    (site / "etc").mkdir()
+    (site / "etc" / "bashrc").write_text(f"export WM_PROJECT={project}\n  export WM_PROJECT_VERSION={version}\n")
+    with pytest.raises(SolverError, match=rf"{line}.*take openfoam\.com v1912 or later"):
         build.find_installation()
 
 
 def test_another_openfoam_without_its_sources_is_refused_too(site):
     """Its libraries would be taken beside Debian's headers."""
-    (site / "META-INFO" / "api-info").write_text("api=2312\n")
+    (site / "META-INFO" / "api-info").write_text("api=1906\n")
     shutil.rmtree(site / "src")
-    with pytest.raises(SolverError, match=r"api=2312; allowed: openfoam\.com v1912 alone"):
+    with pytest.raises(SolverError, match=r"v1906, which the adapter does not compile with"):
         build.find_installation()
 
 

@@ -1,6 +1,6 @@
 """Builds the C++ adapter for the OpenFOAM that is installed: `python -m fbcouple.solvers.openfoam.build`.
 
-Two ways: a site's own OpenFOAM (openfoam.com v1912, its bashrc sourced) brings headers and flags; Debian's
+Two ways: a site's own OpenFOAM (openfoam.com v1912 or later, its bashrc sourced) brings headers and flags; Debian's
 package brings only libraries, so the headers come from its source package. The library lies in a cache folder
 (`FBCOUPLE_CACHE`, else `~/.cache/fbcouple`) under a name that changes with OpenFOAM, sources, compiler and flags.
 """
@@ -23,6 +23,7 @@ from fbcouple.paths import cache_folder
 from fbcouple.run_folder.lock import NO_LOCKS
 from fbcouple.solvers.openfoam.commands import run_command
 from fbcouple.solvers.openfoam.headers import debian_headers, include_folders
+from fbcouple.solvers.openfoam.versions import ABOUT, ALLOWED, choose_standard, is_supported, require_supported
 
 SOURCES = Path(__file__).resolve().parent / "adapter"
 """Folder of the adapter's C++ files."""
@@ -32,15 +33,11 @@ LIBRARIES = (
     "incompressibleTransportModels",
     "turbulenceModels",
     "incompressibleTurbulenceModels",
-    "DPMTurbulenceModels",
     "OpenFOAM",
     "Pstream",
 )
-_SUPPORTED = 1912
-"""Version of openfoam.com that the adapter is written and tested for; with v2012 and later it does not compile."""
-_ABOUT = "META-INFO/api-info"
 _COMPILER = "install a C++ compiler (sudo apt-get install g++) or name yours in CXX"
-_ABSENT = "no OpenFOAM found: sudo apt-get install openfoam, or source the etc/bashrc of openfoam.com v1912"
+_ABSENT = f"no OpenFOAM found: sudo apt-get install openfoam, or source the etc/bashrc of {ALLOWED}"
 
 
 @dataclass(frozen=True)
@@ -58,20 +55,20 @@ def find_installation() -> Installation:
 
     Raises
     ------
-    SolverError : there is none, or it is another version than the adapter is written for
+    SolverError : there is none, or it is one that the adapter is not written for
     """
     if named := os.environ.get("WM_PROJECT_DIR"):
         project = Path(named)
         if (project / "src" / "OpenFOAM").is_dir():
             return _site_installation(project)
-        if (project / _ABOUT).is_file():  # its programs and libraries alone, which would be taken beside Debian's
-            _require_supported(project)
+        if (project / ABOUT).is_file():  # its programs and libraries alone, which would be taken beside Debian's
+            require_supported(project)
     return _debian_installation()
 
 
 def _site_installation(project: Path) -> Installation:
     """Read a full OpenFOAM's version and flags from its tree and the variables that its bashrc set."""
-    api = _require_supported(project)
+    api = require_supported(project)
     if not (project / "src" / "OpenFOAM" / "lnInclude").is_dir():
         raise SolverError(f"{project}/src/OpenFOAM has no lnInclude: run wmakeLnIncludeAll in {project}")
     rules = [project / "wmake" / "rules" / rules_of / "c++" for rules_of in ("General/Gcc", "linux64Gcc")]
@@ -84,7 +81,7 @@ def _site_installation(project: Path) -> Installation:
     return Installation(
         version=f"{api}-{options}",
         compile_flags=_compile_flags(
-            standard[0] if standard else "-std=c++14",
+            standard[0] if standard else choose_standard(api),
             api,
             settings.get("WM_PRECISION_OPTION", "DP"),
             settings.get("WM_LABEL_SIZE", "32"),
@@ -92,21 +89,6 @@ def _site_installation(project: Path) -> Installation:
         link_flags=_link_flags(folders),
         project=project,
     )
-
-
-def _require_supported(project: Path) -> str:
-    """The version that the OpenFOAM in `project` says it has, if the adapter is written for it."""
-    about = project / _ABOUT
-    text = about.read_text(encoding="utf-8", errors="replace") if about.is_file() else ""
-    api = re.search(r"^api=(\d+)", text, re.MULTILINE)
-    if api is None or int(api[1]) != _SUPPORTED:
-        found = f"api={api[1]}" if api else f"no {_ABOUT}"
-        raise SolverError(
-            f"WM_PROJECT_DIR={project}: {found}; allowed: openfoam.com v{_SUPPORTED} alone, for which the adapter is "
-            "written (it does not compile with v2012 and later); source that version's etc/bashrc, or unset "
-            "WM_PROJECT_DIR to use Debian's package"
-        )
-    return api[1]
 
 
 def _debian_installation() -> Installation:
@@ -117,9 +99,9 @@ def _debian_installation() -> Installation:
     except (SolverError, ValueError) as error:
         raise SolverError(_ABSENT) from error
     api = version.split(".")[0]
-    if status != "installed" or not api.isdecimal() or int(api) != _SUPPORTED:
-        raise SolverError(f"Debian package libopenfoam: {status}, version {version}; allowed: {_SUPPORTED}; {_ABSENT}")
-    return Installation(version, _compile_flags("-std=c++11", api, "DP", "32"), _link_flags(()), None)
+    if status != "installed" or not is_supported(api):
+        raise SolverError(f"Debian package libopenfoam: {status}, version {version}; allowed: {ALLOWED}; {_ABSENT}")
+    return Installation(version, _compile_flags(choose_standard(api), api, "DP", "32"), _link_flags(()), None)
 
 
 def _compile_flags(standard: str, api: str, precision: str, label_size: str) -> tuple[str, ...]:

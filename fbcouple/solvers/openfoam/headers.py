@@ -22,7 +22,6 @@ _LIBRARIES = (
     "transportModels/incompressible",
     "TurbulenceModels/turbulenceModels",
     "TurbulenceModels/incompressible",
-    "TurbulenceModels/phaseIncompressible",
 )
 _TREES = ("transportModels",)
 _NETWORK = "check that this machine reaches its Debian mirror (sudo apt-get update), then build again"

@@ -54,7 +54,7 @@ Gas::Gas(int argc, char** argv, double rho, int correctors)
         dimensionedVector(dimDensity*dimAcceleration, Zero), zeroGradientFvPatchVectorField::typeName
     ),
     transport_(U_, phi_),
-    turbulence_(turbulenceModelType::New(eps_, U_, epsPhi_, phi_, transport_)),
+    turbulence_(averagedModel::New(eps_, U_, epsPhi_, phi_, transport_)),
     rho_("rho", dimDensity, rho),
     correctors_(correctors),
     sharesStress_(mesh_.solutionDict().subOrEmptyDict("PISO").lookupOrDefault<bool>("viscousForceOnParticles", false)),

@@ -4,15 +4,13 @@
 #define fbcouple_gas
 
 #include "adapter.hpp"
-#include "PhaseIncompressibleTurbulenceModel.H"
-#include "singlePhaseTransportModel.H"
+#include "averaged_turbulence.hpp"
 
 namespace fbcouple
 {
 
 using namespace Foam;
 
-typedef PhaseIncompressibleTurbulenceModel<singlePhaseTransportModel> turbulenceModelType;
 // Times [s] and superficial velocities [m/s] of an inlet.
 typedef List<Tuple2<scalar, scalar>> Table;
 
@@ -33,7 +31,7 @@ class Gas
     volScalarField dragK_;
     volVectorField dragS_;
     singlePhaseTransportModel transport_;
-    autoPtr<turbulenceModelType> turbulence_;
+    autoPtr<averagedModel> turbulence_;
     const dimensionedScalar rho_;
     const int correctors_;
     const bool sharesStress_;

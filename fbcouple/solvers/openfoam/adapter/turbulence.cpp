@@ -1,36 +1,50 @@
-// LES models of the volume-averaged gas that OpenFOAM's library of averaged models (libDPMTurbulenceModels) lacks, put
-// into its selection table: `dynamicLagrangian`, OpenFOAM's own template, and `localizedDynamic`, written here.
+// The turbulence models of the volume-averaged gas and their selection tables: OpenFOAM's own templates over the base
+// beside this file, and `localizedDynamic`, written here.
 
-#include "PhaseIncompressibleTurbulenceModel.H"
 #include "addToRunTimeSelectionTable.H"
+#include "averaged_turbulence.hpp"
 #include "bound.H"
 #include "fvCFD.H"
 #include "makeTurbulenceModel.H"
-#include "singlePhaseTransportModel.H"
 #include "volPointInterpolation.H"
 
 #include "LESModel.H"
 #include "RASModel.H"
-#include "dynamicLagrangian.H"
 #include "laminarModel.H"
 
+#include "Smagorinsky.H"
+#include "Stokes.H"
+#include "dynamicLagrangian.H"
+#include "kEqn.H"
+
+// Both, as v1912 has the names of the types in the first and later versions in either.
 makeTurbulenceModelTypes
 (
     volScalarField,
     geometricOneField,
     incompressibleTurbulenceModel,
-    PhaseIncompressibleTurbulenceModel,
+    averagedTurbulenceModel,
     singlePhaseTransportModel
 );
 
-makeTemplatedTurbulenceModel(singlePhaseTransportModelPhaseIncompressibleTurbulenceModel, LES, dynamicLagrangian);
+makeBaseTurbulenceModel
+(
+    volScalarField,
+    geometricOneField,
+    incompressibleTurbulenceModel,
+    averagedTurbulenceModel,
+    singlePhaseTransportModel
+);
+
+makeTemplatedTurbulenceModel(singlePhaseTransportModelaveragedTurbulenceModel, laminar, Stokes);
+makeTemplatedTurbulenceModel(singlePhaseTransportModelaveragedTurbulenceModel, LES, Smagorinsky);
+makeTemplatedTurbulenceModel(singlePhaseTransportModelaveragedTurbulenceModel, LES, kEqn);
+makeTemplatedTurbulenceModel(singlePhaseTransportModelaveragedTurbulenceModel, LES, dynamicLagrangian);
 
 namespace Foam
 {
 namespace LESModels
 {
-
-typedef singlePhaseTransportModelPhaseIncompressibleTurbulenceModel averagedModel;
 
 // The trapezoidal mean over a box of two cells a side: to the corners of the cells and back, on a regular mesh the
 // product of (1/4, 1/2, 1/4) along each axis. Boundary values stay what they are.
@@ -132,4 +146,4 @@ public:
 }
 }
 
-makeTurbulenceModel(singlePhaseTransportModelPhaseIncompressibleTurbulenceModel, LES, localizedDynamic);
+makeTurbulenceModel(singlePhaseTransportModelaveragedTurbulenceModel, LES, localizedDynamic);
