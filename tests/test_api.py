@@ -12,7 +12,8 @@ import pytest
 
 import fbcouple
 from fbcouple.errors import CaseError, DivergedError
-from fbcouple.machine.environment import mpi_command, mpi_environment
+from fbcouple.machine.environment import mpi_environment
+from fbcouple.machine.launchers import mpi_command
 
 sys.path.append(str(Path(__file__).parent / "faults"))
 from small_bed import BED

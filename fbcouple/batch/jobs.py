@@ -6,10 +6,11 @@ import math
 import re
 import shlex
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from fbcouple.batch.folders import find_runs
+from fbcouple.batch.placement import Placement, describe_placement, list_placement_problems
 from fbcouple.batch.schedulers import SCHEDULERS, Scheduler
 from fbcouple.case.bed.particle_types import particle_count
 from fbcouple.case.bed.region import find_region
@@ -40,7 +41,8 @@ class Request:
     """What a job asks for: ranks, wall-time limit and notice before it [s], memory [MiB], modules, queue, account.
 
     `memory` None: estimated from the case. `chain`: jobs that are handed in one after the other; None: one job that
-    requeues itself until the run is done. `trusted`: the job may run the code that the case brings.
+    requeues itself until the run is done. `trusted`: the job may run the code that the case brings. `placement`: nodes
+    and what is the site's.
     """
 
     ranks: int
@@ -52,6 +54,7 @@ class Request:
     account: str | None = None
     chain: int | None = None
     trusted: bool = False
+    placement: Placement = field(default_factory=Placement)
 
 
 def write_job(target: Path, scheduler: str, request: Request) -> tuple[Path, Path]:
@@ -94,6 +97,7 @@ def write_job(target: Path, scheduler: str, request: Request) -> tuple[Path, Pat
         "jobs": request.chain or 1,
         "first": first,
         "next": then,
+        **describe_placement(request.placement, request.ranks, memory, system),
     }
     environment = make_environment()
     environment.filters["shell"] = shlex.quote
@@ -144,6 +148,7 @@ def _require_sound(folder: Path, runs: list[Path], system: Scheduler, scheduler:
     if request.chain is None and not system.requeues:
         text = f"a {scheduler} job cannot start itself again"
         problems.append(f"--chain: {text}; say how many jobs of this length the run may take.")
+    problems += list_placement_problems(request.placement, request.ranks, system, scheduler)
     if problems:
         raise CaseError(problems)
 

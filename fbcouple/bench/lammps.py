@@ -15,7 +15,8 @@ from fbcouple.decks.context import build_context
 from fbcouple.decks.needs import find_needs
 from fbcouple.decks.render import make_environment
 from fbcouple.errors import SolverError
-from fbcouple.machine.environment import mpi_command, mpi_environment
+from fbcouple.machine.environment import mpi_environment
+from fbcouple.machine.launchers import mpi_command
 from fbcouple.machine.programs import run_program
 
 PROGRAM = "lmp"

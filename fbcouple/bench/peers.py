@@ -16,7 +16,8 @@ from fbcouple.case.bed.streams import has_openings
 from fbcouple.case.schema.sections import Case
 from fbcouple.decks.render import make_environment
 from fbcouple.errors import CaseError, SolverError
-from fbcouple.machine.environment import mpi_command, mpi_environment
+from fbcouple.machine.environment import mpi_environment
+from fbcouple.machine.launchers import mpi_command
 
 _TEMPLATES = "peers/dpmfoam"
 _DECKS = (

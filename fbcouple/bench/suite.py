@@ -24,7 +24,8 @@ from fbcouple.decks.render import set_up
 from fbcouple.decks.set_up import lay_out
 from fbcouple.errors import SolverError
 from fbcouple.launcher.openfoam_mesh import prepare_mesh
-from fbcouple.machine.environment import mpi_command, mpi_environment
+from fbcouple.machine.environment import mpi_environment
+from fbcouple.machine.launchers import mpi_command
 from fbcouple.machine.programs import run_program
 
 _TAIL = 12

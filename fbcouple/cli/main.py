@@ -27,6 +27,7 @@ from fbcouple.cli.group import Commands, finish
 from fbcouple.cli.init import init
 from fbcouple.cli.options import options
 from fbcouple.cli.pictures import claims, post, report
+from fbcouple.cli.placement import take_placement
 from fbcouple.cli.run import run as run_command
 from fbcouple.cli.status import status
 from fbcouple.cli.study import study
@@ -188,11 +189,12 @@ def setup(case: str, output: Path | None, sets: tuple[str, ...], explained: bool
     "--chain", type=click.IntRange(min=1), help="Submit this many jobs, one after the other, without requeueing."
 )
 @take_trust
-def batch(folder: Path, scheduler: str, **request: Any) -> None:
+@take_placement
+def batch(folder: Path, scheduler: str, placement: Any, **request: Any) -> None:
     """Write the job script of RUN for a batch system; an array job for a folder of runs."""
     from fbcouple.batch.jobs import Request, list_warnings, write_job
 
-    asked = Request(**request)
+    asked = Request(**request, placement=placement)
     job, submit = write_job(folder, scheduler, asked)
     for warning in list_warnings(folder, asked):
         click.echo(f"warning: {warning}")

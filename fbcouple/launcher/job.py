@@ -85,7 +85,7 @@ class Job:
                 preexec_fn=_stop_with_parent,  # noqa: PLW1509  (no threads here)
             )
         except FileNotFoundError as error:
-            raise missing_program("mpirun", "openmpi-bin") from error
+            raise missing_program(self._command[0], "openmpi-bin") from error
 
     def _judge(self, job: subprocess.Popen) -> None:
         try:

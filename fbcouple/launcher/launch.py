@@ -26,7 +26,7 @@ from fbcouple.launcher.job import Job, Watch
 from fbcouple.launcher.openfoam_mesh import Guard, prepare_mesh, resume_mesh
 from fbcouple.launcher.stop_signals import Requests
 from fbcouple.machine.cache import prepare_compiled
-from fbcouple.machine.environment import mpi_command
+from fbcouple.machine.launchers import mpi_command
 from fbcouple.machine.own_key import key_file, make_key
 from fbcouple.paths import HEARTBEAT, LOG
 from fbcouple.run_folder.checkpoint import Checkpoint

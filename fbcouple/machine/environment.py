@@ -1,4 +1,4 @@
-"""How child processes are started: their environment, and the command line of programs under MPI.
+"""How child processes are started: their environment.
 
 Whatever starts a child takes its environment from here. Code, libraries and programs of the current folder, which may
 be a run folder of somebody else, are never found there: Python's own search leaves that folder out, and entries of
@@ -127,15 +127,3 @@ def make_control_dict(project: Path) -> str:
     file = project / "etc/controlDict"
     text = file.read_text(encoding="utf-8", errors="replace") if file.is_file() else ""
     return f"{text}\nInfoSwitches {{ allowSystemOperations 0; }}\nDebugSwitches {{ fileName 0; }}\n" if text else ""
-
-
-def mpi_command(ranks: int, program: list[str]) -> list[str]:
-    """The command line that starts `program` on `ranks` ranks; more ranks than cores share them."""
-    crowded = ["--oversubscribe"] if ranks > len(os.sched_getaffinity(0)) or _has_cores_of_a_step(ranks) else []
-    return ["mpirun", "-n", str(ranks), "--bind-to", "none", *crowded, *program]
-
-
-def _has_cores_of_a_step(ranks: int) -> bool:
-    """Does SLURM's `srun -n 1 -c CORES` give the cores for `ranks`? mpirun counts the one task."""
-    cores = os.environ.get("SLURM_CPUS_ON_NODE", "")
-    return "SLURM_STEP_ID" in os.environ and cores.isdecimal() and 1 < ranks <= int(cores)

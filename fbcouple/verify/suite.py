@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from fbcouple.errors import CaseError, SolverError
-from fbcouple.machine.environment import mpi_command, mpi_environment
+from fbcouple.machine.environment import mpi_environment
+from fbcouple.machine.launchers import mpi_command
 from fbcouple.machine.programs import run_program
 from fbcouple.verify.process import NUMBERS
 from fbcouple.verify.registry import Check, Number, load_checks

@@ -1,5 +1,12 @@
+{% if modules or prelude %}
+# Without one of these the run would meet another solver, or none.
+stop() { echo "fbcouple batch: '$1' failed with exit code $2; the run is not started" >&2; exit 3; }
+{% endif %}
 {% for module in modules %}
-module load {{ module }}
+module load {{ module }} || stop {{ ("module load " + module) | shell }} $?
+{% endfor %}
+{% for command in prelude %}
+eval {{ command | shell }} || stop {{ command | shell }} $?
 {% endfor %}
 set -u
 
@@ -13,7 +20,10 @@ for name in PATH LD_LIBRARY_PATH PYTHONPATH; do
     export "$name=${kept#:}"
 done
 export PATH="${PATH:-/usr/local/bin:/usr/bin:/bin}" PYTHONSAFEPATH=1
-{% if package %}
+{% if names_launcher %}
+export FBCOUPLE_LAUNCHER={{ launcher }} FBCOUPLE_BIND={{ bind }}
+{% endif %}
+{% if package and not container %}
 export PYTHONPATH={{ package | shell }}"${PYTHONPATH:+:$PYTHONPATH}"
 {% endif %}
 
@@ -44,7 +54,7 @@ echo running > "$state"
 job= noticed=
 trap 'noticed=1; [ -z "$job" ] || kill -USR1 "$job" 2>/dev/null' USR1
 trap 'noticed=1; [ -z "$job" ] || kill -TERM "$job" 2>/dev/null' TERM
-{{ python | shell }} -m fbcouple.cli.main run "$run" -n {{ ranks }}{{ options }} ${how[@]+"${how[@]}"} &
+{% if container %}apptainer exec --bind "$run" {{ container | shell }} fbcouple{% else %}{{ python | shell }} -m fbcouple.cli.main{% endif %} run "$run" -n {{ ranks }}{{ options }} ${how[@]+"${how[@]}"} &
 job=$!
 if [ -n "$noticed" ]; then kill -USR1 "$job"; fi # it came before there was anybody to hand it on to
 # A trapped signal ends `wait` early, with a code above 128; the run's own code is still to come.

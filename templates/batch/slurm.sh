@@ -1,7 +1,10 @@
 #!/bin/bash
 #SBATCH --job-name={{ name }}
-#SBATCH --nodes=1
+#SBATCH --nodes={{ nodes }}
 #SBATCH --ntasks={{ ranks }}
+{% if nodes > 1 %}
+#SBATCH --ntasks-per-node={{ tasks }}
+{% endif %}
 #SBATCH --cpus-per-task=1
 #SBATCH --mem-per-cpu={{ memory_per_rank }}M
 #SBATCH --time={{ clock_limit }}
@@ -18,6 +21,7 @@
 {% if runs | length > 1 %}
 #SBATCH --array=0-{{ runs | length - 1 }}
 {% endif %}
+{% include "batch/headers.sh" %}
 
 {% include "batch/body.sh" %}
 {% if requeues %}

@@ -122,7 +122,8 @@ def test_what_a_job_asks_for(runs, scheduler, lines):
     job, submit = write_job(runs, scheduler, wanted)
     text = job.read_text().splitlines()
     assert text[0] == "#!/bin/bash" and set(lines) <= set(text)
-    assert "module load openmpi/4.1" in text and text.index("module load openmpi/4.1") < text.index("set -u")
+    load = "module load openmpi/4.1 || stop 'module load openmpi/4.1' $?"
+    assert load in text and text.index(load) < text.index("set -u")
     assert sum(f'run "$run" -n {wanted.ranks} ' in line for line in text) == 1
     for script in (job, submit):
         assert subprocess.run(["bash", "-n", script], check=False).returncode == 0

@@ -23,6 +23,7 @@ from pages import MARKS, ROOT, Block, list_pages, name_page, read_blocks
 
 from fbcouple.case.schema.reference import list_options, list_sections
 from fbcouple.cli.main import cli
+from fbcouple.cli.placement import list_site_options
 from fbcouple.study.schema import Study
 from fbcouple.validate.schema import Validation
 
@@ -99,7 +100,10 @@ def test_examples_are_well_formed(page):
 
 
 def check_toml(content: dict) -> None:
-    """Keys of a case, of a study, or of a measured bed must be options."""
+    """Keys of a case, of a study, of a measured bed, or of a site must be options."""
+    if all(isinstance(value, dict) and "scheduler" in value for value in content.values()):
+        assert {key for table in content.values() for key in table} <= set(list_site_options(cli.commands["batch"]))
+        return
     if "measurements" in content:
         Validation.model_validate(content)
         return

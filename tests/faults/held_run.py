@@ -7,7 +7,7 @@ from pathlib import Path
 
 import fbcouple.launcher.launch
 from fbcouple.cli.main import main
-from fbcouple.machine.environment import mpi_command
+from fbcouple.machine.launchers import mpi_command
 
 
 def start_held(ranks: int, program: list[str]) -> list[str]:

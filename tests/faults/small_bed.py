@@ -17,7 +17,7 @@ import xarray as xr
 import fbcouple.launcher.launch
 from fbcouple.case.load import load_case
 from fbcouple.decks.render import set_up
-from fbcouple.machine.environment import mpi_command
+from fbcouple.machine.launchers import mpi_command
 
 BED = """
 title = "250 particles"

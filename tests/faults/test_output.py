@@ -96,7 +96,8 @@ def test_stream_tells_why_it_is_lost():
 
 def test_inner_job_starts_below_an_outer_launcher(tmp_path):
     """`mpirun -n 1 fbcouple run RUN`: what the outer launcher told its rank is not for the launcher of the run."""
-    from fbcouple.machine.environment import mpi_command, mpi_environment  # noqa: PLC0415
+    from fbcouple.machine.environment import mpi_environment  # noqa: PLC0415
+    from fbcouple.machine.launchers import mpi_command  # noqa: PLC0415
 
     run = prepare(tmp_path, SHORT)
     command = mpi_command(1, [sys.executable, "-m", "fbcouple.cli.main", "run", str(run), "-n", "2"])

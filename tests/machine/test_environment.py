@@ -12,7 +12,8 @@ from pathlib import Path
 import pytest
 
 import fbcouple
-from fbcouple.machine.environment import child_environment, find_package, hand_down, mpi_command, mpi_environment
+from fbcouple.machine.environment import child_environment, find_package, hand_down, mpi_environment
+from fbcouple.machine.launchers import mpi_command
 from fbcouple.study.runs import run_side_by_side
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -13,7 +13,8 @@ import pytest
 from fbcouple.bench.traffic import cut_box
 from fbcouple.geometry.grid import Grid
 from fbcouple.geometry.partition import find_rank_grid
-from fbcouple.machine.environment import mpi_command, mpi_environment
+from fbcouple.machine.environment import mpi_environment
+from fbcouple.machine.launchers import mpi_command
 
 PROGRAM = Path(__file__).with_name("columns_program.py")
 

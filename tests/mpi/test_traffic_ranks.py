@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fbcouple.machine.environment import mpi_command, mpi_environment
+from fbcouple.machine.environment import mpi_environment
+from fbcouple.machine.launchers import mpi_command
 
 HERE = Path(__file__).parent
 IDENTITY, PLACE, VELOCITY, FORCE = slice(0, 3), slice(3, 6), slice(6, 9), slice(10, 13)

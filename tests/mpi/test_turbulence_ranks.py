@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fbcouple.machine.environment import mpi_command, mpi_environment
+from fbcouple.machine.environment import mpi_environment
+from fbcouple.machine.launchers import mpi_command
 
 PROGRAM = Path(__file__).with_name("turbulence_program.py")
 

@@ -1,0 +1,92 @@
+"""How ranks are started: the launcher that a site has, how it binds ranks to cores, and what its own mpirun takes.
+
+`FBCOUPLE_LAUNCHER` names it (mpirun, mpiexec, srun, aprun) and `FBCOUPLE_BIND` what a rank is bound to (none, core,
+socket, numa); job scripts of `fbcouple batch` set both. Unset: mpirun, and no rank is bound.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+
+from fbcouple.errors import CaseError
+from fbcouple.machine.environment import child_environment
+from fbcouple.machine.programs import run_program
+
+LAUNCHER, BIND = "FBCOUPLE_LAUNCHER", "FBCOUPLE_BIND"
+"""Environment variables that a run reads."""
+_OF_MPI = {"none": "none", "core": "core", "socket": "socket", "numa": "numa"}
+BINDINGS: dict[str, tuple[str, dict[str, str]]] = {
+    "mpirun": ("--bind-to", _OF_MPI),
+    "mpiexec": ("--bind-to", _OF_MPI),
+    "srun": ("--cpu-bind", {"none": "none", "core": "cores", "socket": "sockets", "numa": "ldoms"}),
+    "aprun": ("-cc", {"none": "none", "core": "cpu", "numa": "numa_node"}),
+}
+"""Launcher -> its option for what a rank is bound to, and its word for each."""
+_OPEN_MPI = "Open MPI"
+
+
+def mpi_command(ranks: int, program: list[str]) -> list[str]:
+    """The command line that starts `program` on `ranks` ranks; more ranks than cores share them.
+
+    Raises: CaseError if a variable above names what is not known.
+    """
+    launcher, bind = _read(LAUNCHER, "mpirun", BINDINGS), os.environ.get(BIND) or "none"
+    option, words = BINDINGS[launcher]
+    _read(BIND, "none", words)
+    command = [launcher, "-n", str(ranks)]
+    is_open = launcher in ("mpirun", "mpiexec") and name_mpi(launcher) == _OPEN_MPI
+    if is_open or launcher in ("srun", "aprun"):
+        command += [option, words[bind]] if option == "-cc" or is_open else [f"{option}={words[bind]}"]
+    elif bind != "none":
+        command += ["-bind-to", words[bind]]  # Hydra of MPICH, which binds nothing unless it is told to
+    return [*command, *(["--oversubscribe"] if is_open and _is_crowded(ranks) else []), *program]
+
+
+def name_mpi(launcher: str) -> str:
+    """Whose MPI the program `launcher` on the PATH says that it is of: Open MPI, MPICH, Intel MPI, or unknown.
+
+    One that is not found is taken for Open MPI, whose lack the start of the run tells.
+    """
+    return _ask(launcher, child_environment().get("PATH", os.defpath))
+
+
+@cache
+def _ask(launcher: str, path: str) -> str:
+    try:
+        done = run_program([launcher, "--version"], child_environment() | {"PATH": path})
+    except OSError:
+        return _OPEN_MPI
+    words = done.stdout + done.stderr
+    known = {_OPEN_MPI: r"Open MPI|OpenRTE|open-mpi", "Intel MPI": r"Intel\(R\) MPI", "MPICH": r"HYDRA|MPICH"}
+    return next((name for name, pattern in known.items() if re.search(pattern, words)), "unknown")
+
+
+def count_nodes(given: Mapping[str, str] = os.environ) -> int:
+    """Nodes of the batch job that this process is in; 1 outside of one."""
+    if (slurm := given.get("SLURM_JOB_NUM_NODES", "")).isdecimal():
+        return int(slurm)
+    if (file := Path(given.get("PBS_NODEFILE", "") or "/")).is_file():
+        return len(set(file.read_text(encoding="utf-8", errors="replace").split()))
+    return max(len(set(given.get("LSB_HOSTS", "").split())), 1)
+
+
+def _read(variable: str, default: str, allowed: Mapping[str, object]) -> str:
+    given = os.environ.get(variable) or default
+    if given not in allowed:
+        raise CaseError([f"{variable}: {given!r} is given, allowed: {', '.join(allowed)}; unset it for {default}."])
+    return given
+
+
+def _is_crowded(ranks: int) -> bool:
+    """Are there more ranks than cores of this machine? The nodes of a job have their own places, counted by mpirun."""
+    return _has_cores_of_a_step(ranks) or (count_nodes() == 1 and ranks > len(os.sched_getaffinity(0)))
+
+
+def _has_cores_of_a_step(ranks: int) -> bool:
+    """Does SLURM's `srun -n 1 -c CORES` give the cores for `ranks`? mpirun counts the one task."""
+    cores = os.environ.get("SLURM_CPUS_ON_NODE", "")
+    return "SLURM_STEP_ID" in os.environ and cores.isdecimal() and 1 < ranks <= int(cores)

@@ -1,0 +1,3 @@
+{% for line in headers %}
+{{ line }}
+{% endfor %}
