@@ -160,10 +160,10 @@ def test_setup_of_a_set_is_one_folder_of_runs(call, tmp_path):
     result = call("setup", "patil/turbulence", "--set", "end_time=2.0")
     assert result.exit_code == 0, result.stderr
     runs = tmp_path / "runs/patil-turbulence"
-    assert sorted(path.name for path in runs.iterdir()) == ["patil-a1", "patil-c6"]
-    cases = [load_case(str(runs / name)) for name in ("patil-a1", "patil-c6")]
-    assert [case.gas.turbulence for case in cases] == ["none", "smagorinsky"]
-    assert [case.end_time for case in cases] == [2.0, 2.0]
+    assert sorted(path.name for path in runs.iterdir()) == ["patil-a1", "patil-c6", "patil-c6-smagorinsky"]
+    cases = [load_case(str(path)) for path in sorted(runs.iterdir())]
+    assert [case.gas.turbulence for case in cases] == ["none", "localized-dynamic", "smagorinsky"]
+    assert {case.end_time for case in cases} == {2.0}
 
 
 def test_setup_of_a_set_with_a_mistake_writes_nothing(call, tmp_path):
