@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +21,8 @@ FREEBOARD = 0.375
 """z/H above which the paper sees no particles (section 4.2)."""
 WALL_STRIP = 5e-3
 """Width [m] of the strips along the side walls that count as near them."""
+PLACES = 4
+"""Places of a map that move on their own, at the fewest: a quarter of the bed has a bubble of its own."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +40,14 @@ class Measured:
         if abs(self.value - limit) <= 2.0 * self.error:
             return None
         return bool(self.value > limit)
+
+
+def average(values: Sequence[Measured]) -> Measured:
+    """Mean of values of runs that err on their own."""
+    count = len(values)
+    return Measured(
+        sum(value.value for value in values) / count, math.hypot(*(value.error for value in values)) / count
+    )
 
 
 def in_window(results: Results, name: str) -> np.ndarray:
@@ -129,11 +140,13 @@ def wall_flux(results: Results) -> Measured:
 
 
 def flux_magnitude(results: Results) -> Measured:
-    """Magnitude of the depth-mean solids flux [kg m-2 s-1], mean below z/H = 0.375."""
-    components = [_rows(results, "solids_flux", axis) for axis in "xz"]
-    errors = [_rows(results, "solids_flux_stderr", axis) for axis in "xz"]
+    """Magnitude of the depth-mean solids flux [kg m-2 s-1], mean below z/H = 0.375; its error is that along it."""
+    flux = np.array([_rows(results, "solids_flux", axis) for axis in "xz"])
+    errors = np.array([_rows(results, "solids_flux_stderr", axis) for axis in "xz"])
+    size = np.hypot(*flux)
+    along = np.divide(np.hypot(*(flux * errors)), size, out=np.hypot(*errors), where=size > 0.0)
     below = results.share("z") < FREEBOARD
-    return Measured(float(np.hypot(*components)[below].mean()), float(np.hypot(*errors)[below].mean()))
+    return Measured(float(size[below].mean()), float(along[below].mean()))
 
 
 def wall_solids(results: Results) -> Measured:
@@ -145,13 +158,18 @@ def wall_solids(results: Results) -> Measured:
 
 
 def map_difference(one: Results, other: Results) -> Measured:
-    """Root mean square difference of two depth-mean solids-fraction maps below z/H = 0.375, over the largest value."""
+    """Root mean square difference of two depth-mean solids-fraction maps below z/H = 0.375, over the largest value,
+    less what chance makes of it: the square root of D^2 - S^2, or 0, with D as seen and S of the standard errors.
+
+    Its standard error is S over the root of `PLACES`, as D holds twice the product of the difference and the noise.
+    """
     fields = [_rows(results, "solids_fraction") for results in (one, other)]
     errors = [_rows(results, "solids_fraction_stderr") for results in (one, other)]
     below = one.share("z") < FREEBOARD
     top = max(float(field.max()) for field in fields)
-    difference = float(np.sqrt(np.mean((fields[0] - fields[1])[below] ** 2)))
-    return Measured(difference / top, float(np.sqrt(np.mean(errors[0][below] ** 2 + errors[1][below] ** 2))) / top)
+    seen = float(np.mean((fields[0] - fields[1])[below] ** 2))
+    chance = float(np.mean(errors[0][below] ** 2 + errors[1][below] ** 2))
+    return Measured(math.sqrt(max(seen - chance, 0.0)) / top, math.sqrt(chance / PLACES) / top)
 
 
 def _rows(results: Results, name: str, axis: str | None = None) -> np.ndarray:

@@ -28,6 +28,8 @@ from fbcouple.coupling.forces import FORCES
 from fbcouple.coupling.kernels import DRAG_SCHEMES
 from fbcouple.physics.drag.laws import DRAG_LAWS
 from fbcouple.postproc import COMPARISONS, FIGURES
+from fbcouple.postproc.papers.hamidouche2019.claims import STATEMENTS
+from fbcouple.postproc.papers.hamidouche2019.registry import CLAIMS
 from fbcouple.results.writer import (
     EXITS,
     HISTORIES,
@@ -199,6 +201,22 @@ def cases() -> str:
     rows = [(f"`{name}`", escape(str(read_case(path, name)[0]["title"]))) for name, path in list_shipped().items()]
     sets = [(f"`{name}`", ", ".join(f"`{member}`" for member in members)) for name, members in list_sets().items()]
     return table(("case", "title"), rows) + "\n## Sets\n\n" + table(("set", "cases"), sets)
+
+
+@part
+def claims() -> str:
+    """The claims of the paper: what each needs, its margin and why."""
+    assert STATEMENTS, "the modules that register the claims are read"
+    rows = [
+        (
+            f"`{name}`",
+            escape(f"{claim.statement} ({claim.place})"),
+            escape("; ".join(", ".join(beds) for beds in (claim.needs, *claim.also) if beds)),
+            escape(f"{claim.wanted}: {claim.reason}"),
+        )
+        for name, claim in CLAIMS.items()
+    ]
+    return table(("claim", "what the paper says, and where", "runs; in place of them also", "margin: why"), rows)
 
 
 @part

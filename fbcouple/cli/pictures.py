@@ -134,7 +134,7 @@ def claims(runs: tuple[Path, ...], file: Path | None) -> None:
 
     rows = tabulate_claims(runs)
     spoken = [row for row in rows if row["runs"]]
-    columns = ["statement", "place", "numerics", "measured", "wanted", "verdict", "why"]
+    columns = ["statement", "place", "numerics", "beds", "measured", "wanted", "verdict", "why"]
     if spoken:
         print_table(columns, [[row[column] for column in columns] for row in spoken])
     if len(spoken) < len(rows):

@@ -10,11 +10,17 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from fbcouple.postproc.papers.hamidouche2019 import friction_statements, mesh_statements
+from fbcouple.postproc.papers.hamidouche2019.judging import Finding, Runs
 from fbcouple.postproc.papers.hamidouche2019.paper_runs import AS_COMPUTED, AS_PRINTED, name_differences, sort_runs
-from fbcouple.postproc.papers.hamidouche2019.statements import CLAIMS, Finding, Runs
+from fbcouple.postproc.papers.hamidouche2019.registry import CLAIMS
 from fbcouple.results.reader import NotDrawableError, Results, open_results
 
 YES, NO, UNDECIDED = "yes", "no", "cannot be told from these runs"
+STATED = "as stated"
+"""A row's beds: those that the claim speaks of."""
+STATEMENTS = (friction_statements, mesh_statements)
+"""Modules that register the claims."""
 
 
 @dataclass(frozen=True)
@@ -25,20 +31,30 @@ class Row:
     statement: str
     place: str
     numerics: str
+    beds: str
+    """`STATED`, or which others the claim is judged on here."""
     runs: str
     measured: str
     wanted: str
+    reason: str
+    """Why the margin is what it is."""
     verdict: str
     why: str
 
 
 def judge_claims(runs: Iterable[Results]) -> list[Row]:
-    """Judge every claim on `runs`: a row a claim, and one more for each that runs with e = 1 decide as well."""
+    """Judge every claim on `runs`: a row a claim; one more for each that other beds, or runs with e = 1, decide too."""
     by_numerics, left_out = sort_runs(runs)
-    rows = [_judge(name, AS_PRINTED, by_numerics[AS_PRINTED], left_out) for name in CLAIMS]
-    if by_numerics[AS_COMPUTED]:
-        more = [_judge(name, AS_COMPUTED, by_numerics[AS_COMPUTED], left_out) for name in CLAIMS]
-        rows += [row for row in more if row.measured]
+    rows = []
+    for name, stated in CLAIMS.items():
+        rows.append(_judge(name, AS_PRINTED, by_numerics[AS_PRINTED], left_out))
+        more = [(AS_PRINTED, others) for others in stated.also]
+        more += [(AS_COMPUTED, beds) for beds in (stated.needs, *stated.also) if beds]
+        rows += [
+            _judge(name, numerics, by_numerics[numerics], left_out, beds)
+            for numerics, beds in more
+            if len({str(by_numerics[numerics][bed].path) for bed in beds if bed in by_numerics[numerics]}) == len(beds)
+        ]
     return rows
 
 
@@ -56,21 +72,32 @@ def _format_run(need: str, runs: Runs) -> str:
     return f"{need} ({', '.join(differences)})" if differences else need
 
 
-def _judge(name: str, numerics: str, runs: Runs, left_out: dict[str, str]) -> Row:
+def _judge(name: str, numerics: str, runs: Runs, left_out: dict[str, str], beds: tuple[str, ...] = ()) -> Row:
+    """Judge a claim on the runs that it needs, or on those of the `beds`, one for one in place of them."""
     stated = CLAIMS[name]
-    given = [need for need in stated.needs if need in runs or need in left_out]
-    used = ", ".join(_format_run(need, runs) if need in runs else f"{need} (left out)" for need in given)
-    missing = [need for need in stated.needs if need not in runs]
-    if not stated.needs:
-        finding = stated.judge(runs)
-    elif missing:
-        short = "; ".join(left_out[need] for need in missing if need in left_out)
+    asked = beds or stated.needs
+    given = [bed for bed in asked if bed in runs or bed in left_out]
+    used = ", ".join(_format_run(bed, runs) if bed in runs else f"{bed} (left out)" for bed in given)
+    missing = [bed for bed in asked if bed not in runs]
+    if missing:
+        short = "; ".join(left_out[bed] for bed in missing if bed in left_out)
         finding = Finding("", None, f"no run of {', '.join(missing)}" + (f" ({short})" if short else ""))
     else:
         try:
-            finding = stated.judge(runs)
+            finding = stated.judge({need: runs[bed] for need, bed in zip(stated.needs, asked, strict=True)})
         except NotDrawableError as lack:
             finding = Finding("", None, str(lack))
     verdict = UNDECIDED if finding.holds is None else YES if finding.holds else NO
-    row = (stated.statement, stated.place, numerics, used, finding.measured, stated.wanted, verdict, finding.why)
-    return Row(name, *row)
+    return Row(
+        name,
+        stated.statement,
+        stated.place,
+        numerics,
+        STATED if asked == stated.needs else ", ".join(asked),
+        used,
+        finding.measured,
+        stated.wanted,
+        stated.reason,
+        verdict,
+        finding.why,
+    )
