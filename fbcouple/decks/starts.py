@@ -96,7 +96,7 @@ def _name_poured(case: Case, folder: Path) -> str:
         "deck": render_decks(remove_gas(case), folder)["DEM/in.liggghts"],
         "size": case.domain.size,
         "mesh": None if mesh is None else [hash_text(repr(part.tolist())) for part in (mesh.points, mesh.faces.values)],
-        "particles": case.particles.model_dump(),
+        "particles": case.particles.model_dump(exclude={"positions_seed"}),
         "seed": case.start.seed,
         "rest": find_rest_speed(case, case.start),
     }

@@ -43,6 +43,7 @@ MODULES = (
     "traffic",
     "removal",
     "standard_errors",
+    "replicas",
 )
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from fbcouple.case.bed.derived import dem_step
 from fbcouple.case.bed.particle_types import list_kinds, particle_count, solids_volume
-from fbcouple.case.bed.positions import start_kinds, start_motion, start_positions
+from fbcouple.case.bed.positions import LARGEST_SHIFT, start_kinds, start_motion, start_positions
 from fbcouple.case.load import load_case, write_case
 from fbcouple.case.preflight import estimate
 from fbcouple.decks.set_up import lay_out
@@ -294,3 +294,29 @@ def test_time_step_of_a_dump_is_an_option(dumped, tmp_path):
     assert start_positions(dumped(text, "particles.count=1"), tmp_path)[0, 2] == 0.02
     with pytest.raises(CaseError, match=r"particles.positions: start.dump has no time step 8; steps in it: 7, 0"):
         dumped(text, "particles.count=1", "particles.positions_step=8")
+
+
+def test_a_seed_shifts_every_particle_a_little(bed, tmp_path):
+    """By a thousandth of its own diameter at most, each seed otherwise, and the same one always alike."""
+    rows = ["x,y,z,diameter", *give(ROWS, 2e-3, 1e-3, 1e-3)]
+    plain = start_positions(bed(rows), tmp_path)
+    one, again, other = (start_positions(bed(rows, f"particles.positions_seed={n}"), tmp_path) for n in (0, 0, 1))
+    reach = np.abs(one - plain) / np.array([[2e-3], [1e-3], [1e-3]])
+    assert (one == again).all() and (one != other).all()
+    assert (reach <= LARGEST_SHIFT).all() and reach.max() > 0.5 * LARGEST_SHIFT
+
+
+def test_a_shift_over_a_periodic_side_comes_in_on_the_other(bed, tmp_path):
+    rows = ["x,y,z", "0.0,0.006,0.010", "0.02,0.009,0.010", "0.011,0.006,0.010"]
+    sets = ("particles.positions_seed=3", 'domain.periodic=["x"]')
+    shifted = start_positions(bed(rows, *sets), tmp_path)
+    assert (shifted[:, 0] >= 0.0).all() and (shifted[:, 0] <= 0.02).all()
+    across = np.minimum(shifted[:2, 0], 0.02 - shifted[:2, 0])
+    assert (across <= 1e-3 * LARGEST_SHIFT).all() and (across > 0.0).all()
+
+
+def test_a_lattice_has_a_seed_of_its_own(bed):
+    text = CASE.replace('positions = "start.csv"\n', "positions_seed = 2\n") + "[start]\n"
+    with pytest.raises(CaseError, match=r"particles.positions_seed: a seed is given and no positions; .*start.seed"):
+        bed(["x,y,z", *ROWS], text=text)
+    assert bed(["x,y,z", *ROWS], 'start.method="pour"', text=text).particles.positions_seed == 2

@@ -6,10 +6,16 @@ from pathlib import Path
 
 import numpy as np
 
+from fbcouple.case.bed.derived import wraps
 from fbcouple.case.bed.lattice import lattice_kinds, lattice_positions
+from fbcouple.case.bed.particle_types import list_kinds
 from fbcouple.case.bed.start_file import StartFile, read_start
 from fbcouple.case.bed.start_sizes import match_kinds
 from fbcouple.case.schema.sections import Case
+
+LARGEST_SHIFT = 1e-3
+"""Of a diameter, along each axis, by `particles.positions_seed`: about as far as contacts of a bed at rest press, so
+that it stays one, and far enough to part two beds in a few contacts."""
 
 
 def find_start_file(case: Case, folder: Path) -> StartFile | None:
@@ -22,7 +28,24 @@ def find_start_file(case: Case, folder: Path) -> StartFile | None:
 def start_positions(case: Case, folder: Path) -> np.ndarray:
     """Return the start positions of a case whose file lies in `folder`: centres [m], shape (particles, 3)."""
     start = find_start_file(case, folder)
-    return lattice_positions(case, folder) if start is None else start.positions
+    if start is None:
+        return lattice_positions(case, folder)
+    assert case.particles is not None
+    if case.particles.positions_seed is None:
+        return start.positions
+    return _shift(case, case.particles.positions_seed, start.positions, start_kinds(case, folder))
+
+
+def _shift(case: Case, seed: int, positions: np.ndarray, kinds: np.ndarray) -> np.ndarray:
+    """The `positions` (n, 3) [m] of particles of `kinds` (n,), each moved at random; those that a periodic side is
+    crossed by come in on the other."""
+    assert case.particles is not None
+    diameters = np.array([kind.diameter for kind in list_kinds(case.particles)])[kinds]
+    reach = LARGEST_SHIFT * diameters[:, None]
+    moved = positions + reach * np.random.default_rng([seed, len(positions)]).uniform(-1.0, 1.0, positions.shape)
+    size = np.array(case.domain.size)
+    beyond = np.floor(moved / size) * np.array(wraps(case.domain))
+    return moved - beyond * size
 
 
 def start_kinds(case: Case, folder: Path) -> np.ndarray:

@@ -35,6 +35,9 @@ def check_positions(case: Case, folder: Path) -> Iterator[Problem]:
     if case.particles.positions is None:
         if case.particles.positions_step is not None:
             yield Problem(f"{_KEY}_step", "a time step is given and no positions; remove it, or name the dump.")
+        if case.particles.positions_seed is not None and not (case.start and case.start.is_made):
+            text = "a seed is given and no positions; remove it, or give start.seed, which a lattice is shifted by."
+            yield Problem(f"{_KEY}_seed", text)
         return
     try:
         name = case.particles.positions

@@ -59,6 +59,14 @@ class Particles(Section):
     positions_step: int | None = option(
         "Time step that is taken of a dump with several; absent: the last one.", default=None, ge=0, le=2**63 - 1
     )
+    positions_seed: int | None = option(
+        "Seed of a random shift of every particle of `positions`, or of a start that is poured or taken over, by up to "
+        "a thousandth of its diameter along each axis: the same bed, and soon another motion. Absent: none. A lattice "
+        "has `start.seed`.",
+        default=None,
+        ge=0,
+        le=2**63 - 1,
+    )
     sizes: SizesOfParticles = option(
         "Rows of diameter [m], density [kg m-3] and number of particles, in place of `diameter` and `density`, where "
         "the file `positions` gives each particle its own; filled in from it, `diameter` then counts for kernels only.",
