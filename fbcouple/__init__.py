@@ -15,12 +15,26 @@ from fbcouple.version import __version__
 
 if TYPE_CHECKING:
     from fbcouple.api import Run, Status, load_case, report, setup
+    from fbcouple.batch.sets import run_set, start_replicas
     from fbcouple.live import Simulation
     from fbcouple.simulation.tasks.task import Saved, Task
 
-__all__ = ["Run", "Saved", "Simulation", "Status", "Task", "__version__", "load_case", "report", "setup"]
+__all__ = [
+    "Run",
+    "Saved",
+    "Simulation",
+    "Status",
+    "Task",
+    "__version__",
+    "load_case",
+    "report",
+    "run_set",
+    "setup",
+    "start_replicas",
+]
 
 _FACE = dict.fromkeys(("Run", "Status", "load_case", "report", "setup"), "fbcouple.api")
+_FACE |= dict.fromkeys(("run_set", "start_replicas"), "fbcouple.batch.sets")
 _FACE |= {"Simulation": "fbcouple.live"} | dict.fromkeys(("Saved", "Task"), "fbcouple.simulation.tasks.task")
 """Name -> module that has it, imported when it is first asked for: mpi4py starts MPI as it is imported."""
 

@@ -1,6 +1,7 @@
 """Where templates and shipped cases lie, inside an installed package or beside it in a checkout, and built things."""
 
 import os
+import re
 from pathlib import Path
 
 from fbcouple.errors import CaseError, SolverError
@@ -29,6 +30,17 @@ PROBES = "probes"
 """In a run folder: rows of the probes as they were taken, a file a set."""
 FRAMES = "frames"
 """In a run folder: particles and gas at single moments, a netCDF file each."""
+
+REPLICA = "replica-"
+"""How the names of replicas begin, run folders of one case with different seeds in one folder, counted from 1."""
+
+
+def list_replicas(folder: Path) -> list[Path]:
+    """The replicas in `folder` by their numbers; none if it is a run folder itself, or holds other runs."""
+    runs = [path.parent for path in folder.glob("*/case.toml")]
+    if (folder / "case.toml").is_file() or not all(re.fullmatch(rf"{REPLICA}\d+", run.name) for run in runs):
+        return []
+    return sorted(runs, key=lambda run: int(run.name.removeprefix(REPLICA)))
 
 
 def cache_folder() -> Path:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import ctypes
+import math
+import os
 import signal
 import subprocess
 import sys
@@ -14,12 +17,17 @@ from fbcouple.batch.folders import estimate_work
 from fbcouple.errors import CaseError, DivergedError, FbcoupleError, SolverError, StoppedError
 from fbcouple.launcher.stop_signals import Requests
 from fbcouple.machine.environment import child_environment
+from fbcouple.machine.stop_signals import LONGEST_WAIT
 
 CONSOLE = "logs/console.log"
 """In a run folder: what `fbcouple run` said, where it was one of several."""
 STOPPED = (StoppedError.exit_code, -signal.SIGTERM)
 """Exit codes of a run that was stopped; the second of one that had not begun to listen yet."""
+TO_STOP = LONGEST_WAIT + 10.0
+"""Wall time [s] that runs need to stop with checkpoints."""
 _LOOK_EVERY = 0.2
+_SIGNAL_AT_PARENTS_END = 1
+"""PR_SET_PDEATHSIG of Linux (prctl(2))."""
 _ERRORS: dict[int, type[FbcoupleError]] = {kind.exit_code: kind for kind in (SolverError, DivergedError, StoppedError)}
 
 
@@ -39,20 +47,24 @@ def run_all(
     options: Sequence[str],
     requests: Requests,
     watch: Callable[[list[Path], list[Ended]], None] = lambda running, ended: None,
+    wall_limit: float = math.inf,
 ) -> list[Ended]:
     """Run the folders `runs`, the longest first, `jobs` at a time, each by `fbcouple run RUN` with `options`.
 
     What one of them comes to does not end the others. A request to stop is handed to those that are under way, which
-    stop with checkpoints, and no other is begun. watch: is given the runs that are under way and those that have ended,
-    five times a second.
+    stop with checkpoints, and no other is begun; so they do where this process, or the thread of the call, dies.
+    watch: is given the runs that are under way and those that have ended, five times a second; wall_limit [s]: of all
+    together, they are asked to stop `TO_STOP` before it is over.
 
     Returns: how each ended, in the order of their ends; those that were not begun are missing.
     """
     waiting = sorted(runs, key=estimate_work, reverse=True)
     running: dict[Path, tuple[subprocess.Popen[bytes], float]] = {}
     ended: list[Ended] = []
-    heard = 0
+    heard, deadline = 0, time.monotonic() + wall_limit - TO_STOP
     while running or (waiting and not requests.count):
+        if time.monotonic() > deadline and not requests.count:
+            requests.stop("--wall-limit")
         while waiting and len(running) < jobs and not requests.count:
             run = waiting.pop(0)
             running[run] = _begin(run, options), time.monotonic()
@@ -87,6 +99,13 @@ def _begin(run: Path, options: Sequence[str]) -> subprocess.Popen[bytes]:
     """A session of its own: a Ctrl-C of the terminal comes once, by the one who started them all."""
     (run / CONSOLE).parent.mkdir(exist_ok=True)
     command = [sys.executable, "-P", "-m", "fbcouple", "run", str(run), *options]
+    library, parent = ctypes.CDLL(None), os.getpid()
+
+    def stop_with_parent() -> None:
+        library.prctl(_SIGNAL_AT_PARENTS_END, signal.SIGTERM)
+        if os.getppid() != parent:  # it died before it could be told
+            os.kill(os.getpid(), signal.SIGTERM)
+
     with (run / CONSOLE).open("wb") as log:
         return subprocess.Popen(
             command,
@@ -95,6 +114,7 @@ def _begin(run: Path, options: Sequence[str]) -> subprocess.Popen[bytes]:
             stderr=subprocess.STDOUT,
             env=child_environment(),
             start_new_session=True,
+            preexec_fn=stop_with_parent,  # noqa: PLW1509  (nothing between fork and exec takes a lock)
         )
 
 

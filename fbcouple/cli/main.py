@@ -188,12 +188,23 @@ def setup(case: str, output: Path | None, sets: tuple[str, ...], explained: bool
 @click.option(
     "--chain", type=click.IntRange(min=1), help="Submit this many jobs, one after the other, without requeueing."
 )
+@click.option(
+    "--replicas",
+    "count",
+    type=click.IntRange(min=2),
+    metavar="N",
+    help="Of N replicas of the case, with different seeds: RUN becomes their folder, as `run --replicas` has it.",
+)
 @take_trust
 @take_placement
-def batch(folder: Path, scheduler: str, placement: Any, **request: Any) -> None:
+def batch(folder: Path, scheduler: str, count: int | None, placement: Any, **request: Any) -> None:
     """Write the job script of RUN for a batch system; an array job for a folder of runs."""
     from fbcouple.batch.jobs import Request, list_warnings, write_job
 
+    if count is not None:
+        from fbcouple.decks.replicas import make_replicas
+
+        make_replicas(folder, count, click.echo)
     asked = Request(**request, placement=placement)
     job, submit = write_job(folder, scheduler, asked)
     for warning in list_warnings(folder, asked):

@@ -49,6 +49,14 @@ def read_duration(ctx: click.Context, parameter: click.Parameter, value: str | N
     "-j", "--jobs", type=click.IntRange(min=1), help="Of a folder of runs: how many side by side; one by default."
 )
 @click.option(
+    "--replicas",
+    "count",
+    type=click.IntRange(min=2),
+    metavar="N",
+    help="Run N replicas of the case, with different seeds: RUN becomes a folder of N run folders, and what lies in it "
+    "the first of them. `fbcouple pool` and `report` take their means together.",
+)
+@click.option(
     "--until",
     type=click.FloatRange(min=0.0, min_open=True),
     callback=require_finite,
@@ -83,7 +91,9 @@ def read_duration(ctx: click.Context, parameter: click.Parameter, value: str | N
 )
 @take_trust
 @outlive_output
-def run(run: Path, ranks: int, jobs: int | None, resume: bool, fresh: bool, trusted: bool, **limits: Any) -> None:
+def run(
+    run: Path, ranks: int, jobs: int | None, count: int | None, resume: bool, fresh: bool, trusted: bool, **limits: Any
+) -> None:
     """Run the simulation in the folder RUN; exit code 75 if it stopped early and can continue with --resume.
 
     Of a folder of runs, as `setup` writes a set of cases, all that are not complete, the longest first; the same
@@ -94,6 +104,11 @@ def run(run: Path, ranks: int, jobs: int | None, resume: bool, fresh: bool, trus
     require_plain(run)
     if resume and fresh:
         raise click.UsageError("--resume continues, --fresh starts again: give one of them")
+    if count is not None:
+        from fbcouple.decks.replicas import make_replicas
+
+        refuse_of_one_run(run, limits)
+        make_replicas(run, count, click.echo)
     if is_set(run):
         run_many(run, ranks, jobs or 1, fresh, trusted, limits)
         return
@@ -113,15 +128,20 @@ def run_many(folder: Path, ranks: int, jobs: int, fresh: bool, trusted: bool, li
     """Run the run folders in `folder`, each as `fbcouple run` does it."""
     from fbcouple.cli.run_set import run_set
 
-    for name in ("until", "sets"):
-        if limits[name]:
-            option = "--set" if name == "sets" else f"--{name}"
-            raise click.UsageError(f"{option} is of one run, and {folder} is a folder of runs: leave it out")
+    refuse_of_one_run(folder, limits)
     options = ["--fresh" if fresh else "--resume", "--patience", repr(limits["patience"])]
     options += ["--trust"] if trusted else []
     options += ["--accept-update"] if limits["accept_update"] else []
     with Requests() as requests:
         run_set(folder, jobs, ranks, options, requests, limits["wall_limit"])
+
+
+def refuse_of_one_run(folder: Path, limits: dict[str, Any]) -> None:
+    """Raise UsageError for options that a folder of runs does not take."""
+    for name in ("until", "sets"):
+        if limits[name]:
+            option = "--set" if name == "sets" else f"--{name}"
+            raise click.UsageError(f"{option} is of one run, and {folder} is a folder of runs: leave it out")
 
 
 def run_on(

@@ -17,15 +17,12 @@ from rich.live import Live
 
 from fbcouple.cli.status import make_table, summarise
 from fbcouple.launcher.stop_signals import Requests
-from fbcouple.machine.stop_signals import LONGEST_WAIT
 
 if TYPE_CHECKING:
     from fbcouple.batch.side_by_side import Ended
 
 _REDRAW_EVERY = 2.0
 _LINE_EVERY = 60.0
-TO_STOP = LONGEST_WAIT + 10.0
-"""Wall time [s] that runs need to stop with checkpoints."""
 
 
 def run_set(folder: Path, jobs: int, ranks: int, options: Sequence[str], requests: Requests, wall_limit: float) -> None:
@@ -38,19 +35,17 @@ def run_set(folder: Path, jobs: int, ranks: int, options: Sequence[str], request
     from fbcouple.batch.side_by_side import require_done, run_all
 
     runs, console = find_runs(folder), Console()
-    told, deadline = 0, time.monotonic() + wall_limit - TO_STOP
+    told = 0
     with _show(console, runs) as redraw:
 
         def watch(running: list[Path], ended: list[Ended]) -> None:
             nonlocal told
-            if time.monotonic() > deadline and not requests.count:
-                requests.stop("--wall-limit")
             for one in ended[told:]:
                 console.print(f"{one.run}: {one.words}", highlight=False, soft_wrap=True, markup=False)
             told = len(ended)
             redraw()
 
-        ended = run_all(runs, jobs, ["-n", str(ranks), *options], requests, watch)
+        ended = run_all(runs, jobs, ["-n", str(ranks), *options], requests, watch, wall_limit)
     kept = ["--trust"] if "--trust" in options else []
     command = " ".join(["fbcouple run", quote(str(folder)), "-j", str(jobs), "-n", str(ranks), *kept])
     require_done(runs, ended, f"`{command}`")

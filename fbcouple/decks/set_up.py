@@ -68,7 +68,7 @@ def _write_runs(runs: dict[Path, tuple[Case, Path]], overwrite: bool) -> None:
                 remove_run(run)
         refuse_foreign(run)
     for run, (case, folder) in runs.items():
-        _lay_out_run(case, folder, run)
+        lay_out_run(case, folder, run)
 
 
 def read_own_law(case: Case, folder: Path) -> Any:
@@ -91,7 +91,7 @@ def name_run(case: str, source: Path | None) -> str:
     return source.parent.name if source.name == FILE_NAME else source.stem
 
 
-def _lay_out_run(case: Case, folder: Path, run: Path) -> None:
+def lay_out_run(case: Case, folder: Path, run: Path) -> None:
     """Set up `run`, with the case's own files (which lie in `folder`) beside the effective case."""
     try:
         read = partial(start_positions, folder=folder), partial(start_kinds, folder=folder)

@@ -13,11 +13,10 @@ import pytest
 from click.testing import CliRunner
 
 from fbcouple.batch.folders import estimate_work, find_runs
-from fbcouple.batch.side_by_side import CONSOLE
+from fbcouple.batch.side_by_side import CONSOLE, TO_STOP
 from fbcouple.batch.state import look_at
 from fbcouple.case.load import load_case, write_case
 from fbcouple.cli.main import cli
-from fbcouple.cli.run_set import TO_STOP
 from fbcouple.decks.render import set_up
 from fbcouple.errors import CaseError
 from fbcouple.run_folder.checkpoint import list_checkpoints
@@ -111,6 +110,19 @@ def test_the_wall_limit_is_of_all_together(many):
     done = call("run", many, "-j", 2, "--wall-limit", TO_STOP + 1.0)
     assert done.exit_code == 75 and "0 of 3 runs are complete" in done.output
     assert time.monotonic() - begin < TO_STOP + 1.0
+
+
+def test_runs_stop_with_checkpoints_where_their_runner_is_killed(many):
+    for run in find_runs(many):
+        set_up(load_case(str(run), ["end_time=100.0", "checkpoint.moment_steps=1"]), run)
+    command = [sys.executable, "-P", "-m", "fbcouple", "run", str(many), "-j", "2"]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+        runs = find_runs(many)
+        wait_for(lambda: sum(look_at(run).time > 0.0 for run in runs) == 2)
+        process.kill()
+    assert process.returncode == -signal.SIGKILL
+    wait_for(lambda: sorted(look_at(run).state for run in runs) == ["set up", "stopped", "stopped"])
+    assert sum(bool(list_checkpoints(run)) for run in runs) == 2
 
 
 def wait_for(condition):
