@@ -5,31 +5,48 @@ from __future__ import annotations
 import platform
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from fbcouple.bench.step_costs import UNITS, StepCosts
 from fbcouple.bench.suite import measure_prepared
-from fbcouple.bench.turns import OTHERS, Row
-from fbcouple.case.cost.coefficients import SHIPPED, USUAL_DIGITS, Coefficients, flatten
+from fbcouple.bench.turns import OTHERS, QUIET, Row
+from fbcouple.case.cost.coefficients import LAWS, SHIPPED, USUAL_DIGITS, Coefficients, flatten
 from fbcouple.case.cost.work import count_digits, share_ghosts
 from fbcouple.case.schema.sections import Case
 from fbcouple.results.tables import describe_machine
 
 QUIETEST = 1.15
 """Least factor that measured coefficients are taken to be within: another minute of the same machine differs by it."""
+FLINGS, LIFTS, RESTS = 2.0, 1.2, 0.3
+"""Superficial velocities [m/s] above and below the 0.54 m/s that fluidize the beads."""
 Content = dict[str, Any]
 Say = Callable[[str], None]
 
 
-def make_scene(
-    law: str = "hooke", correctors: int = 2, cells: tuple[int, int, int] = (16, 8, 32), **other: Any
-) -> Case:
-    """A bed of 14 000 glass beads of 1 mm that gas at 1.2 m/s, twice what fluidizes it, lifts.
+@dataclass(frozen=True)
+class Scene:
+    """A case, the ranks that it is run on, and simulated time before the measurement and of it [s]."""
 
-    law: of the contacts, as `Coefficients.contact` names it; cells: of 2.5 mm; other: count and spacing of the start.
+    case: Case
+    ranks: int
+    warm: float
+    seconds: float
+
+
+def make_scene(
+    law: str = "hooke",
+    velocity: float = LIFTS,
+    correctors: int = 2,
+    count: int = 14_000,
+    cells: tuple[int, int, int] = (16, 8, 32),
+    spacing: float = 1.03,
+) -> Case:
+    """A bed of glass beads of 1 mm, on cells of 2.5 mm, that gas at `velocity` [m/s] lifts or flows through.
+
+    law: of the contacts, as `Coefficients.contact` names it; spacing: of the lattice that it starts on, in diameters.
     """
     contact: Content = {"restitution": 0.9, "wall_restitution": 0.9, "friction": 0.2, "wall_friction": 0.2}
     contact |= {"steps_per_contact": 8, "tangential": "no-history" if law == "hooke" else "history"}
@@ -37,43 +54,35 @@ def make_scene(
         contact |= {"model": "hertz", "youngs_modulus": 5e6, "poisson_ratio": 0.25, "impact_speed": 1.0}
     else:
         contact |= {"stiffness": 400.0}
+    gas: Content = {"density": 1.165, "viscosity": 2e-5, "inlet_velocity": velocity, "correctors": correctors}
+    gas |= {"pressure_tolerance": 1e-5, "max_courant": 0.5, "max_fourier": 1.5}
     return Case.model_validate(
         {
-            "title": f"small bed, {law}",
+            "title": f"{count} beads, {law}, gas at {velocity:g} m/s, {correctors} pressure corrections",
             "end_time": 10.0,
-            "domain": {"size": [2.5e-3 * count for count in cells], "cells": list(cells)},
-            "gas": {
-                "density": 1.165,
-                "viscosity": 2e-5,
-                "inlet_velocity": 1.2,
-                "correctors": correctors,
-                "pressure_tolerance": 1e-5,
-                "max_courant": 0.5,
-                "max_fourier": 1.5,
-            },
-            "particles": {
-                "diameter": 1e-3,
-                "density": 2500.0,
-                "count": other.get("count", 14_000),
-                "rotation": law != "hooke",
-            },
+            "domain": {"size": [2.5e-3 * number for number in cells], "cells": list(cells)},
+            "gas": gas,
+            "particles": {"diameter": 1e-3, "density": 2500.0, "count": count, "rotation": law != "hooke"},
             "contact": contact,
-            "start": {"spacing": other.get("spacing", 1.03)},
+            "start": {"spacing": spacing},
             "exchange": {"filter_passes": 1},
         }
     )
 
 
-def list_scenes() -> dict[str, tuple[Case, int, float, float]]:
-    """Name -> case, ranks, simulated time before the measurement and of it [s]."""
-    return {
-        "hooke": (make_scene(), 1, 0.07, 0.05),
-        "two ranks": (make_scene(), 2, 0.07, 0.05),
-        "hooke history": (make_scene("hooke history", 3), 1, 0.06, 0.03),
-        "hertz history": (make_scene("hertz history", 1), 1, 0.06, 0.03),
-        "dilute": (make_scene(cells=(16, 8, 64), count=4000, spacing=3.0), 1, 0.005, 0.06),
-        "tiny": (make_scene(cells=(4, 4, 8), count=60, spacing=2.0), 1, 0.005, 0.1),
-    }
+def list_scenes() -> dict[str, Scene]:
+    """The scenes by name: beds that move, for gas, exchange and lists of neighbours; beds that rest, for contacts, each
+    named by its law; two that have hardly any contacts or hardly anything."""
+    moving, resting = Scene(make_scene(), 1, 0.07, 0.04), [0.04, 0.02]
+    scenes = {"moving": moving, "two ranks": replace(moving, ranks=2)}
+    for correctors in (1, 3):
+        scenes[f"{correctors} corrections"] = Scene(make_scene(correctors=correctors), 1, 0.05, 0.03)
+    for law in LAWS:
+        scenes[law] = Scene(make_scene(law, RESTS, count=8000), 1, *resting)
+    scenes["fast"] = Scene(make_scene(velocity=FLINGS, count=8000), 1, 0.06, 0.02)
+    scenes["dilute"] = Scene(make_scene(cells=(16, 8, 64), count=4000, spacing=3.0), 1, 0.005, 0.04)
+    scenes["tiny"] = Scene(make_scene(cells=(4, 4, 8), count=60, spacing=2.0), 1, 0.005, 0.06)
+    return scenes
 
 
 def calibrate(say: Say = lambda text: None) -> tuple[Coefficients, list[Row]]:
@@ -84,14 +93,19 @@ def calibrate(say: Say = lambda text: None) -> tuple[Coefficients, list[Row]]:
     found: dict[str, StepCosts] = {}
     rows = []
     begin = time.time()
-    for name, (case, ranks, warm, seconds) in list_scenes().items():
-        say(f"{name}: {case.title}, {ranks} rank{'s' if ranks > 1 else ''}")
-        told = measure_prepared("costs", case, ranks, warm, seconds)
+    for name, scene in list_scenes().items():
+        say(f"{name}: {scene.case.title}, {scene.ranks} rank{'s' if scene.ranks > 1 else ''}")
+        told = measure_prepared("costs", scene.case, scene.ranks, scene.warm, scene.seconds)
         others = told.pop(OTHERS, None)
         found[name] = StepCosts(**told)
         rows.append(tell_scene(name, found[name]) | {OTHERS: others})
+    coefficients = find_coefficients(found)
+    if (busy := rows[list(found).index("two ranks")][OTHERS] or 0.0) > QUIET:
+        words = "two ranks that wait for cores tell nothing of what they cost each other: that is as shipped"
+        say(f"{busy:.2g} cores were others': {words}")
+        coefficients = replace(coefficients, shared=SHIPPED.shared)
     measured = f"{platform.node()}, {describe_machine()}, {time.strftime('%Y-%m-%d %H:%M', time.gmtime(begin))} UTC"
-    return replace(find_coefficients(found), measured=measured), rows
+    return replace(coefficients, measured=measured), rows
 
 
 def tell_scene(name: str, costs: StepCosts) -> Row:
@@ -103,6 +117,7 @@ def tell_scene(name: str, costs: StepCosts) -> Row:
         "ranks": costs.ranks,
         "particles": costs.particles,
         "contacts each": costs.contacts_each,
+        "DEM steps a list": costs.dem_steps / costs.rebuilds if costs.rebuilds else None,
         "cells": costs.cells,
         "dem_ns": 1e9 * costs.phases["dem"] / costs.dem_steps / own,
         "cfd_us": 1e6 * costs.phases["cfd"] / costs.fluid_steps / cells,
@@ -131,22 +146,24 @@ def _find_unit(name: str) -> str:
 def find_coefficients(found: Mapping[str, StepCosts]) -> Coefficients:
     """Coefficients from what the scenes of `list_scenes` took: each from those that differ in it.
 
-    Fixed costs of the shipped ones are kept where the tiny bed, which has hardly anything else, is too small to tell.
+    New lists of neighbours are too few in beds so small: theirs is as much dearer than a particle alone as of what is
+    shipped. Bytes of particles and cells, and the start of a cell, are as shipped.
     """
-    tiny, dilute, dense = found["tiny"], found["dilute"], found["hooke"]
+    tiny, dilute, moving = found["tiny"], found["dilute"], found["moving"]
     dem = {name: costs.phases["dem"] / costs.dem_steps for name, costs in found.items()}
     particle = max((dem["dilute"] - dem["tiny"]) / (dilute.particles - tiny.particles), 0.0)
     dem_step = max(dem["tiny"] - particle * tiny.particles, 0.0)
-    contact = {
-        law: max(dem[law] - dem_step - particle * found[law].particles, 0.0) / found[law].contacts
-        for law in ("hooke", "hooke history", "hertz history")
-    }
+    bed = {name: (dem[name] - dem_step) / costs.particles - particle for name, costs in found.items()}
+    rebuild = SHIPPED.rebuild / SHIPPED.particle * particle
+    neighbour, contact = _fit_beds(found, bed, rebuild)
     cell, corrector, fluid_step = _fit_gas(found)
     on_particles, on_cells, exchange_step = _fit_exchange(found)
-    spread = max(max(costs.spread.values()) ** 0.5 for name, costs in found.items() if name in contact)
+    spread = max(max(costs.spread.values()) ** 0.5 for name, costs in found.items() if name in (*LAWS, "moving"))
     coefficients = replace(
         SHIPPED,
         particle=particle,
+        neighbour=neighbour,
+        rebuild=rebuild,
         contact=contact,
         dem_step=dem_step,
         cell=cell,
@@ -159,7 +176,24 @@ def find_coefficients(found: Mapping[str, StepCosts]) -> Coefficients:
         rank_memory=tiny.memory,
         spread=max(spread, QUIETEST),
     )
-    return replace(coefficients, shared=_compare_ranks(dense, found["two ranks"], coefficients))
+    return replace(coefficients, shared=_compare_ranks(moving, found["two ranks"], coefficients))
+
+
+def _fit_beds(
+    found: Mapping[str, StepCosts], bed: Mapping[str, float], rebuild: float
+) -> tuple[float, dict[str, float]]:
+    """Seconds a particle of a bed, and a contact by law: the first and contacts without memory by least squares, none
+    below 0, of beds that move and rest; the others by what is left of theirs.
+
+    bed: seconds a particle and DEM step of each scene, without what a particle alone costs; rebuild: of a new list.
+    """
+    rest = {name: bed[name] - rebuild * costs.rebuilds / costs.dem_steps for name, costs in found.items()}
+    names = [name for name, scene in list_scenes().items() if scene.ranks == 1 and name not in ("dilute", "tiny")]
+    plain = [name for name in names if name not in LAWS[1:]]
+    rows = np.array([[1.0, found[name].contacts_each] for name in plain])
+    neighbour, touch = _fit_positive(rows, np.array([rest[name] for name in plain]))
+    contact = {law: max(rest[law] - neighbour, 0.0) / found[law].contacts_each for law in LAWS[1:]}
+    return neighbour, {LAWS[0]: touch} | contact
 
 
 def _fit_gas(found: Mapping[str, StepCosts]) -> tuple[float, float, float]:
@@ -167,8 +201,8 @@ def _fit_gas(found: Mapping[str, StepCosts]) -> tuple[float, float, float]:
     scenes = list_scenes()
     rows, values = [], []
     for name, costs in found.items():
-        gas = scenes[name][0].gas
-        if costs.ranks == 1 and gas is not None:
+        gas = scenes[name].case.gas
+        if costs.ranks == 1 and gas is not None and name not in LAWS:  # at rest the gas needs fewer iterations
             digits = count_digits(gas.pressure_tolerance, gas.max_courant) / USUAL_DIGITS
             rows.append([costs.cells, costs.cells * gas.correctors * digits, 1.0])
             values.append(costs.phases["cfd"] / costs.fluid_steps)
@@ -203,7 +237,7 @@ def _compare_ranks(alone: StepCosts, two: StepCosts, found: Coefficients) -> dic
 
     Without the fixed costs of a step, and without what the model has the ranks do for each other.
     """
-    ghosts = share_ghosts(list_scenes()["two ranks"][0], 2)
+    ghosts = share_ghosts(list_scenes()["two ranks"].case, 2)
     fixed = {"dem": found.dem_step, "cfd": found.fluid_step, "exchange": found.exchange_step}
     shared = {}
     for phase, steps in UNITS.items():

@@ -8,9 +8,11 @@ import time
 from dataclasses import asdict, dataclass
 from typing import Any
 
+import numpy as np
 from mpi4py import MPI
 
 from fbcouple.bench.measure import TotalWatch, open_run
+from fbcouple.case.bed.derived import neighbour_skin
 from fbcouple.case.cost.prediction import PHASES
 from fbcouple.case.schema.sections import Case
 from fbcouple.geometry.overlap import count_contacts
@@ -27,8 +29,9 @@ _PIECES = 6
 class StepCosts:
     """Processor seconds of the slowest rank by phase, and the work that they were for; of a run or a piece of one.
 
-    contacts: mean number of pairs that touch; setting_up: processor seconds before the first step; memory: bytes of all
-    ranks; spread: largest over least processor time of a unit of work of the pieces, by phase.
+    rebuilds: new lists of neighbours, by the way of the fastest particle; contacts: mean number of pairs that touch;
+    phases_left: of means, records and waiting; setting_up: processor seconds before the first step; memory: bytes of
+    all ranks; spread: largest over least processor time of a step of the pieces, by phase.
     """
 
     ranks: int
@@ -37,8 +40,10 @@ class StepCosts:
     seconds: float
     fluid_steps: int
     dem_steps: int
+    rebuilds: float
     contacts: float
     phases: dict[str, float]
+    phases_left: float
     setting_up: float
     memory: float
     spread: dict[str, float]
@@ -66,7 +71,9 @@ def measure_costs(case: Case, comm: MPI.Comm, warm: float, seconds: float) -> di
         seconds=sum(piece["seconds"] for piece in pieces),
         fluid_steps=round(sum(piece["fluid_steps"] for piece in pieces)),
         dem_steps=round(sum(piece["dem_steps"] for piece in pieces)),
+        rebuilds=sum(piece["rebuilds"] for piece in pieces),
         phases=phases,
+        phases_left=sum(piece["left"] for piece in pieces),
         setting_up=comm.allreduce(setting_up, MPI.MAX),
         memory=comm.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024.0),
         spread={phase: _find_spread(pieces, phase) for phase in UNITS if phases[phase] > 0.0},
@@ -78,17 +85,19 @@ def _take_piece(sim: Simulation, tasks: list[Task], end: float) -> dict[str, flo
     """Steps up to `end` [s], on the clock of the processor (collective)."""
     watch = TotalWatch(time.process_time)
     sim.timers = watch
-    begin, steps, substeps = sim.clock.time, 0, 0
+    begin, steps, substeps, rebuilds, half = sim.clock.time, 0, 0, 0.0, _halve_skin(sim.case)
     contacts = [_count(sim)]
     while sim.clock.time < end:
         step(sim, tasks)
         steps += 1
         substeps += sim.substeps
+        rebuilds += min(_find_fastest(sim) * sim.dt / half, sim.substeps) if half else 0.0
     contacts.append(_count(sim))
     watch.restart()
     mine = {phase: sum(watch.total[stage] for stage in stages) for phase, stages in PHASES.items()}
+    mine["left"] = sum(watch.total.values()) - sum(mine.values())
     phases = {phase: sim.comm.allreduce(value, MPI.MAX) for phase, value in mine.items()}
-    counts = {"fluid_steps": steps, "dem_steps": substeps, "contacts": statistics.mean(contacts)}
+    counts = {"fluid_steps": steps, "dem_steps": substeps, "rebuilds": rebuilds, "contacts": statistics.mean(contacts)}
     return phases | counts | {"seconds": sim.clock.time - begin}
 
 
@@ -98,6 +107,17 @@ def _count(sim: Simulation) -> float:
         return 0.0
     own = sim.liggghts
     return sim.comm.allreduce(count_contacts(own.ghost_positions(), own.ghost_radii(), own.count))
+
+
+def _halve_skin(case: Case) -> float:
+    """Way [m] of a particle after which the lists of neighbours are made anew."""
+    return 0.5 * neighbour_skin(case.contact, case.particles) if case.contact and case.particles else 0.0
+
+
+def _find_fastest(sim: Simulation) -> float:
+    """Speed [m/s] of the fastest particle (collective)."""
+    squares = np.einsum("ij,ij->i", sim.liggghts.velocities, sim.liggghts.velocities)
+    return sim.comm.allreduce(float(squares.max(initial=0.0)), MPI.MAX) ** 0.5
 
 
 def _find_spread(pieces: list[dict[str, float]], phase: str) -> float:

@@ -26,11 +26,11 @@ def format_time(seconds: float) -> str:
 def print_prediction(found: Prediction) -> None:
     """A table of what is predicted, each number with its factor and where it is from."""
     ranks = f"{found.ranks} rank{'s' if found.ranks > 1 else ''}"
-    memory = ("memory", f"{found.memory / 1e9:.3g} GB", f"{found.memory_factor:.2g}", "Of all ranks together.")
+    memory = f"{found.memory / 1e9:.3g} GB"
     rows = [
         ("wall time", format_time(found.wall), f"{found.factor:.2g}", _share_out(found)),
         ("core-hours", f"{found.core_hours:.3g}", f"{found.factor:.2g}", "Wall time times the ranks."),
-        memory,
+        ("memory", memory, f"{found.memory_factor:.2g}", "Of all ranks together, programs and solvers included."),
     ]
     if sure := found.means:
         meaning = "Standard error of the mean map of vertical solids flux over the map: "

@@ -24,10 +24,6 @@ from fbcouple.physics.contact import normal_damping
 
 # DIC-preconditioned CG is fastest below this many cells, multigrid above (measured on the three Patil meshes).
 _MULTIGRID_FROM = 10_000
-# Skin of the neighbour lists over diameter: 0.3 is the fastest in a bed that bubbles and within 3 % in one that hardly
-# moves, where 0.5 costs 28 % (patil/c2, `bench skin`); history is copied at each new list.
-_SKIN = 0.3
-_SKIN_WITH_HISTORY = 0.4
 # DEM steps after which particles are put in the order of the neighbour bins, so that neighbours lie together in memory.
 _SORT_EVERY = 200
 # Names in the adapter's table of LES models (turbulence.cpp).
@@ -143,8 +139,7 @@ def _grains_context(particles: Particles, contact: Contact) -> dict[str, Any]:
     step = derived.dem_step(contact, particles)
     remembers = derived.tangential_law(contact) == "history"
     kinds = list_kinds(particles)
-    skin = contact.skin or (_SKIN_WITH_HISTORY if remembers else _SKIN)
-    skin *= min(kind.diameter for kind in kinds)
+    skin = derived.neighbour_skin(contact, particles)
     context: dict[str, Any] = {
         "dem_step": step,
         "normal_model": "hertz" if contact.model == "hertz" else "hooke/stiffness",

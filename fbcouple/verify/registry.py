@@ -44,6 +44,7 @@ MODULES = (
     "removal",
     "standard_errors",
     "replicas",
+    "cost",
 )
 
 

@@ -14,7 +14,7 @@ from fbcouple.bench.suite import measure_prepared
 from fbcouple.bench.turns import OTHERS
 from fbcouple.case.bed.derived import dem_step
 from fbcouple.case.checks.registry import find_problems
-from fbcouple.case.cost.coefficients import SHIPPED, find_file, load_coefficients, save_coefficients
+from fbcouple.case.cost.coefficients import LAWS, SHIPPED, find_file, load_coefficients, save_coefficients
 from fbcouple.case.cost.prediction import time_stages
 from fbcouple.case.cost.work import count_work, name_law, share_ghosts
 from fbcouple.cli.main import cli
@@ -22,6 +22,8 @@ from fbcouple.cli.main import cli
 MACHINE = replace(
     SHIPPED,
     particle=15e-9,
+    neighbour=27e-9,
+    rebuild=15e-9 * SHIPPED.rebuild / SHIPPED.particle,
     dem_step=3e-6,
     cell=0.4e-6,
     corrector=0.7e-6,
@@ -35,22 +37,26 @@ MACHINE = replace(
     shared={"dem": 1.08, "cfd": 1.15, "exchange": 1.1},
     spread=1.3,
 )
+LISTS = {"fast": 200.0, "hooke": 5.0, "hooke history": 4.0, "hertz history": 6.0}
 STEPS = {"fluid_steps": 50, "dem_steps": 2000}
 
 
 def make_times(machine):
     """What the scenes take on a machine of which all costs are known."""
     found = {}
-    for name, (case, ranks, _, seconds) in list_scenes().items():
-        contacts = 0.0 if name in ("dilute", "tiny") else 1.6
-        work = replace(count_work(case), contacts=contacts, **STEPS)
+    for name, scene in list_scenes().items():
+        case, ranks, seconds = scene.case, scene.ranks, scene.seconds
+        contacts, lists = 0.0 if name in ("dilute", "tiny") else 2.2 if name in LAWS else 0.6, LISTS.get(name, 80.0)
+        work = replace(count_work(case), contacts=contacts, is_bed=contacts > 0.0, rebuilds=lists, **STEPS)
         found[name] = StepCosts(
             ranks=ranks,
             particles=round(work.particles),
             cells=work.cells,
             seconds=seconds,
+            rebuilds=lists,
             contacts=contacts * work.particles,
             phases=time_stages(work, machine, ranks, share_ghosts(case, ranks)),
+            phases_left=0.0,
             setting_up=machine.start_up,
             memory=machine.rank_memory * ranks,
             spread={"dem": 1.3**2, "cfd": 1.0, "exchange": 1.0},
@@ -61,7 +67,16 @@ def make_times(machine):
 
 def test_costs_are_found_again():
     found, wanted = find_coefficients(make_times(MACHINE)), MACHINE
-    for name in ("particle", "dem_step", "cell", "corrector", "fluid_step", "exchange_particle", "exchange_cell"):
+    for name in (
+        "particle",
+        "neighbour",
+        "dem_step",
+        "cell",
+        "corrector",
+        "fluid_step",
+        "exchange_particle",
+        "exchange_cell",
+    ):
         assert getattr(found, name) == pytest.approx(getattr(wanted, name), rel=1e-6), name
     assert found.exchange_step == pytest.approx(wanted.exchange_step, rel=1e-6)
     assert found.contact == pytest.approx(wanted.contact, rel=1e-6)
@@ -88,9 +103,9 @@ def test_a_cost_that_would_be_below_zero_is_none():
 
 @pytest.mark.parametrize("name", list_scenes())
 def test_scenes_are_cases_without_a_mistake(name):
-    case = list_scenes()[name][0]
+    case = list_scenes()[name].case
     assert find_problems(case) == []
-    if name in SHIPPED.contact:
+    if name in LAWS:
         assert name_law(case) == name
 
 

@@ -20,9 +20,19 @@ from fbcouple.case.cost.coefficients import (
     scale,
 )
 from fbcouple.case.cost.means import predict_means
-from fbcouple.case.cost.prediction import predict, time_stages
-from fbcouple.case.cost.work import Work, count_dem_steps, count_fluid_steps, count_work, name_law, share_ghosts
-from fbcouple.case.load import load_case
+from fbcouple.case.cost.prediction import predict, predict_run, time_stages
+from fbcouple.case.cost.work import (
+    BUBBLING,
+    RESTING,
+    SPOUTED,
+    Work,
+    count_dem_steps,
+    count_fluid_steps,
+    count_work,
+    name_law,
+    share_ghosts,
+)
+from fbcouple.case.load import load_case, write_case
 from fbcouple.case.preflight import gas_step
 from fbcouple.case.source import find_case
 from fbcouple.cli.main import cli
@@ -30,7 +40,9 @@ from fbcouple.errors import CaseError
 
 ROUND = replace(
     SHIPPED,
-    particle=1e-8,
+    particle=4e-9,
+    neighbour=5e-9,
+    rebuild=1e-7,
     dem_step=1e-6,
     cell=1e-6,
     corrector=5e-7,
@@ -48,8 +60,10 @@ BED = Work(
     seconds=1.0,
     particles=1e5,
     contacts=2.0,
+    is_bed=True,
     law="hooke",
     dem_steps=50_000,
+    rebuilds=500.0,
     cells=20_000,
     fluid_steps=1000.0,
     correctors=2,
@@ -65,7 +79,10 @@ def own_cache(tmp_path, monkeypatch):
 
 
 def test_stages_are_steps_times_what_a_step_costs():
-    """DEM: 50 000 x (1 us + 1e5 x (10 + 2 x 20) ns) = 250.05 s; gas 1000 x (1 ms + 2e4 x 2 us) = 41 s."""
+    """DEM: 50 000 x (1 us + 1e5 x (4 + 5 + 1 + 2 x 20) ns) = 250.05 s, the 1 ns a list of 100 ns each 100 steps.
+
+    Gas: 1000 x (1 ms + 2e4 x 2 us) = 41 s.
+    """
     assert time_stages(BED, ROUND) == pytest.approx({"dem": 250.05, "cfd": 41.0, "exchange": 3.1})
 
 
@@ -78,6 +95,11 @@ def test_ranks_share_the_work_but_not_what_a_step_costs_at_least():
 @pytest.mark.parametrize(("law", "seconds"), [("hooke", 250.05), ("hooke history", 450.05), ("hertz history", 550.05)])
 def test_friction_that_remembers_costs_more(law, seconds):
     assert time_stages(replace(BED, law=law), ROUND)["dem"] == pytest.approx(seconds)
+
+
+def test_particles_that_fly_alone_have_no_neighbours_to_look_through():
+    """50 000 x (1 us + 1e5 x 4 ns)."""
+    assert time_stages(replace(BED, contacts=0.0, is_bed=False), ROUND)["dem"] == pytest.approx(20.05)
 
 
 def test_a_phase_that_is_not_there_costs_nothing():
@@ -114,15 +136,21 @@ def test_a_fluid_step_is_no_shorter_than_a_dem_step():
     [
         ("patil/c2", "hooke", "bubbling"),
         ("netl/biseg", "hooke history", "bubbling"),
-        ("yue/spout", "hertz history", "bubbling"),
+        ("yue/spout", "hertz history", "spouted"),
         ("anand/hopper", "hertz history", "resting"),
     ],
 )
 def test_contacts_are_of_the_law_and_the_state_of_the_bed(name, law, contacts):
     case = load_case(name)
     work = count_work(case, find_case(name).parent)
-    states = {"resting": 2.0 < work.contacts < 4.0, "bubbling": 1.0 < work.contacts <= 2.5}
-    assert name_law(case) == work.law == law and states[contacts]
+    states = {"resting": RESTING, "spouted": SPOUTED, "bubbling": BUBBLING}
+    assert name_law(case) == work.law == law and work.contacts == states[contacts]
+
+
+def test_a_bed_that_less_gas_than_lifts_it_flows_through_rests():
+    """patil/c2 is fluidized by 0.54 m/s."""
+    found = [count_work(load_case("patil/c2", [f"gas.inlet_velocity={u}"])).contacts for u in (0.5, 0.6)]
+    assert found == [RESTING, BUBBLING]
 
 
 def test_particles_that_are_fed_count_from_when_they_come():
@@ -204,6 +232,17 @@ def test_damaged_costs_are_refused(tmp_path, edit, text):
     edit(content)
     with pytest.raises(CaseError, match=f"{text}.*bench calibrate"):
         read_coefficients(json.dumps(content), tmp_path)
+
+
+def test_a_run_goes_on_without_a_prediction(tmp_path):
+    """Costs that cannot be read are told of, and are no reason not to run."""
+    case, said = load_case("patil/demo"), []
+    write_case(case, tmp_path / "case.toml")
+    told = predict_run(tmp_path, 2, said.append)
+    assert told["ranks"] == 2 and told["dem_steps"] == count_dem_steps(case, 2.0) and said == []
+    save_coefficients(SHIPPED, {}).write_text("{}")
+    assert predict_run(tmp_path, 2, said.append) is None
+    assert len(said) == 1 and "is not predicted" in said[0] and "bench calibrate" in said[0]
 
 
 def test_check_tells_what_a_run_will_cost():

@@ -30,15 +30,17 @@ USUAL_DIGITS = 4.5
 class Coefficients:
     """Processor seconds of one rank, each per what its name says, and bytes.
 
-    particle: a particle without contacts and DEM step; contact: a contact and DEM step by law, the neighbours that do
-    not touch included; dem_step, fluid_step, exchange_step: fixed; cell: a cell and fluid step but for the pressure;
-    corrector: a cell and pressure solve; exchange_particle, exchange_cell: a fluid step; start_up, start_cell: before
-    the first step; shared: factor of what a stage costs each of several ranks over one alone; rank_memory,
-    particle_memory, cell_memory: bytes; spread: factor within which the times repeat themselves; measured: where and
-    when, "" of the shipped ones.
+    particle: a particle and DEM step, alone; neighbour: what a particle of a bed costs more, for those around it;
+    rebuild: a particle of a bed and new list of neighbours; contact: a contact and DEM step, by law; dem_step,
+    fluid_step, exchange_step: fixed; cell: a cell and fluid step but for the pressure; corrector: a cell and pressure
+    solve; exchange_particle, exchange_cell: a fluid step; start_up, start_cell: before the first step; shared: factor
+    of what a stage costs each of several ranks over one alone; rank_memory, particle_memory, cell_memory: bytes;
+    spread: factor within which the times repeat themselves; measured: where and when, "" of the shipped ones.
     """
 
     particle: float
+    neighbour: float
+    rebuild: float
     dem_step: float
     cell: float
     corrector: float
@@ -63,24 +65,28 @@ class Coefficients:
 
 
 SHIPPED = Coefficients(
-    particle=20e-9,
-    dem_step=2e-6,
-    cell=0.5e-6,
-    corrector=0.6e-6,
-    fluid_step=0.5e-3,
-    exchange_particle=42e-9,
-    exchange_cell=160e-9,
-    exchange_step=0.25e-3,
+    particle=19e-9,
+    neighbour=20e-9,
+    rebuild=230e-9,
+    dem_step=1.7e-6,
+    cell=0.95e-6,
+    corrector=0.25e-6,
+    fluid_step=0.35e-3,
+    exchange_particle=47e-9,
+    exchange_cell=170e-9,
+    exchange_step=0.23e-3,
     start_up=3.0,
     start_cell=2e-5,
-    rank_memory=350e6,
+    rank_memory=333e6,
     particle_memory=600.0,
     cell_memory=1900.0,
     spread=2.0,
-    contact={"hooke": 30e-9, "hooke history": 90e-9, "hertz history": 100e-9},
-    shared={"dem": 1.05, "cfd": 1.05, "exchange": 1.05},
+    contact={"hooke": 25e-9, "hooke history": 84e-9, "hertz history": 79e-9},
+    shared={"dem": 1.04, "cfd": 1.13, "exchange": 1.13},
 )
-"""Of two cores of an x86-64 virtual machine, by `fbcouple bench calibrate`; their spread is that of usual machines."""
+"""Of two cores of an x86-64 virtual machine, by `fbcouple bench calibrate` in processor time, beside other programs. Of
+the machine when it was quiet, from patil/c2: `rebuild` (41 lists in 600 steps) and `shared` (`bench strong`). Their
+spread is that of usual machines."""
 
 
 def find_file(host: str | None = None) -> Path:
@@ -156,6 +162,8 @@ def scale(found: Coefficients, factor: float) -> Coefficients:
     """The same of a machine that takes `factor` times as long for everything."""
     times = (
         "particle",
+        "neighbour",
+        "rebuild",
         "dem_step",
         "cell",
         "corrector",

@@ -18,7 +18,7 @@ from fbcouple.errors import CaseError
 
 MODEL = 1.15
 """Factor within which the model meets runs whose work is known, on the machine that it was measured on."""
-CONTACTS = 1.3
+CONTACTS = 2.0
 """Factor of the contacts a particle."""
 STEPS = 1.2
 """Factor of the fluid steps."""
@@ -111,7 +111,7 @@ def _predict(case: Case, ranks: int, found: Coefficients, folder: Path, law: Law
         ranks=ranks,
         work=work,
         stages=stages,
-        factor=_combine(work, found, ranks, stages),
+        factor=combine_factors(work, found, ranks, stages),
         memory=found.rank_memory * ranks + particles + found.cell_memory * work.cells,
         memory_factor=MEMORY,
         means=means,
@@ -127,7 +127,7 @@ def time_stages(work: Work, found: Coefficients, ranks: int = 1, ghosts: float =
     part = {stage: (found.shared[stage] if ranks > 1 else 1.0) / ranks for stage in PHASES}
     stages = {}
     if work.dem_steps:
-        each = found.particle + found.contact[work.law] * work.contacts
+        each = _cost_alone(work, found) + found.contact[work.law] * work.contacts
         own = each * work.particles * part["dem"] * (1.0 + ghosts)
         stages["dem"] = work.dem_steps * (found.dem_step + own)
     if work.cells:
@@ -140,7 +140,14 @@ def time_stages(work: Work, found: Coefficients, ranks: int = 1, ghosts: float =
     return stages
 
 
-def _combine(work: Work, found: Coefficients, ranks: int, stages: dict[str, float]) -> float:
+def _cost_alone(work: Work, found: Coefficients) -> float:
+    """Seconds of a particle and DEM step without its contacts."""
+    if not work.is_bed:
+        return found.particle
+    return found.particle + found.neighbour + found.rebuild * work.rebuilds / work.dem_steps
+
+
+def combine_factors(work: Work, found: Coefficients, ranks: int, stages: dict[str, float]) -> float:
     """Factor of the wall time: what is unsure of each stage by its share, and of them all, added in squares of logs."""
     whole = sum(stages.values())
     share = {name: seconds / whole for name, seconds in stages.items()}
@@ -148,7 +155,7 @@ def _combine(work: Work, found: Coefficients, ranks: int, stages: dict[str, floa
     touching = 0.0
     if work.dem_steps:
         touch = found.contact[work.law] * work.contacts
-        touching = share["dem"] * touch / (found.particle + touch)
+        touching = share["dem"] * touch / (_cost_alone(work, found) + touch)
     unsure = [
         math.log(MODEL),
         math.log(found.spread),

@@ -6,13 +6,15 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from fbcouple.case.bed.derived import dem_step, fastest_inlet, inlet_ramp, tangential_law
+from fbcouple.case.bed.derived import dem_step, fastest_inlet, inlet_ramp, neighbour_skin, tangential_law
 from fbcouple.case.bed.drag_balance import minimum_fluidization
 from fbcouple.case.bed.feeds import find_mean_mass
 from fbcouple.case.bed.fluid_step import gas_step
 from fbcouple.case.bed.number import Law
 from fbcouple.case.bed.particle_types import largest_diameter, mean_density, particle_count, solids_volume
 from fbcouple.case.bed.region import Region, find_region
+from fbcouple.case.bed.speeds import SETTLED
+from fbcouple.case.preflight import JET
 from fbcouple.case.schema.feeds import Feed
 from fbcouple.case.schema.sections import Case
 from fbcouple.case.user_code import OWN
@@ -21,9 +23,11 @@ from fbcouple.geometry.partition import find_rank_grid
 LIVELY = 0.65
 """Fluid steps that moving beds take, over the longest that `gas_step` allows: the gas between bubbles and above the bed
 is faster than the U_f/0.40 that it counts with."""
-RESTING, BUBBLING, DILUTE = 2.9, 1.9, 0.1
-"""Contacts a particle: pairs that touch over the particles, in a bed at rest, in one that bubbles, and in one that the
-gas carries."""
+RESTING, SPOUTED, BUBBLING, DILUTE = 2.4, 1.9, 0.5, 0.0
+"""Contacts a particle, pairs that touch over the particles: of a bed at rest, of one that a jet passes, of one that
+bubbles as a whole, whose particles hit and part, and of particles that the gas carries."""
+FASTEST, CREEP = 1.2, 0.02
+"""Speed of the fastest particle of a bed that moves over sqrt(g H), H the height at rest; of one at rest [m/s]."""
 LOOSE = 0.1
 """Mean solids fraction of the whole region below which particles that gas carries away hardly touch."""
 _PIECES = 200
@@ -35,15 +39,18 @@ _SKIN = 1.3
 class Work:
     """What a run does from its start to its end; zeros for a phase that it has not.
 
-    particles: mean number over the run; contacts: a particle, on the mean; law: of the contacts, as
-    `Coefficients.contact` names it; digits: decades that a pressure solve takes its residual down.
+    particles: mean number over the run; contacts: a particle, on the mean; is_bed: particles have others around them;
+    law: of the contacts, as `Coefficients.contact` names it; rebuilds: new lists of neighbours; digits: decades that a
+    pressure solve takes its residual down.
     """
 
     seconds: float
     particles: float
     contacts: float
+    is_bed: bool
     law: str
     dem_steps: int
+    rebuilds: float
     cells: int
     fluid_steps: float
     correctors: int
@@ -62,18 +69,21 @@ def count_work(case: Case, folder: Path = Path(), law: Law | None = None, end: f
     folder: where the case's own files lie; law: the case's own drag law, if it brings one that is trusted.
     """
     seconds, region = end or case.end_time, find_region(case, folder)
-    particles, steps, contacts, name = 0.0, 0, 0.0, ""
+    particles, steps, contacts, name, rebuilds = 0.0, 0, 0.0, "", 0.0
     if case.particles and case.contact:
         particles = _average_particles(case, seconds)
         steps = count_dem_steps(case, seconds)
         contacts, name = _guess_contacts(case, region, law), name_law(case)
+        rebuilds = min(steps, seconds * _guess_speed(case, region, contacts) / (0.5 * _find_skin(case)))
     gas = case.gas
     return Work(
         seconds=seconds,
         particles=particles,
         contacts=contacts,
+        is_bed=contacts > DILUTE,
         law=name,
         dem_steps=steps,
+        rebuilds=rebuilds,
         cells=region.cells if gas else 0,
         fluid_steps=count_fluid_steps(case, seconds) if gas else 0.0,
         correctors=gas.correctors if gas else 0,
@@ -140,7 +150,7 @@ def _fed(case: Case, feed: Feed, seconds: float) -> float:
 
 
 def _guess_contacts(case: Case, region: Region, law: Law | None) -> float:
-    """By the state that the bed will be in: at rest, bubbling, or carried by the gas."""
+    """By the state that the bed will be in: at rest, bubbling, passed by a jet, or carried by the gas."""
     assert case.particles is not None
     if case.gravity == 0.0:
         return DILUTE
@@ -152,8 +162,25 @@ def _guess_contacts(case: Case, region: Region, law: Law | None) -> float:
         return DILUTE
     if case.exchange.drag == OWN and law is None:
         return BUBBLING
+    passes = sum(inlet.area or 0.0 for inlet in case.gas.inlets) or region.inlet
+    if passes < JET * region.section:
+        return SPOUTED
     fastest = fastest_inlet(case.gas) * region.inlet / region.section
     return RESTING if fastest < minimum_fluidization(case, law=law) else BUBBLING
+
+
+def _guess_speed(case: Case, region: Region, contacts: float) -> float:
+    """Speed [m/s] of the fastest particle: of a bed that rests hardly any, else that of a fall by the bed's height."""
+    assert case.particles is not None
+    if contacts == RESTING:
+        return CREEP
+    height = region.find_level(solids_volume(case.particles) / SETTLED)
+    return FASTEST * math.sqrt(max(height, largest_diameter(case.particles)) * case.gravity)
+
+
+def _find_skin(case: Case) -> float:
+    assert case.particles is not None and case.contact is not None
+    return neighbour_skin(case.contact, case.particles)
 
 
 def share_ghosts(case: Case, ranks: int) -> float:
