@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from fbcouple.cli.arguments import take_case, take_ranks, take_settings
+from fbcouple.cli.arguments import complete_case, take_case, take_ranks, take_settings
 from fbcouple.cli.group import WholeSentences
 from fbcouple.cli.table import print_table
 
@@ -80,6 +80,38 @@ def calibrate(fresh: bool, file: Path | None) -> None:
     show(costs)
     write(file, {"scenes": rows, "costs": costs})
     click.echo(f"{save_coefficients(found, {'scenes': rows})}: the costs of {found.measured}")
+
+
+@bench.command()
+@click.argument("cases", nargs=-1, required=True, metavar="CASE [CASE ...]", shell_complete=complete_case)
+@take_ranks
+@click.option(
+    "--seconds",
+    type=click.FloatRange(min=0.0, min_open=True),
+    default=0.05,
+    show_default=True,
+    help="Simulated time measured [s].",
+)
+@click.option(
+    "--warm",
+    type=click.FloatRange(min=0.0),
+    default=0.15,
+    show_default=True,
+    help="Simulated time before the measurement [s], in which the bed begins to move.",
+)
+@click.option("-o", "--output", type=click.Path(path_type=Path, file_okay=False), help="Write the table to a folder.")
+@take_settings
+def predictions(
+    cases: tuple[str, ...], ranks: int, seconds: float, warm: float, output: Path | None, sets: tuple[str, ...]
+) -> None:
+    """Hold what `check` predicts of each CASE against the first part of its run, in processor time."""
+    from fbcouple.bench.predictions import hold_predictions, write_predictions
+    from fbcouple.case.cost.coefficients import load_coefficients
+
+    rows = hold_predictions(cases, sets, ranks, warm, seconds, click.echo)
+    show(rows)
+    for path in write_predictions(output, rows, load_coefficients()) if output else ():
+        click.echo(f"{path}: written")
 
 
 @bench.command()
