@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from fbcouple.version import __version__
 
 if TYPE_CHECKING:
-    from fbcouple.api import Run, Status, load_case, report, setup
+    from fbcouple.api import Run, Status, load_case, pool, report, setup
     from fbcouple.batch.sets import run_set, start_replicas
     from fbcouple.live import Simulation
     from fbcouple.simulation.tasks.task import Saved, Task
@@ -27,13 +27,14 @@ __all__ = [
     "Task",
     "__version__",
     "load_case",
+    "pool",
     "report",
     "run_set",
     "setup",
     "start_replicas",
 ]
 
-_FACE = dict.fromkeys(("Run", "Status", "load_case", "report", "setup"), "fbcouple.api")
+_FACE = dict.fromkeys(("Run", "Status", "load_case", "pool", "report", "setup"), "fbcouple.api")
 _FACE |= dict.fromkeys(("run_set", "start_replicas"), "fbcouple.batch.sets")
 _FACE |= {"Simulation": "fbcouple.live"} | dict.fromkeys(("Saved", "Task"), "fbcouple.simulation.tasks.task")
 """Name -> module that has it, imported when it is first asked for: mpi4py starts MPI as it is imported."""

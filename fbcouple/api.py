@@ -232,3 +232,19 @@ def report(runs: Sequence[Run | str | os.PathLike[str]], path: str | os.PathLike
     from fbcouple.postproc.report.report import write_report  # noqa: PLC0415  (loads matplotlib)
 
     return write_report([Path(run) for run in runs], Path(path))
+
+
+@in_python()
+def pool(
+    runs: Sequence[Run | str | os.PathLike[str]], path: str | os.PathLike[str], reduced: bool = False
+) -> xr.Dataset:
+    """Pool the means of `runs` of one case with different seeds into the file `path`.
+
+    runs: runs, folders of replicas, or reduced files; reduced: keep depth averages alone, and of each replica what is
+    needed to pool it with others later.
+
+    Returns: what is written, like a run's results. Raises: CaseError if they cannot be pooled or written.
+    """
+    from fbcouple.results.pools import write_pool  # noqa: PLC0415  (loads xarray)
+
+    return write_pool([Path(run) for run in runs], Path(path), reduced)

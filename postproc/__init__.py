@@ -31,7 +31,7 @@ from fbcouple.postproc.files import remove
 from fbcouple.postproc.papers.hamidouche2019 import impact
 from fbcouple.postproc.style import journal_style, save
 from fbcouple.postproc.views import views
-from fbcouple.results.reader import NotDrawableError, NotMeantError, Results, open_results
+from fbcouple.results.reader import NotDrawableError, NotMeantError, Results, find_home, open_results
 from fbcouple.results.view import BED, View
 
 __all__ = [
@@ -85,7 +85,7 @@ def draw(
     """
     _require_figures(only)
     results = replace(open_results(run), view=view)
-    folder = folder or Path(run) / "figures"
+    folder = folder or find_home(Path(run)) / "figures"
     for text in list_warnings([results]):
         _log.warning(text)
     written: list[Path] = []

@@ -79,7 +79,7 @@ def format_window(results: Results) -> str:
     length = results.window[1] - results.window[0]
     decimals = max(DIGITS - math.floor(math.log10(length)), 0) if length > 0.0 else 6
     start, end = (f"{round(time, decimals):.10g}" for time in results.window)
-    return f"{start}–{end} s"
+    return f"{start}–{end} s" + (f" of {results.replicas} replicas" if results.replicas > 1 else "")
 
 
 def averaging_text(results: Results) -> str:

@@ -167,7 +167,7 @@ def coarsen(values: np.ndarray, axis: int, cells: int, length: float) -> np.ndar
 
 def core_hours(results: Results) -> float:
     """Core-hours per simulated second; NotDrawableError if the results do not tell both."""
-    time = float(results.data["time"].values[-1]) if results.data.sizes.get("time") else 0.0
+    time = results.simulated
     if "core_seconds" not in results.data.attrs or time <= 0.0:
         raise NotDrawableError([f"{results.path} does not tell its `core_seconds` or has no time yet."])
     return float(results.data.attrs["core_seconds"]) / 3600.0 / time

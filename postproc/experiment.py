@@ -92,6 +92,8 @@ def _list_named(run: Results) -> list[str]:
     named = output.get("references", []) if isinstance(output, dict) else None
     if not isinstance(named, list) or not all(isinstance(text, str) for text in named):
         raise CaseError([f"{run.path}: output.references of its case is no list of texts; set the run up again."])
+    if "replicas_of" in run.data.attrs:  # a file of a pool may be anywhere
+        return [text for text in named if (run.path.parent / parse_reference(text).file).is_file()]
     return named
 
 

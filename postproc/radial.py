@@ -51,6 +51,8 @@ def list_radial_heights(results: Results) -> tuple[float, ...]:
 
 def list_radial_profiles(results: Results, heights: Sequence[float]) -> dict[str, list[RadialProfile]]:
     """The profiles of each quantity that the results have, one a height. Raises: NotDrawableError if there is none."""
+    if results.data.attrs.get("reduced"):
+        raise NotDrawableError([f"{results.path} has depth averages alone (a reduced pool)."])
     quantities = [name for name in QUANTITIES if name in results.data]
     if not quantities:
         raise NotDrawableError([f"{results.path} has no time means of particles or gas."])

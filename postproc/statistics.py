@@ -127,6 +127,7 @@ def estimate_error(values: np.ndarray) -> float:
 def summarise(results: Results, name: str) -> Steady:
     """Start-up, mean, standard error and deviation of the history `name`; its first row, before any step, is left out.
 
+    Of replicas: mean and standard error over the averaging windows of all, and the rows and deviation of the first.
     Raises: NotDrawableError if the history has too few rows or has holes.
     """
     history = results.history(name)[1:]
@@ -136,6 +137,9 @@ def summarise(results: Results, name: str) -> Steady:
     if not np.isfinite(values).all():
         raise NotDrawableError([f"`{name}` in {results.path} has rows that are not finite."])
     unit = str(history.attrs.get("units", results.data[name].attrs.get("units", "")))
+    if (pooled := results.window_mean(name)) and results.window is not None:
+        rest = values[time > results.window[0]]
+        return Steady(name, unit, results.window[0], float(time[-1]), len(rest), *pooled, float(rest.std()))
     cut = find_start_up(values)
     if cut is None:
         return Steady(name, unit, math.nan, float(time[-1]), 0, math.nan, math.nan, math.nan)

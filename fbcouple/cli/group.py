@@ -20,7 +20,7 @@ NO_READER = 128 + signal.SIGPIPE
 WORKFLOW = {
     "Prepare": ("cases", "options", "init", "check", "setup"),
     "Run": ("run", "status", "batch"),
-    "Results": ("post", "report", "claims"),
+    "Results": ("pool", "post", "report", "claims"),
     "Studies and checks": ("study", "bench", "verify", "validate"),
     "Machine": ("doctor",),
 }

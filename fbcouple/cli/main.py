@@ -28,6 +28,7 @@ from fbcouple.cli.init import init
 from fbcouple.cli.options import options
 from fbcouple.cli.pictures import claims, post, report
 from fbcouple.cli.placement import take_placement
+from fbcouple.cli.pool import pool
 from fbcouple.cli.run import run as run_command
 from fbcouple.cli.status import status
 from fbcouple.cli.study import study
@@ -212,7 +213,7 @@ def batch(folder: Path, scheduler: str, count: int | None, placement: Any, **req
     click.echo(f"{job}: read it, then submit it with {submit}")
 
 
-for command in (options, init, run_command, status, post, report, claims, study, bench, verify, validate, doctor):
+for command in (options, init, run_command, status, pool, post, report, claims, study, bench, verify, validate, doctor):
     cli.add_command(command)
 
 

@@ -114,8 +114,9 @@ def report(
         require_plain(run)
     from fbcouple.postproc import View
     from fbcouple.postproc.report.report import write_report
+    from fbcouple.results.reader import find_home
 
-    page = output or (runs[0] if len(runs) == 1 else Path()) / "report.html"
+    page = output or (find_home(runs[0]) if len(runs) == 1 else Path()) / "report.html"
     for file in write_report(runs, page, references, View(heights)):
         click.echo(str(file))
 

@@ -14,11 +14,13 @@ import xarray as xr
 
 from fbcouple.errors import CaseError
 from fbcouple.input_files.toml_text import parse_toml
-from fbcouple.results.expected import find_faults
+from fbcouple.paths import list_replicas
 from fbcouple.results.inlet_speed import find_fastest
-from fbcouple.results.stored import load
+from fbcouple.results.pooling import WINDOW_MEAN, pool
+from fbcouple.results.replicas import open_replicas, read_results
 from fbcouple.results.view import BED, View
 
+RESULTS = "results.nc"
 _ROUNDING = 1e-9
 
 
@@ -115,6 +117,17 @@ class Results:
         return find_fastest(gas, *self.span) or None
 
     @property
+    def replicas(self) -> int:
+        """How many runs the means are of."""
+        return int(self.data.attrs.get("replicas", 1))
+
+    @property
+    def simulated(self) -> float:
+        """Simulated time [s], of all replicas together; 0 before the first row of the history."""
+        reached = float(self.data["time"].values[-1]) if self.data.sizes.get("time") else 0.0
+        return float(self.data.attrs.get("simulated_seconds", reached))
+
+    @property
     def span(self) -> tuple[float, float]:
         """The averaging window [s], or the whole record where nothing was averaged."""
         time = self.data["time"].values if self.data.sizes.get("time") else np.zeros(1)
@@ -148,6 +161,14 @@ class Results:
         if mass is None:
             return None
         return float(mass * self.case["gravity"] * (1.0 - gas["density"] / particles["density"]) / section)
+
+    def window_mean(self, name: str) -> tuple[float, float] | None:
+        """Mean over the averaging windows of all replicas of the history `name`, and its standard error; None of a
+        single run."""
+        if WINDOW_MEAN not in self.data or name not in self.data["quantity"].values:
+            return None
+        found = self.data.sel(quantity=name)
+        return float(found[WINDOW_MEAN]), float(found[f"{WINDOW_MEAN}_stderr"])
 
     def history(self, name: str) -> xr.DataArray:
         """Variable `name` over time in double precision; NotDrawableError if there is none or it holds no number."""
@@ -198,24 +219,26 @@ class Results:
 
 
 def open_results(run: Path) -> Results:
-    """Read RUN/results.nc into memory and check that there is something to draw.
+    """Read RUN/results.nc, or the file `run` itself, into memory and check that there is something to draw.
 
+    Of a folder of replicas they are pooled; what is not of all is that of the first.
     Raises: CaseError if the file is missing, is not NetCDF, or has no effective case.
     """
-    path = Path(run) / "results.nc"
+    run = Path(run)
+    if replicas := list_replicas(run):
+        data = pool(open_replicas(replicas))
+        first = replicas[0] / RESULTS
+        return Results(first, sample(data), parse_toml(data.attrs["case"]), run.resolve().name)
+    path = run if run.is_file() else run / RESULTS
     if not path.is_file():
-        raise CaseError([_format_missing(Path(run))])
-    data = load(path)
-    text = data.attrs.get("case")
-    if not isinstance(text, str):
-        raise CaseError([f"{path} has no attribute `case` (the effective case file): fbcouple did not write it."])
-    try:
-        case = parse_toml(text)
-    except ValueError as error:
-        raise CaseError([f"{path}: attribute `case` is not TOML ({error})."]) from error
-    if faults := find_faults(data, case):
-        raise CaseError([f"{path}: {fault}; fbcouple did not write it so. Run the case again." for fault in faults])
-    return Results(path, sample(data), case, path.resolve().parent.name)
+        raise CaseError([_format_missing(run)])
+    data, case = read_results(path)
+    return Results(path, sample(data), case, run.stem if run.is_file() else path.resolve().parent.name)
+
+
+def find_home(run: Path) -> Path:
+    """The folder that what is made of `run` goes into: itself, and of a file NAME.nc the folder NAME."""
+    return run.with_suffix("") if run.is_file() else run
 
 
 def format_without(results: Results, name: str, option: str) -> str:

@@ -88,7 +88,10 @@ def compare_line(results: Results, task: Task) -> Found:
 
 @comparison("mean", UNITS, takes=("span", "error"))
 def compare_mean(results: Results, task: Task) -> Found:
-    """The time mean of a history against a number; its standard error from blocks (Flyvbjerg and Petersen)."""
+    """The time mean of a history against a number; its standard error from blocks (Flyvbjerg and Petersen),
+    that of replicas from between them."""
+    if task.measurement.span is None and (pooled := results.window_mean(task.measurement.of)):
+        return Found(np.array(pooled[:1]), np.array(pooled[1:]))
     _, values = _read_history(results, task.measurement)
     return Found(np.array([values.mean()]), np.array([estimate_error(values)]))
 

@@ -72,7 +72,7 @@ def require_gives(bed: Bed, sets: Sequence[str], say: Say) -> None:
 def list_facts(bed: Bed, results: Results) -> list[Fact]:
     """What the run is, and what it took: rows of name and value."""
     data = results.data.attrs
-    time = float(results.data["time"].values[-1]) if results.data.sizes.get("time") else 0.0
+    time = results.simulated
     ranks = int(data.get("ranks", 1))
     facts = {
         "bed": bed.name,

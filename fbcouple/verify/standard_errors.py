@@ -12,13 +12,16 @@ from pathlib import Path
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.results.block_errors import count_held, estimate_errors, is_sure
+from fbcouple.results.block_errors import LENGTHS, count_held, estimate_errors, is_sure, tabulate_gains
+from fbcouple.results.pooling import combine
 from fbcouple.verify.registry import Number, check
 
 _TIME = 8.0
 """Samples a correlation time."""
 _CELLS, _PIECES, _FEWEST = 30, 20, 10
 _WINDOWS = (20, 50, 200)
+_PLACES, _POOLS, _BLOCKS = 20, 60, 20
+"""Places of a map, each of its own motion, pools, and blocks of a replica."""
 _WANTED = 0.2
 """Error of the map at which a run stops, of series with a deviation as large as their mean."""
 
@@ -35,10 +38,39 @@ def check_standard_errors(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     yield Number("true means held where the error ends the window", _hold_stopped(generator), 0.94, 0.04)
 
 
-def _make(generator: np.random.Generator, length: int) -> np.ndarray:
-    """Series (length, _CELLS) of mean and variance 1."""
+@check("pooled-errors")
+def check_pooled_errors(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
+    """Pools of 2, 3 and 4 replicas with blocks of half a correlation time, whose own errors are too small: the error of
+    the map over the true one, and the true means held by two errors, on maps of 20 places that move on their own."""
+    generator = np.random.default_rng(17)
+    for count in (2, 3, 4):
+        ratio, part, alone = np.mean([_pool(generator, count) for _ in range(_POOLS)], axis=0)
+        yield Number(f"squared error of {count} replicas over the true one", float(ratio), 1.0, 0.1)
+        yield Number(f"true means held by two errors, {count} replicas", float(part), 0.94, 0.04)
+    gain = float(np.interp(0.5, LENGTHS, tabulate_gains(_BLOCKS)[1]))
+    yield Number("squared block error of 4 replicas over the true one", float(alone), 1.0 / (_BLOCKS * gain), 0.05)
+
+
+def _pool(generator: np.random.Generator, count: int) -> tuple[float, float, float]:
+    """Of one pool: its mean squared error over the true one, the part of cells held, and the same ratio of the block
+    errors alone."""
+    length, blocks = int(10 * _TIME), _BLOCKS
+    series = np.array([_make(generator, length, _PLACES) for _ in range(count)])
+    values = series.mean(axis=1)
+    cut = series.reshape(count, blocks, length // blocks, _PLACES).mean(axis=2)
+    within = cut.std(axis=1, ddof=1) / math.sqrt(blocks)
+    pooled = combine(values, np.ones_like(values), within, blocks)
     decay = math.exp(-1.0 / _TIME)
-    series = generator.standard_normal((length, _CELLS))
+    apart = np.arange(1, length)
+    true = (1.0 + 2.0 * ((1.0 - apart / length) * decay**apart).sum()) / (length * count)
+    held = np.abs(pooled.mean - 1.0) <= 2.0 * pooled.error
+    return float(np.mean(pooled.error**2) / true), float(held.mean()), float(np.mean(within**2) / count / true)
+
+
+def _make(generator: np.random.Generator, length: int, cells: int = _CELLS) -> np.ndarray:
+    """Series (length, cells) of mean and variance 1."""
+    decay = math.exp(-1.0 / _TIME)
+    series = generator.standard_normal((length, cells))
     series[1:] *= math.sqrt(1.0 - decay**2)
     for n in range(1, length):
         series[n] += decay * series[n - 1]

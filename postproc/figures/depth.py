@@ -32,6 +32,7 @@ DEPTH_PLACES = (0.1, 0.3, 0.5, 0.7, 0.9)  # x/L; the paper's text does not give 
 @figure
 def slices(results: Results) -> Figure:
     """Time-mean solids fraction on slices at y/D = 0.2, 0.5 and 0.8; each shows the cells that it passes through."""
+    _require_depth(results)
     cuts = _cut(results.mean("solids_fraction"))
     panels = [Panel(results, cut, name, partial(draw_edge, results=results, field=cut)) for name, cut in cuts]
     label = r"Solids fraction $\langle \alpha_p \rangle$ [–]"
@@ -49,6 +50,12 @@ def moment_slices(results: Results) -> Figure:
     panels = [Panel(results, cut, name, None) for name, cut in _cut(field)]
     label = r"Solids fraction $\alpha_p$ [–]"
     return draw_panels(panels, results.title, f"t = {frame.time:.3f} s", label, (0.0, PACKED))
+
+
+def _require_depth(results: Results) -> None:
+    """Raise NotDrawableError of a reduced pool."""
+    if results.data.attrs.get("reduced"):
+        raise NotDrawableError([f"{results.path} has depth averages alone (a reduced pool)."])
 
 
 def _choose_moment(results: Results, paths: list[Path]) -> Path:
@@ -73,6 +80,7 @@ def depth_lines(results: Results) -> dict[float, np.ndarray]:
     Linear between the cell centres around height and place. Places beside the outermost centres, and those where no
     particle ever came, are left out.
     """
+    _require_depth(results)
     upward = results.particle_mean("solids_velocity").sel(component="z")
     layer: xr.DataArray = at_height(upward, results.corner[2] + max(list_heights(results))) / velocity_scale(results)[0]
     lines = layer.transpose("y", "x").values

@@ -68,6 +68,10 @@ def tabulate_solved(results: Results) -> Rows:
     time = float(results.data["time"].values[-1]) if results.data.sizes.get("time") else math.nan
     rows += [("simulated time [s]", time), ("time means over", window)]
     rows += [("complete", "yes" if results.complete else f"no, of {case['end_time']:g} s")]
+    if results.replicas > 1:
+        about = results.data.attrs
+        rows += [("replicas", results.replicas), ("averaged time of all replicas [s]", about["averaged_seconds"])]
+        rows += [("simulated time of all replicas [s]", results.simulated), ("errors", about["pooled_errors"])]
     if ended := str(results.data.attrs.get("ended_by", "")):
         error = float(results.data.attrs.get("averaging_error", math.nan))
         rows += [("ended by", ended), ("error of the time means", error)]

@@ -34,6 +34,11 @@ class Averages(Task):
         if options.until_error is not None:
             self.until_sure = UntilSure(sim, options, self._phases)
 
+    @property
+    def samples(self) -> int:
+        """Samples taken so far."""
+        return max((means.samples for means in self._phases.values()), default=0)
+
     def after_step(self, sim: Simulation) -> None:
         """Take a sample if one is due; the run ends if its means are sure enough by it (collective)."""
         time = sim.clock.time

@@ -111,6 +111,7 @@ class ResultsFile(Task):
             "case": self._case_text,
             "averaging_start": options.start if options else float("nan"),
             "averaging_end": sim.time,
+            "averaging_samples": self._averages.samples if self._averages else 0,
             **self._count_costs(sim),
             "ranks": sim.comm.size,
             "complete": int(not sim.clock.running),

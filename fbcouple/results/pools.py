@@ -1,0 +1,36 @@
+"""Pools on disk."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import xarray as xr
+
+from fbcouple.errors import CaseError
+from fbcouple.paths import list_replicas
+from fbcouple.results.pooling import pool
+from fbcouple.results.reduced import pool_reduced, write
+from fbcouple.results.replicas import REDUCED, open_replicas
+
+
+def write_pool(runs: Sequence[Path], path: Path, reduced: bool = False) -> xr.Dataset:
+    """Pool `runs` (run folders, folders of replicas, files) into `path`; reduced: with depth averages alone, as it is
+    where one of them has no more than that.
+
+    Returns: what is written. Raises: CaseError if they cannot be pooled, or the file cannot be written.
+    """
+    if path.suffix != ".nc":
+        raise CaseError([f"{path}: is given for a pool, a file NAME.nc is allowed; give it that ending."])
+    given = [file for run in runs if not list_replicas(run) for file in (run, run / "results.nc") if file.is_file()]
+    if any(path.resolve() == file.resolve() for file in given):
+        raise CaseError([f"{path}: is one of the files that are pooled; give another file."])
+    replicas = open_replicas(runs)
+    is_small = reduced or any(one.data.attrs.get(REDUCED) for one in replicas)
+    data = pool_reduced(replicas) if is_small else pool(replicas)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write(path, data)
+    except OSError as error:
+        raise CaseError([f"{path}: cannot be written ({error}); give another file."]) from error
+    return data

@@ -1,0 +1,137 @@
+"""Results that are small: means averaged over the depth, histories of few rows, and of each replica enough to pool it
+again with others."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from fbcouple.results.conventions import STANDARD_ERROR, follow_conventions
+from fbcouple.results.depth_means import depth_average
+from fbcouple.results.pooling import OF_MASS, OF_SOLIDS, pool
+from fbcouple.results.reader import sample
+from fbcouple.results.replicas import OF_EACH, REDUCED, Replica
+from fbcouple.results.writer import HISTORIES, HISTORIES_OF_SPECIES, MEANS, write_dataset
+
+ROWS = 200
+"""Rows of a history that are kept."""
+_BITS, _ERROR_BITS = 16, 7
+"""Bits of the fraction that are kept of means and of standard errors: they are then right to 8e-6 and 0.4 %."""
+_PACKED = 1000
+"""Numbers from which a variable is packed: what tells of the packing takes some kB."""
+_KEPT = ("stage", "component", "species")
+
+
+def reduce(replica: Replica) -> Replica:
+    """The replica with its means averaged over the depth, as figures average them, on a mesh of one cell in y.
+
+    Quantities of particles are averaged with the solids, and standard errors as what they are of: they are then bounds,
+    as if all errors along the depth were one.
+    """
+    if replica.data.attrs.get(REDUCED):
+        return replica
+    data = sample(replica.data)
+    flat = {name: _flatten(data, name) for mean in MEANS for name in (mean, f"{mean}{STANDARD_ERROR}") if name in data}
+    middle = float(0.5 * (data["y"].values[0] + data["y"].values[-1]))
+    axes = {"x": data["x"], "z": data["z"], "y": ("y", [middle], data["y"].attrs), "component": data["component"]}
+    grid = {name: field.expand_dims(y=[middle]).transpose(..., "z", "y", "x") for name, field in flat.items()}
+    kept = {name: grid[name].assign_attrs(data[name].attrs) for name in grid}
+    made = xr.Dataset(kept, attrs=data.attrs | {REDUCED: 1}).assign_coords(axes)
+    made = _name_cells(made, data) if "inside" in data.coords else made
+    thin = _thin(replica.data)
+    coords = {name: replica.data[name] for name in _KEPT if name in replica.data.coords}
+    return replace(replica, data=made.assign(thin.data_vars).assign_coords(coords | {"time": thin["time"]}))
+
+
+def _flatten(data: xr.Dataset, name: str) -> xr.DataArray:
+    field, mean = data[name].astype(float), name.removesuffix(STANDARD_ERROR)
+    if mean not in OF_MASS + OF_SOLIDS:
+        return depth_average(field).drop_vars("inside", errors="ignore")
+    weight = data["solids_fraction"].astype(float).fillna(0.0)
+    total = weight.sum("y")
+    flat = (weight * field.where(weight > 0.0, 0.0)).sum("y", skipna=name == mean) / total.where(total > 0.0)
+    return flat.drop_vars("inside", errors="ignore")
+
+
+def _name_cells(made: xr.Dataset, data: xr.Dataset) -> xr.Dataset:
+    """Of a mesh: means over the places inside of it, and at each place the number of its cell."""
+    inside = data["inside"].any("y").expand_dims(y=made["y"].values).transpose("z", "y", "x").values
+    numbers = np.where(inside, np.cumsum(inside).reshape(inside.shape) - 1, -1)
+    found: dict[str, Any] = {"sampled_cell": (("z", "y", "x"), numbers, {"units": "1", "long_name": "cell of a place"})}
+    for name, field in made.data_vars.items():
+        values = field.transpose(..., "z", "y", "x").values[..., inside]
+        dims = ("cell",) if values.ndim == 1 else ("component", "cell")
+        found[str(name)] = (dims, values, field.attrs)
+    return xr.Dataset(found, {axis: made[axis] for axis in (*"xyz", "component")}, made.attrs)
+
+
+def _thin(data: xr.Dataset) -> xr.Dataset:
+    """At most `ROWS` rows of each history: of rows that are joined the mean, the largest or the least, by what they
+    are; of the rest the last."""
+    count = data.sizes.get("time", 0)
+    every = max(-(-(count - 1) // ROWS), 1)
+    ends = [0, *range(every, count, every)] if count else []
+    ends += [count - 1] if count and ends[-1] != count - 1 else []
+    begins = [0, *(end + 1 for end in ends[:-1])]
+    spans = list(zip(begins, ends, strict=True))
+    names = [name for name in (*HISTORIES, *HISTORIES_OF_SPECIES, "wall_seconds") if name in data]
+    found = {}
+    for name in names:
+        values, words = data[name].values, str(data[name].attrs.get("long_name", ""))
+        join = _choose_join(name, words)
+        rows = np.array([join(values[begin : end + 1].astype(float)) for begin, end in spans])
+        found[name] = (data[name].dims, rows, data[name].attrs)
+    return xr.Dataset(found, {"time": ("time", data["time"].values[ends], data["time"].attrs)})
+
+
+def _choose_join(name: str, words: str) -> Any:
+    if name == "wall_seconds":
+        return lambda rows: rows.sum(axis=0)
+    if "least" in words:
+        return lambda rows: rows.min(axis=0)
+    if any(word in words for word in ("largest", "farthest off", "above 0.74")):
+        return lambda rows: rows.max(axis=0)
+    if "mean since the last row" in words:
+        return lambda rows: rows.mean(axis=0)
+    return lambda rows: rows[-1]
+
+
+def pool_reduced(replicas: Sequence[Replica]) -> xr.Dataset:
+    """As `pool`, of reduced replicas, with what is needed to pool them again."""
+    small = [reduce(one) for one in replicas]
+    pooled = pool(small)
+    told = [one.about | {"windows": one.windows} for one in small]
+    found: dict[str, Any] = {}
+    for name in [name for mean in MEANS for name in (mean, f"{mean}{STANDARD_ERROR}") if name in pooled]:
+        if len(small) > 1 and all(name in one.data for one in small):
+            values = np.array([one.data[name].values for one in small])
+            about = {"units": pooled[name].attrs.get("units", "1"), "long_name": f"{name} of each replica"}
+            found[f"{OF_EACH}{name}"] = (("replica", *small[0].data[name].dims), values, about)
+    return pooled.assign(found).assign_attrs({REDUCED: 1, "replicas_of": json.dumps(told)})
+
+
+def write(path: Path, data: xr.Dataset) -> None:
+    """Write a pooled dataset, packed; a reduced one to `_BITS`.
+
+    Raises: OSError.
+    """
+    is_reduced = bool(data.attrs.get(REDUCED))
+    encoding: dict[str, Any] = {}
+    data = data.copy()
+    for name in map(str, data.data_vars):
+        if data[name].ndim and data[name].dtype.kind == "f":
+            encoding[name] = {}
+            if data[name].size > _PACKED:
+                encoding[name] = {"zlib": True, "complevel": 9 if is_reduced else 1, "shuffle": True}
+            if is_reduced:
+                data[name] = data[name].astype(np.float32)
+            if is_reduced and data[name].size > _PACKED:
+                bits = _ERROR_BITS if name.endswith(STANDARD_ERROR) else _BITS
+                encoding[name] |= {"significant_digits": bits, "quantize_mode": "BitRound"}
+    write_dataset(path, follow_conventions(data), encoding)

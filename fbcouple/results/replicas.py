@@ -1,0 +1,244 @@
+"""Replicas as a pool takes them: of run folders, of a folder of replicas, or of a reduced file."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from fbcouple.errors import CaseError
+from fbcouple.input_files.toml_text import parse_toml
+from fbcouple.paths import list_replicas
+from fbcouple.results.block_errors import estimate_errors
+from fbcouple.results.conventions import STANDARD_ERROR
+from fbcouple.results.expected import find_faults
+from fbcouple.results.stored import load
+from fbcouple.results.writer import HISTORIES, MEANS
+
+WINDOW_BLOCKS = 16
+"""Blocks that the rows of a history in the window are cut into, for its error within a replica."""
+REDUCED = "reduced"
+"""Attribute of a file that has depth-averaged means, and those of each of its replicas."""
+OF_EACH = "replica_"
+"""How the names begin of what a reduced file has of each replica."""
+_ANY = (
+    "title",
+    "end_time",
+    "averages.start",
+    "averages.blocks",
+    "averages.until_error",
+    "averages.error_of",
+    "start.seed",
+    "particles.positions_seed",
+    "contact.skin",
+)
+"""Options in which replicas may differ: seeds, how long they are, and what is for speed alone."""
+_ANY_SECTIONS = ("output", "monitors", "checkpoint")
+
+
+@dataclass(frozen=True)
+class Replica:
+    """One of the runs of a pool: its results, the options of its case, the averaging `window` [s] and the `samples` in
+    it, and of each history there the mean over its rows, the standard error of that by blocks, and the rows."""
+
+    data: xr.Dataset
+    case: dict[str, Any]
+    samples: int
+    window: tuple[float, float]
+    windows: dict[str, tuple[float, float, int]]
+    about: dict[str, Any]
+    """What a pooled file tells of it, as JSON has it."""
+
+
+def make_replica(path: Path, data: xr.Dataset, case: dict[str, Any]) -> Replica:
+    """The replica whose results.nc at `path` holds `data`. Raises: CaseError if it has no time means yet."""
+    start, end = (float(data.attrs.get(f"averaging_{side}", np.nan)) for side in ("start", "end"))
+    averages = case.get("averages")
+    if averages is None:
+        raise CaseError([f"{path}: its case has no [averages], so there are no time means to pool; give the section."])
+    if not end > start or not any(name in data for name in MEANS):
+        text = f"{path}: has no time means yet, averaging starts at {start:g} s"
+        raise CaseError([f"{text}; let the run go on, or leave it out."])
+    samples = int(data.attrs.get("averaging_samples", 0)) or round((end - start) / float(averages.get("every", 2e-3)))
+    name = path.resolve().parent.name
+    about = {
+        "name": name,
+        "seeds": _list_seeds(case),
+        "samples": samples,
+        "window": [start, end],
+        "simulated": float(data["time"].values[-1]) if data.sizes.get("time") else end,
+        "complete": int(data.attrs.get("complete", 0)),
+        "source": str(data.attrs.get("source", "")),
+        "results": _hash_means(data),
+        "set_up": _hash_set_up(path.parent),
+    }
+    about |= {cost: float(data.attrs[cost]) for cost in ("core_seconds", "cpu_seconds") if cost in data.attrs}
+    return Replica(data, case, samples, (start, end), _average_windows(data, (start, end)), about)
+
+
+def _average_windows(data: xr.Dataset, window: tuple[float, float]) -> dict[str, tuple[float, float, int]]:
+    """Of each history over time alone, where it is finite: mean over the rows in `window` [s], error, rows."""
+    found: dict[str, tuple[float, float, int]] = {}
+    inside = (data["time"].values > window[0]) & (data["time"].values <= window[1]) if "time" in data else np.array([])
+    for name in [name for name in HISTORIES if name in data and data[name].dims == ("time",)]:
+        values = data[name].values[inside].astype(float)
+        if values.size and np.isfinite(values).all():
+            found[name] = float(values.mean()), estimate_window_error(values), int(values.size)
+    return found
+
+
+def estimate_window_error(values: np.ndarray) -> float:
+    """Standard error of the mean of the rows `values` by blocks of them; nan where they are too short to tell it."""
+    length = len(values) // WINDOW_BLOCKS
+    if not length:
+        return float("nan")
+    blocks = values[len(values) - length * WINDOW_BLOCKS :].reshape(WINDOW_BLOCKS, length).mean(axis=1)
+    return float(estimate_errors(blocks[:, None, None])[0, 0])
+
+
+def split_reduced(path: Path, data: xr.Dataset, case: dict[str, Any]) -> list[Replica]:
+    """The replicas in the reduced file at `path`. Raises: CaseError if it does not hold what it says."""
+    try:
+        told = json.loads(data.attrs["replicas_of"])
+        return [_take(data, case, number, about, len(told)) for number, about in enumerate(told)]
+    except (KeyError, TypeError, ValueError, IndexError) as error:
+        raise CaseError([f"{path}: is no whole reduced file ({error}); pool its runs again."]) from error
+
+
+def _take(data: xr.Dataset, case: dict[str, Any], number: int, about: dict[str, Any], count: int) -> Replica:
+    own = {}
+    for name in [name for mean in MEANS for name in (mean, f"{mean}{STANDARD_ERROR}") if name in data]:
+        of_each = f"{OF_EACH}{name}"
+        if count == 1 or of_each in data:
+            own[name] = data[name] if count == 1 else data[of_each].isel(replica=number, drop=True)
+    kept = data.drop_vars([name for name in data.data_vars if str(name).startswith(OF_EACH)]).assign(own)
+    windows = {name: (float(mean), float(error), int(rows)) for name, (mean, error, rows) in about["windows"].items()}
+    start, end = map(float, about["window"])
+    return Replica(kept, case, int(about["samples"]), (start, end), windows, about)
+
+
+def require_alike(replicas: Sequence[Replica]) -> None:
+    """Raise CaseError unless all are of one case, on one mesh, and each is there once."""
+    if not replicas:
+        raise CaseError(["no run is given to pool; give run folders, or a folder of replicas."])
+    first, problems = replicas[0], []
+    for number, one in enumerate(replicas[1:], start=1):
+        name, differing = one.about["name"], _list_differences(first.case, one.case)
+        if differing:
+            problems.append(
+                f"{name}: is another case than {first.about['name']} ({', '.join(differing)}); leave it out."
+            )
+        elif not all(np.array_equal(first.data[axis].values, one.data[axis].values) for axis in "xyz"):
+            problems.append(f"{name}: has another grid than {first.about['name']}; leave it out.")
+        elif _list_means(one.data) != _list_means(first.data):
+            problems.append(f"{name}: has not the time means of {first.about['name']}; leave it out.")
+        elif one.data.attrs.get("inlet_changes") != first.data.attrs.get("inlet_changes"):
+            problems.append(
+                f"{name}: its inlet was changed otherwise than that of {first.about['name']}; leave it out."
+            )
+        for other in replicas[:number]:
+            if other.about["results"] == one.about["results"]:
+                problems.append(f"{name}: is the same run as {other.about['name']}; give it once.")
+    if problems:
+        raise CaseError(problems)
+
+
+def _list_means(data: xr.Dataset) -> list[tuple[str, Any]]:
+    return [(name, data[name].sizes) for name in MEANS if name in data]
+
+
+def _list_differences(one: Mapping[str, Any], other: Mapping[str, Any]) -> list[str]:
+    """Options in which two cases differ and replicas may not."""
+    before, now = _flatten(one), _flatten(other)
+    return sorted(key for key in before.keys() | now.keys() if before.get(key) != now.get(key))
+
+
+def _flatten(case: Mapping[str, Any]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for key, value in case.items():
+        if key in _ANY_SECTIONS:
+            continue
+        found |= {f"{key}.{name}": given for name, given in value.items()} if isinstance(value, dict) else {key: value}
+    if feeds := found.get("particles.feeds"):
+        found["particles.feeds"] = [{k: v for k, v in feed.items() if k != "seed"} for feed in feeds]
+    return {key: value for key, value in found.items() if key not in _ANY}
+
+
+def _list_seeds(case: Mapping[str, Any]) -> dict[str, Any]:
+    particles, start = case.get("particles", {}), case.get("start")
+    found = {"start.seed": start.get("seed")} if start else {}
+    found["particles.positions_seed"] = particles.get("positions_seed")
+    found["particles.feeds"] = [feed.get("seed") for feed in particles.get("feeds", [])] or None
+    return {key: value for key, value in found.items() if value is not None}
+
+
+def _hash_means(data: xr.Dataset) -> str:
+    """SHA-256 of all time means: a run that is given twice has the same."""
+    found = hashlib.sha256()
+    for name in MEANS:
+        if name in data:
+            found.update(np.ascontiguousarray(data[name].values).tobytes())
+    return found.hexdigest()
+
+
+def _hash_set_up(run: Path) -> str:
+    """SHA-256 over names and hashes of all files that set-up wrote, as the manifest has them; "" without one."""
+    try:
+        files = json.loads((run / "manifest.json").read_bytes())["files"]
+        return hashlib.sha256(json.dumps(files, sort_keys=True).encode()).hexdigest()
+    except (OSError, ValueError, KeyError, TypeError):
+        return ""
+
+
+def read_results(path: Path) -> tuple[xr.Dataset, dict[str, Any]]:
+    """What the results.nc at `path` holds, and the options of its case, both looked through.
+
+    Raises: CaseError if it is not NetCDF, or fbcouple did not write it so.
+    """
+    data = load(path)
+    text = data.attrs.get("case")
+    if not isinstance(text, str):
+        raise CaseError([f"{path} has no attribute `case` (the effective case file): fbcouple did not write it."])
+    try:
+        case = parse_toml(text)
+    except ValueError as error:
+        raise CaseError([f"{path}: attribute `case` is not TOML ({error})."]) from error
+    if faults := find_faults(data, case):
+        raise CaseError([f"{path}: {fault}; fbcouple did not write it so. Run the case again." for fault in faults])
+    return data, case
+
+
+def open_replicas(paths: Sequence[Path]) -> list[Replica]:
+    """The replicas in `paths`: run folders, folders of replicas, and files, whole ones of a run or reduced ones.
+
+    Raises: CaseError with everything that cannot be opened.
+    """
+    found: list[Replica] = []
+    problems: list[str] = []
+    for path in [one for given in paths for one in list_replicas(given) or [given]]:
+        try:
+            found += _open(path)
+        except CaseError as error:
+            problems += error.problems
+    if problems:
+        raise CaseError(problems)
+    return found
+
+
+def _open(path: Path) -> list[Replica]:
+    file = path if path.is_file() else path / "results.nc"
+    if not file.is_file():
+        raise CaseError([f"{file} does not exist: {path} is no run that has results; run it, or leave it out."])
+    data, case = read_results(file)
+    if data.attrs.get(REDUCED):
+        return split_reduced(file, data, case)
+    if "replicas_of" in data.attrs:
+        text = f"{file} is pooled already and holds its replicas no more"
+        raise CaseError([f"{text}; give the runs that are in it, or reduced files of them."])
+    return [make_replica(file, data, case)]

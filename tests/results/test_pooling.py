@@ -1,0 +1,219 @@
+"""Means of replicas pooled: against sums that are known, and errors against scatter that is known."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import fbcouple
+from fbcouple.errors import CaseError
+from fbcouple.results.depth_means import depth_average, mass_average
+from fbcouple.results.pooling import combine, pool, tell_errors
+from fbcouple.results.pools import write_pool
+from fbcouple.results.reader import open_results
+from fbcouple.results.reduced import ROWS
+from fbcouple.results.replicas import open_replicas
+
+sys.path.append(str(Path(__file__).parents[1] / "postproc"))
+from whole_run import write_whole
+
+CELLS = (8, 3, 25)
+DENSITY = 2500.0
+
+
+def scatter(run, seed, end=20.0, samples=9000, cells=CELLS):
+    """A whole run with means of its own: fractions and velocities with noise, and cells where no particle came."""
+    rng = np.random.default_rng(seed)
+    write_whole(run, cells)
+    data = xr.open_dataset(run / "results.nc", decode_times=False).load()
+    data.close()
+    shape = data["solids_fraction"].shape
+    solids = 0.3 * rng.uniform(0.5, 1.0, shape) * (rng.uniform(size=shape) > 0.1)
+    velocity = np.where(solids > 0.0, rng.normal(0.0, 0.2, (3, *shape)), np.nan)
+    fields = {
+        "solids_fraction": solids,
+        "solids_velocity": velocity,
+        "solids_flux": DENSITY * solids * np.nan_to_num(velocity),
+        "agitation": np.where(solids > 0.0, rng.uniform(0.1, 0.2, shape), np.nan),
+        "granular_temperature": np.where(solids > 0.0, rng.uniform(0.01, 0.02, shape), np.nan),
+        "pressure": rng.normal(600.0, 10.0, shape),
+    }
+    case = data.attrs["case"].replace("[averages]", f"[start]\nseed = {seed}\njitter = 0.5\n[averages]\nblocks = 10")
+    bed_height = data["bed_height"] + 0.01 * rng.normal()
+    made = data.assign({name: (data[name].dims, values) for name, values in fields.items()})
+    made = made.assign(bed_height=bed_height, max_courant=data["max_courant"] + 0.01 * seed)
+    attributes = {"case": case, "averaging_end": end, "averaging_samples": samples, "source": "fbcouple"}
+    made.assign_attrs(attributes).to_netcdf(run / "results.nc")
+    (run / "case.toml").write_text(case, encoding="utf-8")
+    return run
+
+
+@pytest.fixture
+def three(tmp_path):
+    return [scatter(tmp_path / f"replica-{n}", n, samples=9000 // n) for n in (1, 2, 3)]
+
+
+def test_means_are_ratios_of_pooled_sums(three):
+    runs = [open_results(run).data for run in three]
+    samples = np.array([9000, 4500, 3000])[:, None, None, None]
+    pooled = pool(open_replicas(three))
+    solids = np.array([run["solids_fraction"].values for run in runs])
+    flux = np.array([run["solids_flux"].values for run in runs])
+    fraction = (samples * solids).sum(axis=0) / samples.sum()
+    assert pooled["solids_fraction"].values == pytest.approx(fraction, rel=1e-13)
+    with np.errstate(invalid="ignore"):
+        velocity = (samples[:, None] * flux).sum(axis=0) / (DENSITY * (samples * solids).sum(axis=0))
+        agitation = np.array([run["agitation"].fillna(0.0).values for run in runs])
+        expected = (samples * solids * agitation).sum(axis=0) / (samples * solids).sum(axis=0)
+    assert pooled["solids_velocity"].values == pytest.approx(velocity, rel=1e-12, nan_ok=True)
+    assert pooled["agitation"].values == pytest.approx(expected, rel=1e-12, nan_ok=True)
+    assert pooled.attrs["averaging_samples"] == 16500 and pooled.attrs["averaged_seconds"] == 54.0
+
+
+def test_errors_between_replicas_are_the_scatter_of_their_mean():
+    """10 000 cells of 4 replicas of known deviation, whose block errors are all too small by the same factor."""
+    rng = np.random.default_rng(3)
+    size = np.geomspace(0.1, 1.0, 10_000)
+    values = 1.0 + size * rng.standard_normal((4, 10_000))
+    within = 0.5 * size * np.sqrt(rng.chisquare(9, (4, 10_000)) / 9)
+    found = combine(values, np.ones_like(values), within, 10.0)
+    assert np.mean(found.error**2) == pytest.approx(np.mean(size**2) / 4, rel=0.05)
+    assert np.std(found.error / size) * 2 < 0.2  # 3 numbers alone: 0.42
+    held = np.abs(found.mean - 1.0) <= 2.0 * found.error
+    assert 0.93 < held.mean() < 0.97
+    alone = combine(values, np.ones_like(values), np.full_like(within, np.nan), 10.0)
+    plain = values.std(axis=0, ddof=1) / 2.0
+    assert alone.error == pytest.approx(plain, rel=1e-12)
+
+
+def test_weights_count_in_mean_and_error():
+    values, weights = np.array([[1.0], [2.0], [4.0]]), np.array([[2.0], [1.0], [1.0]])
+    found = combine(values, weights, np.full((3, 1), np.nan), 10.0)
+    assert found.mean[0] == 2.0
+    assert found.error[0] == pytest.approx(np.sqrt(1.5 * (0.25 * 1.0 + 0.0 + 0.0625 * 4.0)))
+
+
+def test_what_one_replica_alone_has_keeps_its_value_and_has_its_error_by_blocks():
+    values, weights = np.array([[1.0, np.nan], [2.0, 3.0]]), np.array([[1.0, 0.0], [1.0, 1.0]])
+    found = combine(values, weights, np.array([[0.5, np.nan], [0.5, 0.2]]), 10.0)
+    assert found.mean.tolist() == [1.5, 3.0]
+    factor = 0.25 * 2.0 / (0.25 * 0.5)
+    assert found.error[0] == pytest.approx(0.5) and found.error[1] ** 2 == pytest.approx(0.04 * factor / 2 * 1.0)
+
+
+def test_one_replica_is_the_run_itself(three):
+    run, pooled = open_results(three[0]).data, pool(open_replicas(three[:1]))
+    for name in ("solids_fraction", "solids_velocity", "agitation", "pressure", "solids_flux_stderr"):
+        assert pooled[name].values == pytest.approx(
+            run[name].where(np.isfinite(run[name])).values, rel=1e-13, nan_ok=True
+        )
+
+
+def test_window_means_of_histories_are_pooled(three):
+    pooled = pool(open_replicas(three))
+    heights = [open_results(run).data["bed_height"].sel(time=slice(2.0 + 1e-9, None)).mean().item() for run in three]
+    found = pooled.sel(quantity="bed_height")
+    assert float(found["window_mean"]) == pytest.approx(np.mean(heights), rel=1e-9)
+    between = np.std(heights, ddof=1) / np.sqrt(3)
+    assert 0.1 * between < float(found["window_mean_stderr"]) < between
+    assert float(pooled["max_courant"].max()) == pytest.approx(0.23)  # the worst of all, the third's
+
+
+def test_reduced_files_pool_to_the_maps_of_the_whole_runs(three, tmp_path):
+    """Also one by one, and in two steps, as runs of different days come."""
+    whole = open_results(tmp_path)
+    files = [tmp_path / "small" / f"{n}.nc" for n in range(3)]
+    for run, file in zip(three, files, strict=True):
+        write_pool([run], file, reduced=True)
+    write_pool(files[:2], tmp_path / "small/two.nc")
+    write_pool([tmp_path / "small/two.nc", files[2]], tmp_path / "small/all.nc")
+    small = open_results(tmp_path / "small/all.nc")
+    assert small.replicas == 3 and small.data.sizes["y"] == 1
+    for name in ("solids_fraction", "solids_flux", "voidage", "gas_flux", "pressure"):
+        one, other = (depth_average(run.mean(name)).values for run in (whole, small))
+        assert other == pytest.approx(one, rel=2e-5, abs=2e-5 * np.abs(one).max()), name
+    for name in ("solids_velocity", "agitation", "granular_temperature"):
+        one, other = (mass_average(run, name).values for run in (whole, small))
+        assert other == pytest.approx(one, rel=2e-5, abs=2e-5 * np.nanmax(np.abs(one)), nan_ok=True), name
+    mean, error = whole.window_mean("bed_height")
+    assert small.window_mean("bed_height") == pytest.approx((mean, error), rel=0.01)
+    assert small.window_mean("bed_height")[0] == pytest.approx(mean, rel=2e-5)
+    at_once = write_pool(three, tmp_path / "small/once.nc", reduced=True)
+    error = small.data["solids_fraction_stderr"].values
+    assert error == pytest.approx(at_once["solids_fraction_stderr"].values, rel=0.02, abs=1e-5)
+
+
+def test_a_reduced_file_of_patil_c2_is_small(tmp_path):
+    run = scatter(tmp_path / "run", 1, cells=(35, 6, 110))
+    data = xr.open_dataset(run / "results.nc", decode_times=False).load()
+    data.close()
+    noise = np.random.default_rng(2).uniform(0.5, 1.5, data["solids_flux"].shape)
+    errors = {
+        name: field
+        * noise[: field.shape[0]].reshape(-1, *field.shape[-3:])[: field.sizes.get("component", 1)].reshape(field.shape)
+        for name, field in data.items()
+        if name.endswith("_stderr")
+    }
+    bed = data["z"] < 0.09  # above it there are no solids in a bed of 75 g
+    solids = [
+        name
+        for name in data
+        if {"z", "y", "x"} <= set(data[name].dims) and "gas" not in name and name not in ("pressure", "voidage")
+    ]
+    made = data.assign(errors)
+    made.assign({name: made[name].where(bed, 0.0) for name in solids}).to_netcdf(run / "results.nc")
+    write_pool([run], tmp_path / "small.nc", reduced=True)
+    data = open_results(tmp_path / "small.nc").data
+    assert data.sizes["time"] <= ROWS + 2 and not {"snapshot_time", "exit"} & set(data.dims)
+    assert (tmp_path / "small.nc").stat().st_size < 300_000
+
+
+def test_thinned_histories_keep_their_extremes(three, tmp_path):
+    data = write_pool(three[:1], tmp_path / "small.nc", reduced=True)
+    whole = open_results(three[0]).data
+    for name in ("max_courant", "max_overlap"):
+        assert float(data[name].max()) == float(whole[name].max())
+    assert float(data["wall_seconds"].sum()) == pytest.approx(float(whole["wall_seconds"].sum()))
+
+
+def test_what_is_no_replica_is_refused(three, tmp_path):
+    with pytest.raises(CaseError, match="replica-1: is the same run as replica-1; give it once"):
+        pool(open_replicas([three[0], three[0]]))
+    other = scatter(tmp_path / "other", 5)
+    data = xr.open_dataset(other / "results.nc", decode_times=False).load()
+    data.close()
+    data.attrs["case"] = data.attrs["case"].replace("friction = 0.1", "friction = 0.3")
+    data.to_netcdf(other / "results.nc")
+    with pytest.raises(CaseError, match=r"other: is another case than replica-1 \(contact.friction\)"):
+        pool(open_replicas([*three, other]))
+    write_pool(three, tmp_path / "pooled.nc")
+    with pytest.raises(CaseError, match="is pooled already and holds its replicas no more"):
+        open_replicas([tmp_path / "pooled.nc"])
+    with pytest.raises(CaseError, match="is one of the files that are pooled"):
+        write_pool(three, three[0] / "results.nc")
+    with pytest.raises(CaseError, match=r"pooled.txt: is given for a pool, a file NAME.nc"):
+        write_pool(three, tmp_path / "pooled.txt")
+
+
+def test_a_pool_tells_what_is_in_it(three, tmp_path):
+    data = fbcouple.pool(three, tmp_path / "pooled.nc")
+    told = json.loads(data.attrs["replicas_of"])
+    assert [one["name"] for one in told] == ["replica-1", "replica-2", "replica-3"]
+    assert [one["seeds"]["start.seed"] for one in told] == [1, 2, 3]
+    assert all(len(one["results"]) == 64 for one in told) and told[1]["window"] == [2.0, 20.0]
+    assert "uncertain by 50 %" in data.attrs["pooled_errors"] and "little worth" in tell_errors(2)
+    assert data.attrs["core_seconds"] == 3 * 7200.0
+
+
+def test_a_run_without_means_is_refused(three):
+    data = xr.open_dataset(three[1] / "results.nc", decode_times=False).load()
+    data.close()
+    data.attrs["averaging_end"] = 1.0
+    data.to_netcdf(three[1] / "results.nc")
+    with pytest.raises(CaseError, match="has no time means yet, averaging starts at 2 s"):
+        open_replicas(three)
