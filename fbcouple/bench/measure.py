@@ -184,7 +184,8 @@ def measure_peer(case: Case, comm: MPI.Comm, warm: float, steps: int) -> dict[st
     span = sum(dt for dt, _ in taken.steps)
     substeps = sum(count for _, count in taken.steps)
     liggghts = sim.liggghts
-    liggghts.gas_force[:] = 0.0
+    liggghts.held_force[:] = 0.0
+    liggghts.held_force[:, 2] = -liggghts.weights
     _save_bed(sim, "alone.npy")
     liggghts.advance(SETTLE, first=True)
     return {

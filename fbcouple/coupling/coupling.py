@@ -24,8 +24,9 @@ class Coupling:
     cell, are what the gas step takes.
     """
 
-    def __init__(self, case: Case, space: Space) -> None:
-        """`space` has the cells; a drag file lies in the current folder (collective)."""
+    def __init__(self, case: Case, space: Space, held_gravity: float = 0.0) -> None:
+        """`space` has the cells; a drag file lies in the current folder; held_gravity [m/s2]: whose weight the held
+        force brings along with the force of the gas (collective)."""
         assert case.gas is not None and case.exchange is not None
         self.space, self.halo, self.mapping = space, space.halo, space.mapping
         self.law = choose_law(case.exchange, Path())
@@ -33,6 +34,7 @@ class Coupling:
         addresses = find_address(self.law.kernel), find_address(DRAG_SCHEMES[case.exchange.scheme])
         self._polydisperse = case.exchange.polydisperse != "none"
         self._drag = Drag(*addresses, self._explicit, self._polydisperse, case.gas.density, case.gas.viscosity)
+        self._held_gravity = held_gravity
         self._gradient_factor = float(case.exchange.pressure_gradient)
         self._buoyancy = self._gradient_factor * case.gas.density * case.gravity
         self.forces = None
@@ -109,8 +111,8 @@ class Coupling:
         """Put the particles under the force of the new gas, in place.
 
         gas (cells, 6): velocity [m/s] and pressure gradient [Pa/m]; coupling_force (n, 3) [N]: the gas force of the DEM
-        steps to come; total_force (n, 3) [N]: the force that their next half kick starts from. Returns the sum of the
-        magnitudes [N] of drag and extra forces (collective).
+        steps to come, with the weight where it is held; total_force (n, 3) [N]: the force that their next half kick
+        starts from. Returns the sum of the magnitudes [N] of drag and extra forces (collective).
         """
         before = self._gas_rows[..., :3].copy() if self._explicit else None
         self.read_gas(gas)
@@ -119,7 +121,7 @@ class Coupling:
             rows = rows.copy()
             rows[..., :3] = before
         bed = Bed(particles.velocities, particles.radii, particles.masses)
-        force = GasForce(self._gradient_factor, self._buoyancy, coupling_force, total_force)
+        force = GasForce(self._gradient_factor, self._buoyancy, coupling_force, self._held_gravity, total_force)
         drag = kernels.apply_gas_force(
             self.mapping.stencil, bed, self.mapping.read(rows, 8), self.beta, force, self._dt, self._prediction
         )

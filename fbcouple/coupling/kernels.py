@@ -70,6 +70,8 @@ class GasForce(NamedTuple):
     """Weight of the displaced gas [N/m3]."""
     coupling: np.ndarray
     """(n, 3) [N]: what the DEM steps hold."""
+    gravity: float
+    """Downwards [m/s2]: the weight that `coupling` holds beside the force of the gas."""
     total: np.ndarray
     """(n, 3) [N]: the force of the last DEM step, which the next half kick starts from."""
 
@@ -205,6 +207,8 @@ def deposit_drag(drag: Drag, stencil: Stencil, bed: Bed, gas, dt, beta, predicti
 def apply_gas_force(stencil: Stencil, bed: Bed, gas, beta, force: GasForce, dt, prediction: Prediction):
     """Put each particle under the force of the gas [N]: beta~ (u - w) - V (gradient_factor grad P) + V buoyancy.
 
+    The weight m `gravity` goes with it.
+
     `prediction.effective` is w [m/s]. `gas` (places, 8) holds filtered gas velocity, voidage, pressure gradient and a
     number that is not asked for. The force goes into `force.coupling`, and its change into `force.total`. Returns the
     summed drag magnitude [N]. `prediction.drag_only`, where it is given, becomes what drag alone makes of the
@@ -224,7 +228,7 @@ def apply_gas_force(stencil: Stencil, bed: Bed, gas, beta, force: GasForce, dt, 
         dz = beta[p] * (uz - effective[p, 2])
         fx = dx - volume * force.gradient_factor * gx
         fy = dy - volume * force.gradient_factor * gy
-        fz = dz - volume * force.gradient_factor * gz + volume * force.buoyancy
+        fz = dz - volume * force.gradient_factor * gz + volume * force.buoyancy - bed.masses[p] * force.gravity
         total_force[p, 0] += fx - coupling[p, 0]
         total_force[p, 1] += fy - coupling[p, 1]
         total_force[p, 2] += fz - coupling[p, 2]

@@ -74,7 +74,9 @@ def start_solvers(case: Case, run: Path, comm: MPI.Comm, end: float, restart: Pa
             space = MeshSpace(case, comm, polyhedra, gas.volumes, liggghts.bounds, reach)
         else:
             space = BoxSpace(case, comm, gas.centres, liggghts.bounds, reach)
-        coupling = Coupling(case, space)
+        # A deck of the user's own (`--trust`) may have a gravity of its own.
+        liggghts.held_gravity = 0.0 if liggghts.has_own_gravity() else case.gravity
+        coupling = Coupling(case, space, liggghts.held_gravity)
     clock = _start_clock(case, end, cells.find_shortest_edge(comm))
     accelerated = coupling is not None and choose_acceleration(case)[0]
     return Parts(clock, cells, gas, liggghts, coupling, accelerated)

@@ -104,7 +104,7 @@ class Simulation:
         if not self.is_coupled:
             return
         with self.timers("react"):
-            forces = self.liggghts.gas_force, self.liggghts.forces
+            forces = self.liggghts.held_force, self.liggghts.forces
             drag = self.coupling.apply_gas_force(self.particles, self.gas.state, *forces)
             self.conservation.give(self.coupling.find_gas_loss(self.gas.momentum_loss), drag, self.dt)
             self._derive_fields()
@@ -120,7 +120,9 @@ class Simulation:
             self.comm.Barrier()
         with self.timers("react"):
             if self.is_coupled:
-                self.conservation.receive(self.liggghts.gas_force, self.dt, self._find_momentum)
+                own = self.liggghts
+                weight = float(own.weights.sum()) if own.held_gravity else 0.0
+                self.conservation.receive(own.held_force, self.dt, self._find_momentum, weight)
             else:
                 self.conservation.count(self.liggghts.count)
 

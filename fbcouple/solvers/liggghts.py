@@ -64,6 +64,8 @@ class Liggghts:
         `remembers`, every `advance` first keeps the velocities; if it `identifies`, particles have an `identity`; the
         deck has a place for them."""
         self.remembers, self.identifies, self._carried = remembers, identifies, 0.0
+        self.held_gravity = 0.0
+        """Gravity [m/s2] whose weight is in `held_force`; 0 where LIGGGHTS has a fix of its own for it."""
         self._library = load_library(LIGGGHTS, _FUNCTIONS, "sudo apt-get install liggghts")
         self._log, self._runs = log if comm.rank == 0 else None, 0
         words = [b"liggghts", b"-log", b"none"]
@@ -137,10 +139,23 @@ class Liggghts:
         return self._atoms("rmass", ctypes.c_double)
 
     @property
-    def gas_force(self) -> np.ndarray:
-        """Force of the gas [N], shape (count, 3), writable: held over the sub-steps, it travels with its particle."""
+    def held_force(self) -> np.ndarray:
+        """Force of the gas and, with `held_gravity`, the weight [N], shape (count, 3), writable: held over the
+        sub-steps, it travels with its particle."""
         pointer = self._library.lammps_extract_fix(self._lammps, b"dragforce", 1, 2, 0, 0)
         return self._view(pointer, ctypes.c_double, self.count, 3)
+
+    @property
+    def weights(self) -> np.ndarray:
+        """Weight [N] of each particle that is in `held_force`, downwards, shape (count,)."""
+        return self.held_gravity * self.masses
+
+    @property
+    def gas_force(self) -> np.ndarray:
+        """Force of the gas [N], shape (count, 3): a copy."""
+        force = self.held_force.copy()
+        force[:, 2] += self.weights
+        return force
 
     @property
     def last_velocities(self) -> np.ndarray:
@@ -218,6 +233,10 @@ class Liggghts:
         self._runs += 1
         if self._log and self._runs % _LOOK_EVERY == 0:
             shorten(self._log)
+
+    def has_own_gravity(self) -> bool:
+        """Has the deck a fix for gravity, by the name that fbcouple gives it (collective)?"""
+        return bool(self._library.lammps_extract_fix(self._lammps, b"gravity", 0, 0, 0, 0))
 
     def command(self, line: str) -> None:
         """Give one LIGGGHTS command; an error in it ends the process, the words are in its log."""

@@ -1,4 +1,4 @@
-"""A fluidized bed costs its weight, whatever its mass.
+"""A fluidized bed costs its weight, whatever its mass; the weight that the DEM steps hold acts as LIGGGHTS' own.
 
 Only a quiet bed does so within 1 %: where it bubbles or slugs, falling particles hit the floor, which then carries the
 solids' own stress, of the order of rho_p alpha <w^2> (4 to 9 % of the weight in beds of 1 mm glass from 1.2 U_mf on,
@@ -11,11 +11,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from mpi4py import MPI
 
 from fbcouple.case.bed.particle_types import solids_volume
 from fbcouple.simulation.loop import step
-from fbcouple.verify.harness import FRICTIONLESS, GAS, open_bench
+from fbcouple.verify.harness import FRICTIONLESS, GAS, GLASS, Edit, open_bench, take_steps
 from fbcouple.verify.published import PUBLISHED, Bed
 from fbcouple.verify.registry import Number, check
 
@@ -84,3 +85,40 @@ def bed_weight(folder: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
     yield Number(f"force of the gas over the weight, {about}", share, 1.0, 0.01)
     voidage = 1.0 - volume / (_SIDE**2 * height / elapsed)
     yield Number(f"mean voidage, {about}", voidage, _carried_voidage(), 0.02)
+
+
+_HELD, _OWN = "held", "own"
+_LINE = f"fix             gravity all gravity {_GRAVITY} vector 0.0 0.0 -1.0\n"
+_FALL = [10] * 200
+"""DEM steps of each coupled step: 27 ms, in which the lowest two of four layers meet the floor."""
+
+
+def _add_gravity(deck: str) -> str:
+    """Give LIGGGHTS a fix for gravity, beside which none is held."""
+    before, line, after = deck.partition("fix             coupling ")
+    assert line, "the deck has no coupling"
+    return before + _LINE + line + after
+
+
+def _compare(measured: dict[str, list[Number]]) -> Iterator[Number]:
+    for held, own in zip(measured[_HELD], measured[_OWN], strict=True):
+        yield Number(held.name, held.value, own.value, 1e-10, held.unit, relative=True)
+
+
+@check("held-weight", variants=(_HELD, _OWN), judge=_compare)
+def held_weight(folder: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
+    """Spheres that fall on a floor that gas comes through: with their weight in the force that the DEM steps hold, and
+    with gravity as a fix of LIGGGHTS', the same to 1e-10."""
+    spacing = 3.0 * GLASS["diameter"]
+    sites = spacing * np.stack(np.meshgrid(range(5), range(5), range(4), indexing="ij"), axis=-1).reshape(-1, 3)
+    edits: dict[str, Edit] = {} if variant == _HELD else {"DEM/in.liggghts": _add_gravity}
+    sections = {"gas": GAS | {"inlet_velocity": 0.5}, "exchange": {}}
+    bench = open_bench(folder, comm, sections, sites + spacing, edits)
+    bench.initialise()
+    for _ in take_steps(bench, _FALL):
+        pass
+    masses, z, speeds = bench.liggghts.masses, bench.liggghts.positions[:, 2], bench.liggghts.velocities
+    mass, moment, energy = comm.allreduce(np.array([masses.sum(), masses @ z, 0.5 * masses @ (speeds**2).sum(axis=1)]))
+    yield Number("height of the centre of mass", float(moment / mass), 0.0, 0.0, "m")
+    yield Number("kinetic energy", float(energy), 0.0, 0.0, "J")
+    yield Number("force of the gas", bench.conservation.support, 0.0, 0.0, "N")

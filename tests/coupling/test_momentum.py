@@ -26,7 +26,7 @@ DENSITY, VISCOSITY, GRAVITY, DT = 1.165, 2e-5, 9.81, 3e-4
 class Bed:
     """Some particles in a box, a gas with random fields, and the coupling of the two in this process."""
 
-    def __init__(self, rng, cells=(6, 3, 7), gravity=GRAVITY, **exchange):
+    def __init__(self, rng, cells=(6, 3, 7), gravity=GRAVITY, held_gravity=0.0, **exchange):
         size = tuple(n * edge for n, edge in zip(cells, (0.002, 0.003, 0.0025), strict=True))
         self.grid = Grid(cells, size)
         case = Case.model_validate(
@@ -43,7 +43,7 @@ class Bed:
         centres = np.stack(np.meshgrid(*map(self.grid.centres, range(3)), indexing="ij"), axis=-1).reshape(-1, 3)
         self.centres = rng.permutation(centres)
         bounds = np.array([[0.0, 0.0, 0.0], size])
-        self.coupling = Coupling(case, BoxSpace(case, MPI.COMM_SELF, self.centres, bounds, reach=1e-3))
+        self.coupling = Coupling(case, BoxSpace(case, MPI.COMM_SELF, self.centres, bounds, 1e-3), held_gravity)
         n = 60
         radii = rng.uniform(3e-4, 5e-4, n)
         places = np.clip(rng.uniform(-0.1, 1.1, (n, 3)), 0.0, 1.0) * size
@@ -240,6 +240,21 @@ def test_the_held_force_is_replaced_in_the_current_one(rng, scheme):
         assert total == pytest.approx(magnitude, rel=1e-14)
         assert held == pytest.approx(forces, rel=1e-14)
         assert current - held == pytest.approx(rest, abs=1e-14 * np.abs(rest).max())
+
+
+def test_a_weight_that_is_held_comes_beside_the_force_of_the_gas():
+    """The gas gives up no more than without it; masses of all sizes."""
+    beds = [Bed(np.random.default_rng(3), held_gravity=gravity) for gravity in (0.0, GRAVITY)]
+    for bed in beds:
+        bed.prepare()
+    (gas, drag), (held, same) = (bed.react(bed.velocity, bed.pressure_gradient) for bed in beds)
+    weights = GRAVITY * beds[0].particles.masses
+    assert (held[:, :2] == gas[:, :2]).all() and drag == same
+    assert held[:, 2] == pytest.approx(gas[:, 2] - weights, rel=1e-14)
+    conservation = Conservation(MPI.COMM_SELF)
+    conservation.give(beds[1].find_loss(beds[1].velocity, beds[1].pressure_gradient), drag, DT)
+    conservation.receive(held, DT, weight=float(weights.sum()))
+    assert conservation.momentum_error < 1e-13
 
 
 def test_the_impulse_that_the_gas_lost_is_the_particles_impulse_over_the_same_step(rng):
