@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import fbcouple
-from fbcouple.machine.environment import child_environment, find_package, hand_down, mpi_environment
+from fbcouple.machine.environment import HUGE_PAGES, child_environment, find_package, hand_down, mpi_environment
 from fbcouple.machine.launchers import mpi_command
 from fbcouple.study.runs import run_side_by_side
 
@@ -130,6 +130,23 @@ def test_ranks_that_wait_let_others_have_their_core_unless_the_user_says_otherwi
     assert mpi_environment()[name] == "1"
     monkeypatch.setenv(name, "0")
     assert mpi_environment()[name] == "0"
+
+
+def test_ranks_have_their_arrays_in_huge_pages_where_the_system_gives_them(monkeypatch):
+    monkeypatch.delenv("GLIBC_TUNABLES", raising=False)
+    read = "[line for line in open('/proc/self/smaps_rollup') if 'AnonHugePages' in line][0].split()[1]"
+    program = f"arrays = [bytearray(b'x' * 700_000) for _ in range(100)]; print({read})"
+    switch = Path("/sys/kernel/mm/transparent_hugepage/enabled")
+    glibc = [int(part) for part in (os.confstr("CS_GNU_LIBC_VERSION") or "glibc 0").split()[1].split(".")]
+    if switch.exists() and "[never]" not in switch.read_text() and glibc >= [2, 35]:
+        assert ask_child(sys.executable, "-c", program) > 50_000
+    else:
+        assert mpi_environment()["GLIBC_TUNABLES"] == HUGE_PAGES
+
+
+def test_what_the_user_tells_glibc_stands(monkeypatch):
+    monkeypatch.setenv("GLIBC_TUNABLES", "glibc.malloc.check=0")
+    assert mpi_environment()["GLIBC_TUNABLES"] == "glibc.malloc.check=0"
 
 
 def test_settings_of_mpi_stay_where_there_is_no_outer_job():
