@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from fbcouple.postproc.statistics import SIGNALS, format_not_reached, summarise
 from fbcouple.results.reader import NotDrawableError, Results
+from fbcouple.results.start_up import LIMIT
 
 DIGITS = 2
 """Digits behind the first one of the length of a window to which its ends are written."""
@@ -26,7 +27,10 @@ def find_start_up_in_means(results: Results) -> Mark | None:
     """Whether the time means reach into the start-up; None if they do not, or the run has no such means or histories.
 
     The start-up is over where all of `SIGNALS` are steady; a row of the history before that within the window counts.
+    A run that looked for the end of its start-up itself, in its maps, too, has told.
     """
+    if "start_up_over" in results.data.attrs:
+        return _mark_found(results)
     known = [name for name in SIGNALS if name in results.data]
     is_averaged = any({"z", "y", "x"} <= set(field.dims) for field in results.data.data_vars.values())
     if results.window is None or not known or not is_averaged:
@@ -49,6 +53,16 @@ def find_start_up_in_means(results: Results) -> Mark | None:
         f"{means} begin in the start-up: {last.name} is steady from {last.start:.3g} s on; set averages.start to that."
     )
     return Mark("start-up included", sentence)
+
+
+def _mark_found(results: Results) -> Mark | None:
+    about = results.data.attrs
+    if about["start_up_over"]:
+        return None
+    drift = float(about.get("start_up_drift", math.nan))
+    seen = "the record is too short to tell" if math.isnan(drift) else f"drift {drift:.3g}, at most {LIMIT:g} is wanted"
+    sentence = f"the run has not seen its start-up end ({seen}): the time means over {format_window(results)}"
+    return Mark("start-up not over", f"{sentence} begin where it drifts least; let it run longer.")
 
 
 def find_inlet_change_in_means(results: Results) -> Mark | None:

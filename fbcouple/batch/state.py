@@ -31,7 +31,7 @@ class RunState:
     where: str
     """Host and process that run it now."""
     message: str
-    """Why it ended early or failed."""
+    """Why it ended early or failed, or that its start-up was not over at its end."""
 
     @property
     def left(self) -> float:
@@ -54,8 +54,13 @@ def look_at(run: Path) -> RunState:
         _find_pace(rows),
         int(started.get("ranks", 0)) if isinstance(started, dict) else 0,
         f"{holder['host']}, process {holder['pid']}" if holder else "",
-        status.message,
+        status.message or ("" if holder else _tell_start_up(rows)),
     )
+
+
+def _tell_start_up(rows: list[dict[str, Any]]) -> str:
+    """Of a run that looks for the end of its start-up, that it is not over."""
+    return "start-up not over" if rows and math.isnan(rows[-1].get("averages_start", 0.0)) else ""
 
 
 def _sum_stages(row: dict[str, Any]) -> float:

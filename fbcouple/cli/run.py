@@ -188,7 +188,7 @@ def run_on(
     if end < case.end_time:
         text = f"no moment for a checkpoint came from --until {end:g} s to the end of the run"
         click.echo(f"{run}: {text}; checkpoint.moment_steps says after how many steps one comes")
-    click.echo(f"{run}: done; draw its figures with `fbcouple post {quote(str(run))}`")
+    click.echo(f"{run}: done{progress.format_begin()}; draw its figures with `fbcouple post {quote(str(run))}`")
 
 
 def compare_prediction(run: Path, progress: RunProgress) -> str:

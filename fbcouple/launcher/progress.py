@@ -33,6 +33,7 @@ class RunProgress:
         self._before: dict[str, float] = {}
         self._at_outlet = self._owed = 0
         self._backflow, self._worst = 0.0, 0
+        self._begin: float | None = None
         self._bar = Progress(
             TextColumn("{task.fields[reached]}", table_column=Column(no_wrap=True)),
             BarColumn(None, table_column=Column(ratio=1, min_width=_BAR)),
@@ -72,6 +73,7 @@ class RunProgress:
         if (backflow := row.get("gas_backflow", 0.0)) > self._backflow:
             parts = row.get("outlet_backflow", [])
             self._backflow, self._worst = backflow, parts.index(max(parts)) + 1 if parts else 0
+        self._begin = row.get("averages_start")
         start, began = self._first
         pace = (now - began) / (row["time"] - start) if row["time"] > start else math.nan
         left = "" if math.isnan(pace) else f"left {format_clock(pace * (self._find_end(row) - row['time']))}"
@@ -105,6 +107,9 @@ class RunProgress:
             text = f"of the gas at the outlets came back in by them{where}, with the voidage of the cells there"
             mend = "move them further from the bed, or see gas_backflow in the report"
             warnings.append(f"up to {100.0 * self._backflow:.3g} % {text}; {mend}")
+        if self._begin is not None and math.isnan(self._begin):
+            text = "the start-up is not seen to be over; the means begin where maps and histories drift least"
+            warnings.append(f"{text}: let it run longer, or see start-up in the report")
         if self._owed:
             text = "particles wait to be fed and find no free place"
             warnings.append(
@@ -116,6 +121,12 @@ class RunProgress:
         """Simulated time [s] from the first row shown to the last, and the wall seconds of each stage in it."""
         seconds = self._last - self._first[0] if self._first else 0.0
         return seconds, {stage: wall - self._before.get(stage, 0.0) for stage, wall in self._walls.items()}
+
+    def format_begin(self) -> str:
+        """For the last line of a run that found the end of its start-up: from when on its means are; or nothing."""
+        if self._begin is None or math.isnan(self._begin):
+            return ""
+        return f"; its start-up ended at t = {self._begin:.4g} s, where its means begin"
 
     def tabulate(self) -> Table | None:
         """Wall seconds of the slowest rank by stage, and their shares; None where no step was taken."""
@@ -145,6 +156,8 @@ def _describe(row: dict[str, Any], pace: float) -> list[str]:
     """What is told of a row beside its time, the most important first; `pace`: wall time over simulated time."""
     parts = [f"{row['particles_at_outlet']} at the outlet"] if row.get("particles_at_outlet") else []
     parts += [f"{row['particles_owed']} wait to be fed"] if row.get("particles_owed") else []
+    if math.isnan(row.get("averages_start", 0.0)):
+        parts.append("start-up not over")
     if math.isfinite(row.get("averages_error", math.nan)):
         parts.append(f"error {100.0 * row['averages_error']:.3g} %")
     if math.isfinite(pace):

@@ -13,7 +13,7 @@ SHORTEST = 1.0
 FEWEST_TIMES = 15.0
 """Correlation times that all blocks together last at least where an error is told: bars of two standard errors then
 hold nine in ten of the true means or more."""
-LENGTHS = np.geomspace(0.05, 200.0, 400)
+_LENGTHS = np.geomspace(0.05, 200.0, 400)
 """Lengths of a block, in correlation times, among which the one that a record has is looked for."""
 
 AddUp = Callable[[np.ndarray], np.ndarray]
@@ -22,7 +22,7 @@ AddUp = Callable[[np.ndarray], np.ndarray]
 
 @lru_cache(maxsize=512)
 def tabulate_gains(blocks: int) -> tuple[np.ndarray, np.ndarray]:
-    """For `blocks` blocks of `LENGTHS` correlation times each: the ratio of the sum of products of neighbouring
+    """For `blocks` blocks of `_LENGTHS` correlation times each: the ratio of the sum of products of neighbouring
     deviations to that of their squares, and the squared standard error of the mean over the variance of the blocks.
 
     The deviations are from the mean of the same blocks, so both are what such a record shows, without bias of a short
@@ -31,8 +31,8 @@ def tabulate_gains(blocks: int) -> tuple[np.ndarray, np.ndarray]:
     """
     apart = np.abs(np.subtract.outer(np.arange(blocks), np.arange(blocks)))
     centre = np.eye(blocks) - 1.0 / blocks
-    neighbours, gains = np.empty(len(LENGTHS)), np.empty(len(LENGTHS))
-    for n, length in enumerate(LENGTHS):
+    neighbours, gains = np.empty(len(_LENGTHS)), np.empty(len(_LENGTHS))
+    for n, length in enumerate(_LENGTHS):
         decay = np.exp(-length)
         first = (1.0 - decay) ** 2 / (2.0 * (length - 1.0 + decay))
         correlation = np.where(apart == 0, 1.0, first * decay ** np.maximum(apart - 1, 0))
@@ -52,14 +52,22 @@ def find_gain(products: float, squares: float, blocks: int, surely: bool = False
     """
     if not squares > 0.0:
         return 1.0 / blocks
-    neighbours, gains = tabulate_gains(blocks)
     seen = products / squares
-    length, least = (
-        np.interp(-correlation, -neighbours, LENGTHS) for correlation in (seen, seen + surely / np.sqrt(blocks))
-    )
+    length, least = (find_length(correlation, blocks) for correlation in (seen, seen + surely / np.sqrt(blocks)))
     if least < max(SHORTEST, FEWEST_TIMES / blocks):
         return np.nan
-    return float(np.interp(length, LENGTHS, gains))
+    return find_gain_at(length, blocks)
+
+
+def find_length(seen: float, blocks: int) -> float:
+    """Length of each of `blocks` blocks in correlation times, by the ratio `seen` of the sum of products of
+    neighbouring deviations to that of their squares."""
+    return float(np.interp(-seen, -tabulate_gains(blocks)[0], _LENGTHS))
+
+
+def find_gain_at(length: float, blocks: int) -> float:
+    """Squared standard error of the mean of `blocks` blocks of `length` correlation times over their variance."""
+    return float(np.interp(length, _LENGTHS, tabulate_gains(blocks)[1]))
 
 
 def estimate_errors(blocks: np.ndarray, add_up: AddUp = lambda sums: sums, surely: bool = False) -> np.ndarray:

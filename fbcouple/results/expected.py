@@ -26,6 +26,11 @@ def is_size(value: Any) -> bool:
     return is_number(value) and value > 0
 
 
+def is_start(value: Any) -> bool:
+    """A finite number, or auto."""
+    return value == "auto" or is_number(value)
+
+
 def is_text(value: Any) -> bool:
     """A text."""
     return isinstance(value, str)
@@ -74,7 +79,7 @@ NEEDED: dict[str, Is] = {
     "gas.viscosity": is_number,
     "particles.diameter": is_size,
     "particles.density": is_size,
-    "averages.start": is_number,
+    "averages.start": is_start,
 }
 """Options that a case has if it has their section."""
 OPTIONAL: dict[str, Is] = {
@@ -100,6 +105,8 @@ NUMBERS = (
     "simulated_seconds",
     "replicas",
     "reduced",
+    "start_up_over",
+    "start_up_drift",
     "core_seconds",
     "cpu_seconds",
     "ranks",

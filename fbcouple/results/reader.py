@@ -214,7 +214,8 @@ class Results:
         times = self.data["time"].values if "time" in self.data else np.array([])
         reached = f"the last record is at t = {times[-1]:g} s" if times.size else "nothing is recorded yet"
         start = self.case["averages"]["start"]
-        text = f"{self.path} has no time means yet: averaging starts at t = {start:g} s ([averages] start), {reached}."
+        when = "with the first sample" if start == "auto" else f"at t = {start:g} s"
+        text = f"{self.path} has no time means yet: averaging starts {when} ([averages] start), {reached}."
         raise NotDrawableError([f"{text} Let the run go on (`fbcouple run {quote(str(self.path.parent))} --resume`)."])
 
 

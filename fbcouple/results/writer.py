@@ -37,6 +37,10 @@ HISTORIES: dict[str, tuple[str, str]] = {
         "Pa",
         "dynamic pressure at the inlet against the outlet, mean since the last row (none at the start)",
     ),
+    "averages_start": (
+        "s",
+        "begin of the time means, where the run finds it itself; none while the start-up is not seen to be over",
+    ),
     "averages_error": (
         "1",
         "standard error of the map averages.error_of over the map, root mean square, so far; none before it is known",

@@ -55,7 +55,7 @@ def list_tasks(
     comm, cells = sim.comm, sim.cells
     snapshots = Snapshots(comm, cells, output.snapshots_every) if output.snapshots_every and sim.is_coupled else None
     frames = Frames(comm, cells, run / FRAMES, output.particles_every) if output.particles_every else None
-    history = History(sim, run, monitors, averages.until_sure if averages else None)
+    history = History(sim, run, monitors, averages)
     ledger = LedgerKeeper(sim.traffic) if sim.traffic else None
     probes = Probes(sim, run) if output.probes else None
     results = ResultsFile(run, case_text, history, averages, snapshots, made_with or {}, ledger, probes)

@@ -8,6 +8,7 @@ import numpy as np
 
 from fbcouple.case.bed.derived import has_ramp
 from fbcouple.case.bed.feeds import has_traffic
+from fbcouple.case.schema.output import AUTO, find_first_sample
 from fbcouple.case.schema.sections import Case
 from fbcouple.postproc.statistics import FEWEST
 from fbcouple.validate.comparisons import COMPARISONS, Task
@@ -22,6 +23,7 @@ _HAS: dict[str, Callable[[Case], bool]] = {
     "an open top": lambda case: case.gas is not None and case.gas.top == "open",
     "particles.feeds or particles.outlets": has_traffic,
     "a mixture of two species": lambda case: case.particles is not None and len(case.particles.mixture) == 1,
+    'averages.start = "auto"': lambda case: case.averages is not None and case.averages.start == AUTO,
     "averages.until_error": lambda case: case.averages is not None and case.averages.until_error is not None,
     "output.tracked": lambda case: case.particles is not None and bool(case.output.tracked),
 }
@@ -45,6 +47,7 @@ _OF: dict[str, tuple[str, ...]] = {
         *("particles_fed", "particles_removed", "particles_owed", "mass_fed", "mass_removed", "ledger_error"),
     ),
     "a mixture of two species": ("species_centre_z",),
+    'averages.start = "auto"': ("averages_start",),
     "averages.until_error": ("averages_error", "expected_end"),
     "output.tracked": ("rebound_angle", "tangential_restitution"),
 }
@@ -80,8 +83,8 @@ def _look(case: Case, task: Task) -> Iterator[str]:
 def _look_at_window(case: Case, what: str) -> Iterator[str]:
     if case.averages is None:
         yield f"{what}, and the case has no [averages]; give it some"
-    elif case.averages.start >= case.end_time:
-        given = f"averages.start = {case.averages.start:g} s, end_time = {case.end_time:g} s"
+    elif (begin := find_first_sample(case.averages)) >= case.end_time:
+        given = f"averages.start = {begin:g} s, end_time = {case.end_time:g} s"
         yield f"{what}, and the run ends before these begin ({given}); let it run longer"
 
 
@@ -98,7 +101,7 @@ def _look_at_span(case: Case, task: Task) -> Iterator[str]:
         yield from _look_at_window(case, "it is of the averaging window")
     else:
         yield from _look_at_times(case, np.array(span))
-    begin, end = span or (case.averages.start if case.averages else 0.0, case.end_time)
+    begin, end = span or (find_first_sample(case.averages) if case.averages else 0.0, case.end_time)
     rows = int((end - begin) / case.output.record_every + 1e-9)
     if rows < FEWEST:
         text = f"output.record_every = {case.output.record_every:g} s gives {rows} rows in {begin:g} to {end:g} s"

@@ -45,6 +45,7 @@ MODULES = (
     "standard_errors",
     "replicas",
     "cost",
+    "start_up",
 )
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.results.block_errors import LENGTHS, count_held, estimate_errors, is_sure, tabulate_gains
+from fbcouple.results.block_errors import count_held, estimate_errors, find_gain_at, is_sure
 from fbcouple.results.pooling import combine
 from fbcouple.verify.registry import Number, check
 
@@ -47,7 +47,7 @@ def check_pooled_errors(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
         ratio, part, alone = np.mean([_pool(generator, count) for _ in range(_POOLS)], axis=0)
         yield Number(f"squared error of {count} replicas over the true one", float(ratio), 1.0, 0.1)
         yield Number(f"true means held by two errors, {count} replicas", float(part), 0.94, 0.04)
-    gain = float(np.interp(0.5, LENGTHS, tabulate_gains(_BLOCKS)[1]))
+    gain = find_gain_at(0.5, _BLOCKS)
     yield Number("squared block error of 4 replicas over the true one", float(alone), 1.0 / (_BLOCKS * gain), 0.05)
 
 

@@ -72,6 +72,10 @@ def tabulate_solved(results: Results) -> Rows:
         about = results.data.attrs
         rows += [("replicas", results.replicas), ("averaged time of all replicas [s]", about["averaged_seconds"])]
         rows += [("simulated time of all replicas [s]", results.simulated), ("errors", about["pooled_errors"])]
+    if "start_up_over" in results.data.attrs:
+        begin = float(results.data.attrs.get("averaging_start", math.nan))
+        is_over = bool(results.data.attrs["start_up_over"])
+        rows += [("start-up, found by the run: over at [s]", begin if is_over else NOT_REACHED)]
     if ended := str(results.data.attrs.get("ended_by", "")):
         error = float(results.data.attrs.get("averaging_error", math.nan))
         rows += [("ended by", ended), ("error of the time means", error)]

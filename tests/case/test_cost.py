@@ -203,6 +203,16 @@ def test_a_run_until_it_is_sure_ends_when_it_is():
     assert hasty.end == 2.0 and hasty.error > 0.01
 
 
+def test_a_start_up_that_the_run_finds_is_taken_for_four_periods_and_a_third_of_the_run_at_most():
+    long, short = (predict_means(load_case("patil/c2", ["averages.start=auto", f"end_time={end}"])) for end in (20, 3))
+    assert long.window == pytest.approx(20.0 - 4.0 * long.period) and short.window == pytest.approx(2.0)
+    sets = ["averages.start=auto", "averages.until_error=0.1", "end_time=100"]
+    sure = predict_means(load_case("patil/c2", sets))
+    assert sure.error == pytest.approx(0.1) and sure.end == pytest.approx(sure.window + 4.0 * sure.period)
+    hasty = predict_means(load_case("patil/c2", [*sets, "averages.until_error=0.5"]))
+    assert hasty.end == pytest.approx(12.0 * hasty.period) and hasty.error < 0.5
+
+
 @pytest.mark.parametrize("name", ["anand/hopper", "single-impact"])
 def test_no_error_is_told_of_what_does_not_bubble(name):
     assert predict_means(load_case(name)) is None

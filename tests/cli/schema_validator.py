@@ -53,6 +53,11 @@ def _items(value, rule, schema, where):
         yield from list_errors(entry, rule, f"{where}[{number}]")
 
 
+def _any_of(value, rule, schema, where):
+    if all(list(list_errors(value, choice, where)) for choice in rule):
+        yield f"{where}: anyOf"
+
+
 def _limit(word, kinds, holds):
     def check(value, rule, schema, where):
         if isinstance(value, kinds) and not isinstance(value, bool) and not holds(value, rule):
@@ -70,6 +75,7 @@ _WORDS = {
     "if": _if,
     "prefixItems": _prefix_items,
     "items": _items,
+    "anyOf": _any_of,
     "enum": _limit("enum", object, lambda value, rule: value in rule),
     "minimum": _limit("minimum", _NUMBER, lambda value, rule: value >= rule),
     "maximum": _limit("maximum", _NUMBER, lambda value, rule: value <= rule),

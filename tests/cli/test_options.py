@@ -106,6 +106,8 @@ def spoil(section: str, **keys):
         (spoil("gas", closed_nozzle=[1]), "file.gas.closed_nozzle: minItems"),
         (spoil("domain", cells=[1, 2, 3.5]), "file.domain.cells[2]: type"),
         (spoil("particles", rotation=1), "file.particles.rotation: type"),
+        (spoil("averages", start="soon"), "file.averages.start: anyOf"),
+        (spoil("averages", start=-1.0), "file.averages.start: anyOf"),
         (spoil("", averages={}), "file.averages: required ['start']"),
         ({"title": "t", "end_time": 1}, "file: required ['domain']"),
         ({"base": "patil/c2", "unset": ["gas.closed_nozle"]}, "file.unset[0]: enum"),
@@ -113,6 +115,11 @@ def spoil(section: str, **keys):
 )
 def test_mistakes_do_not_fit_the_schema(case, error):
     assert list(list_errors(case, SCHEMA)) == [error]
+
+
+def test_a_time_may_be_a_number_or_a_word():
+    assert list(list_errors(spoil("averages", start="auto"), SCHEMA)) == []
+    assert list_options()["averages.start"].allowed == 'a number at least 0 or "auto"'
 
 
 def test_schema_has_every_option_with_its_unit():

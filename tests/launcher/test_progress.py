@@ -72,3 +72,24 @@ def test_a_prediction_is_held_against_the_steps_between_the_rows():
     line = format_outcome({"stages": stages, "simulated_seconds": 20.0, "wall_factor": 1.3}, seconds, walls)
     assert line.startswith("predicted 20 s for these 2 s, within a factor of 1.3; took 40 s, 2 of it")
     assert line.endswith("(dem 2, cfd 1, exchange 2)")
+
+
+def test_a_run_that_finds_its_start_up_tells_when_it_was_over():
+    screen = io.StringIO()
+    progress = RunProgress(Console(file=screen, force_terminal=True, width=200), 20.0)
+    progress.start()
+    with progress:
+        progress.show({"time": 2.0, "wall": WALL, "averages_start": float("nan")})
+        (warning,) = progress.list_warnings()
+        assert warning.startswith("the start-up is not seen to be over; the means begin where")
+        assert progress.format_begin() == ""
+    assert "start-up not over" in screen.getvalue()
+    progress.show({"time": 8.0, "wall": WALL, "averages_start": 2.3456})
+    assert progress.list_warnings() == []
+    assert progress.format_begin() == "; its start-up ended at t = 2.346 s, where its means begin"
+
+
+def test_a_run_that_is_told_its_start_says_nothing_of_it():
+    progress = RunProgress(Console(file=io.StringIO()), 20.0)
+    progress.show({"time": 2.0, "wall": WALL})
+    assert progress.list_warnings() == [] and progress.format_begin() == ""

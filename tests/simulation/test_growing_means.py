@@ -55,3 +55,33 @@ def test_memory_does_not_grow_with_the_window():
     for n in range(1000):
         means.add(sample(np.ones(3)), n)
     assert means.save()[1]["blocks"].shape == before == (3, 17, 8)
+
+
+def test_the_window_begins_where_it_is_told_to(rng):
+    """Blocks of the time before stay, join with the others, and count neither for the mean nor for its error."""
+    series = rng.standard_normal((150, 6))
+    means = GrowingMeans("gas", 6, 8)
+    for n, pressure in enumerate(series[:96]):
+        means.add(sample(pressure), 0.1 * n)
+    assert (means.full, means.per_block) == (12, 8) and means.is_look
+    assert means.begins == pytest.approx(0.8 * np.arange(12))
+    means.first = 3
+    assert means.samples == 72
+    mean, error = means.collect(False, alone)["pressure"]
+    blocks = series[24:96].reshape(9, 8, 6).mean(axis=1)[..., None]
+    assert mean[:, 0] == pytest.approx(series[24:96].mean(axis=0), rel=1e-12)
+    assert error == pytest.approx(estimate_errors(blocks), rel=1e-9, nan_ok=True)
+    assert means.list_blocks("pressure") == pytest.approx(series[:96].reshape(12, 8, 6).mean(axis=1), rel=1e-9)
+    for n, pressure in enumerate(series[96:], 96):
+        means.add(sample(pressure), 0.1 * n)
+    assert (means.full, means.per_block, means.first) == (9, 16, 2), "of three old blocks, two new ones"
+    assert means.begins == pytest.approx(1.6 * np.arange(10))
+    assert means.collect(False, alone)["pressure"][0][:, 0] == pytest.approx(series[32:].mean(axis=0), rel=1e-12)
+
+
+def test_looks_are_at_every_second_full_block_from_the_fewest_on():
+    means, looks = GrowingMeans("gas", 1, 8), []
+    for n in range(40):
+        means.add(sample(np.ones(1)), n)
+        looks += [n + 1] if means.is_look else []
+    assert looks == [8, 10, 12, 14, 16, 20, 24, 28, 32, 40]

@@ -10,7 +10,7 @@ from fbcouple.case.checks.bed import try_region
 from fbcouple.case.checks.registry import BED, check, has_bed
 from fbcouple.case.companions import find_companion
 from fbcouple.case.problems import Problem, show
-from fbcouple.case.schema.output import OF_SOLIDS
+from fbcouple.case.schema.output import AUTO, OF_SOLIDS
 from fbcouple.case.schema.sections import Case
 from fbcouple.case.user_code import examine_task_file
 from fbcouple.errors import CaseError
@@ -124,6 +124,16 @@ def check_heights(case: Case, folder: Path) -> Iterator[Problem]:
     if case.output.radial_heights and case.domain.shape == "box":
         text = f'{show(case.output.radial_heights)} is given and domain.shape is "box", which has no radius'
         yield Problem("output.radial_heights", f"{text}; remove it, or give profile_heights.")
+
+
+@check("averages.start", "averages.until_error", "averages.blocks")
+def check_start(case: Case, folder: Path) -> Iterator[Problem]:
+    """A start-up is found by blocks enough."""
+    if case.averages is None or case.averages.start != AUTO or case.averages.until_error is not None:
+        return
+    if case.averages.blocks < FEWEST_BLOCKS:
+        text = f'{case.averages.blocks} is given, at least {FEWEST_BLOCKS} are allowed with averages.start = "auto"'
+        yield Problem("averages.blocks", f"{text}: fewer tell no start-up; give more.")
 
 
 @check("averages.until_error", "averages.error_of", "averages.blocks", "gas", "particles")

@@ -19,6 +19,7 @@ from fbcouple.case.bed.region import find_region
 from fbcouple.case.checks.mixture import find_unsound
 from fbcouple.case.companions import find_companion
 from fbcouple.case.problems import Problem, show, suggest
+from fbcouple.case.schema.output import AUTO, find_first_sample
 from fbcouple.case.schema.sections import Case, Exchange
 from fbcouple.case.user_code import OWN, examine_drag_file
 from fbcouple.errors import CaseError
@@ -211,15 +212,17 @@ def check_averages(case: Case, folder: Path) -> Iterator[Problem]:
     """The averaging window lies within the run, and each of its blocks has a sample."""
     if case.averages is None:
         return
-    window = case.end_time - case.averages.start
+    begin, is_found = find_first_sample(case.averages), case.averages.start == AUTO
+    window, blocks = case.end_time - begin, case.averages.blocks * (2 if is_found else 1)
     if window <= 0.0:
-        text = f"{case.averages.start:g} s is given and the run ends at {case.end_time:g} s"
+        text = f"{begin:g} s is given and the run ends at {case.end_time:g} s"
         yield Problem("averages.start", f"{text}; start before end_time.")
-    elif case.averages.every > window / case.averages.blocks * (1 + 1e-9):
+    elif case.averages.every > window / blocks * (1 + 1e-9):
         given = "given" if "every" in case.averages.model_fields_set else "the default"
-        text = f"{case.averages.every:g} s is {given}, at most {window / case.averages.blocks:g} s is allowed"
-        blocks = f"({case.averages.blocks} blocks from averages.start to end_time, a sample in each)"
-        yield Problem("averages.every", f"{text} {blocks}; give less, or fewer averages.blocks, or a later end_time.")
+        text = f"{case.averages.every:g} s is {given}, at most {window / blocks:g} s is allowed"
+        when = "the start of the run" if is_found else "averages.start"
+        words = f"({blocks} blocks from {when} to end_time, a sample in each)"
+        yield Problem("averages.every", f"{text} {words}; give less, or fewer averages.blocks, or a later end_time.")
 
 
 @check("exchange.scheme", "exchange.accelerated")

@@ -9,13 +9,16 @@ from pathlib import Path
 from fbcouple.case.bed.particle_types import solids_volume
 from fbcouple.case.bed.region import find_region
 from fbcouple.case.bed.speeds import SETTLED
-from fbcouple.case.schema.output import name_map
+from fbcouple.case.schema.output import AUTO, find_first_sample, name_map
 from fbcouple.case.schema.sections import Case
 
 PERIODS = 0.38
 """Standard error of the map of vertical solids flux over the map, times the root of the bubble periods averaged."""
 FACTOR = 1.5
 """Factor within which most beds are of it; one whose flow turns round once in many seconds misses by up to ten."""
+START_UP = 4.0
+"""Bubble periods that a start-up is taken to last where the run finds its end itself: mueller/0.9 in a box half as wide
+took one, patil/c1 about sixteen."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +45,8 @@ def predict_means(case: Case, folder: Path = Path()) -> Sureness | None:
     """The error of the means of `case` at its end, or with `averages.until_error` when that is reached.
 
     None where there are no means, no bed under gravity and gas, or another map than the flux is asked for. The period
-    is 2 pi sqrt(H/g) of the bed's height at rest H: that of a bed that sloshes, or of the bubbles that leave it.
+    is 2 pi sqrt(H/g) of the bed's height at rest H: that of a bed that sloshes, or of the bubbles that leave it. Where
+    the run finds its start-up itself, that is taken to last `START_UP` of them, and a third of the run at most.
     """
     averages, particles = case.averages, case.particles
     if averages is None or particles is None or case.gas is None or case.exchange is None or case.gravity == 0.0:
@@ -53,7 +57,10 @@ def predict_means(case: Case, folder: Path = Path()) -> Sureness | None:
     height = find_region(case, folder).find_level(solids / SETTLED)
     period = 2.0 * math.pi * math.sqrt(height / case.gravity)
     end, wanted = case.end_time, averages.until_error
+    is_found = averages.start == AUTO
+    begin = START_UP * period if is_found else find_first_sample(averages)
     if wanted:
-        end = min(end, averages.start + period * (PERIODS / wanted) ** 2)
-    window = end - averages.start
+        window = period * (PERIODS / wanted) ** 2
+        end = min(end, begin + (max(window, 2.0 * begin) if is_found else window))  # a third is left out at most
+    window = end - (min(begin, end / 3.0) if is_found else begin)
     return Sureness(PERIODS * math.sqrt(period / window), FACTOR, window, period, end, wanted)

@@ -62,8 +62,8 @@ def _simplify(described: Rules) -> Rules:
 def _word(rules: Rules) -> Rules:
     """The rules of one key, without the null that TOML does not have, with the unit in the sentence."""
     kept = {name: value for name, value in rules.items() if name not in ("anyOf", "title", "unit")}
-    for choice in rules.get("anyOf", ()):
-        kept |= choice if choice != {"type": "null"} else {}
+    choices = [choice for choice in rules.get("anyOf", ()) if choice != {"type": "null"}]
+    kept |= {"anyOf": choices} if len(choices) > 1 else choices[0] if choices else {}
     if kept.get("default", 0) is None:
         del kept["default"]
     unit = "" if rules["unit"] == "1" else f" [{rules['unit']}]"

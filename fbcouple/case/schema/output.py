@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Literal
+import math
+from typing import Annotated, Any, Literal
 
-from fbcouple.case.schema.option import Amounts, NonNegative, Numbers, Positive, Section, Texts, option
+from pydantic import PlainValidator, WithJsonSchema
+
+from fbcouple.case.schema.option import Amounts, Numbers, Positive, Section, Texts, option
 from fbcouple.case.schema.probes import Probes
 
 MeanMap = Literal[
@@ -22,8 +25,29 @@ MeanMap = Literal[
 OF_SOLIDS: tuple[MeanMap, ...] = ("solids_fraction", "solids_flux", "agitation", "granular_temperature")
 
 
+AUTO = "auto"
+"""What `averages.start` is where the run finds the end of its start-up itself."""
+
+
+def _read_start(value: Any) -> float | str:
+    """A time or `AUTO`. Raises: ValueError."""
+    is_time = isinstance(value, int | float) and not isinstance(value, bool) and 0.0 <= value < math.inf
+    if value != AUTO and not is_time:
+        raise ValueError("neither a time nor a word that is known")
+    return AUTO if value == AUTO else float(value)
+
+
+Start = Annotated[
+    float | Literal["auto"],
+    PlainValidator(_read_start),
+    WithJsonSchema({"anyOf": [{"type": "number", "minimum": 0.0}, {"enum": [AUTO]}]}),
+]
+
+
 class Averages(Section):
-    start: float = option("Time at which averaging starts.", "s", **NonNegative)
+    start: Start = option(
+        'Time at which averaging starts; "auto": where the start-up ends, which the run finds itself.', "s"
+    )
     every: float = option("Time between samples.", "s", 2e-3, **Positive)
     blocks: int = option(
         "Blocks of the window, for the standard errors; with `until_error` there are once to twice as many.",
@@ -43,6 +67,11 @@ class Averages(Section):
         "gas_velocity.",
         default=None,
     )
+
+
+def find_first_sample(averages: Averages) -> float:
+    """Time [s] of the first sample; with `AUTO` samples are taken from the start of the run on."""
+    return 0.0 if averages.start == AUTO else float(averages.start)
 
 
 def name_map(averages: Averages, has_particles: bool) -> str:

@@ -113,7 +113,7 @@ def list_options(root: type[Section] = Case) -> dict[str, Option]:
 def format_rules(rules: dict[str, Any]) -> str:
     """Put the rules of one value (JSON schema) into words: kind and limits."""
     if "anyOf" in rules:
-        return format_rules(next(r for r in rules["anyOf"] if r.get("type") != "null"))
+        return " or ".join(format_rules(r) for r in rules["anyOf"] if r.get("type") != "null")
     if "enum" in rules:
         return " or ".join(f'"{word}"' for word in rules["enum"])
     if rules["type"] == "array":

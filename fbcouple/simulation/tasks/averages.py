@@ -6,12 +6,14 @@ from pathlib import Path
 
 import numpy as np
 
+from fbcouple.case.schema.output import AUTO, find_first_sample
 from fbcouple.case.schema.output import Averages as Options
 from fbcouple.simulation.clock import ALMOST, Cadence
 from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.tasks.growing_means import GrowingMeans
 from fbcouple.simulation.tasks.means import Means
 from fbcouple.simulation.tasks.samplers import CellSampler, SolidsSampler, open_sampler, sample_gas, sample_solids
+from fbcouple.simulation.tasks.start_up import StartUp
 from fbcouple.simulation.tasks.task import Saved, Task
 from fbcouple.simulation.tasks.until_sure import UntilSure
 
@@ -21,18 +23,28 @@ class Averages(Task):
 
     def __init__(self, sim: Simulation, options: Options) -> None:
         """(collective)"""
-        self._cadence = Cadence(options.every, options.start)
+        self._given = find_first_sample(options)
+        self._cadence = Cadence(options.every, self._given)
         self._phases: dict[str, Means | GrowingMeans] = {}
         self._sampler: SolidsSampler | CellSampler | None = None
         self.until_sure: UntilSure | None = None
         """What ends the run when its means are sure enough; None where the case does not ask for it."""
+        self.start_up: StartUp | None = None
+        """What finds where the start-up ends; None where the case says when the averages start."""
         if sim.has_particles:
             self._sampler = open_sampler(sim)
             self._phases["solids"] = _open_means("solids", sim, options)
         if sim.has_gas:
             self._phases["gas"] = _open_means("gas", sim, options)
+        if options.start == AUTO:
+            self.start_up = StartUp(sim, self._phases)
         if options.until_error is not None:
-            self.until_sure = UntilSure(sim, options, self._phases)
+            self.until_sure = UntilSure(sim, options, self._phases, self.start_up)
+
+    @property
+    def begin(self) -> float:
+        """Where the window begins [s]; nan before the first sample of a run that finds its start-up itself."""
+        return self.start_up.begin if self.start_up else self._given
 
     @property
     def samples(self) -> int:
@@ -49,6 +61,8 @@ class Averages(Task):
                 self._phases["solids"].add(sample_solids(self._sampler, sim), time)
             if sim.has_gas:
                 self._phases["gas"].add(sample_gas(sim.gas.voidage, sim.gas.velocity, sim.gas.pressure), time)
+            if self.start_up:
+                self.start_up.judge(sim)
             if self.until_sure:
                 self.until_sure.judge(sim)
 
@@ -64,6 +78,8 @@ class Averages(Task):
     def save(self, sim: Simulation, folder: Path) -> Saved:
         """Counts, and sums of this rank's cells."""
         saved = Saved({"next": self._cadence.next})
+        if self.start_up:
+            saved.numbers["start_up"] = self.start_up.save()
         if self.until_sure:
             saved.numbers["until_sure"] = self.until_sure.save()
         for phase, means in self._phases.items():
@@ -77,16 +93,20 @@ class Averages(Task):
         for phase, means in self._phases.items():
             own = {name.partition(".")[2]: rows for name, rows in saved.cells.items() if name.startswith(f"{phase}.")}
             means.load(saved.numbers[phase], own)
+        if self.start_up:
+            self.start_up.load(saved.numbers["start_up"])
         if self.until_sure:
             self.until_sure.load(sim, saved.numbers["until_sure"])
 
 
 def _open_means(phase: str, sim: Simulation, options: Options) -> Means | GrowingMeans:
-    """Blocks that grow where the window is open."""
+    """Blocks that grow where the window is open; twice as many where its begin is, for half of them may be left out."""
     cells = len(sim.owned)
+    if options.start == AUTO:
+        return GrowingMeans(phase, cells, 2 * options.blocks)
     if options.until_error is not None:
         return GrowingMeans(phase, cells, options.blocks)
-    return Means(phase, cells, (options.start, sim.case.end_time), options.blocks)
+    return Means(phase, cells, (find_first_sample(options), sim.case.end_time), options.blocks)
 
 
 def _gather(sim: Simulation, means: Means | GrowingMeans) -> dict[str, np.ndarray]:

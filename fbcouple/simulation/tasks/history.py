@@ -16,11 +16,11 @@ from fbcouple.results.inlet_speed import find_mean
 from fbcouple.results.writer import append_line, read_log
 from fbcouple.simulation.clock import Cadence
 from fbcouple.simulation.simulation import Simulation
+from fbcouple.simulation.tasks.averages import Averages
 from fbcouple.simulation.tasks.diagnostics import find_weight
 from fbcouple.simulation.tasks.limits import JUDGED_ONLY
 from fbcouple.simulation.tasks.monitors import Monitors
 from fbcouple.simulation.tasks.task import Saved, Task
-from fbcouple.simulation.tasks.until_sure import UntilSure
 from fbcouple.simulation.tasks.writing import writing
 
 _ROWS = "history.jsonl"
@@ -29,9 +29,13 @@ _ROWS = "history.jsonl"
 class History(Task):
     """Rows of what `Monitors` measured, with extremes and time means since the row before."""
 
-    def __init__(self, sim: Simulation, run: Path, monitors: Monitors, sure: UntilSure | None = None) -> None:
-        """`sure`: what knows the error that the means have reached."""
-        self._run, self._monitors, self._sure = run, monitors, sure
+    def __init__(self, sim: Simulation, run: Path, monitors: Monitors, averages: Averages | None = None) -> None:
+        """`averages`: what knows where the means begin and the error that they have reached."""
+        self._run, self._monitors = run, monitors
+        self._sure = averages.until_sure if averages else None
+        self._start_up = averages.start_up if averages else None
+        if self._start_up:
+            self._start_up.read_rows = lambda: self.rows
         self.rows: list[dict[str, Any]] = []
         self.recorded_at = -1
         """The step of the last row."""
@@ -105,6 +109,8 @@ class History(Task):
                     row["outlet_backflow"] = _find_parts(self._flows)
             row |= {"gas_mass_error": since["mass_error"], "max_courant": since["courant"]}
             row["gas_inflow_error"] = since["inflow_error"]
+        if self._start_up:
+            row["averages_start"] = self._start_up.begin if self._start_up.is_over else math.nan
         if self._sure:
             row |= {"averages_error": self._sure.error, "expected_end": self._sure.expected_end}
         if sim.is_coupled:

@@ -103,18 +103,19 @@ class ResultsFile(Task):
         return {name: self._earlier[name] + seconds * sim.comm.size for name, seconds in spent.items()}
 
     def _describe(self, sim: Simulation) -> dict[str, Any]:
-        options = sim.case.averages
-        sure = self._averages.until_sure if self._averages else None
+        means = self._averages
+        sure, start_up = (means.until_sure, means.start_up) if means else (None, None)
         return {
             **self._made_with,
             "title": sim.case.title,
             "case": self._case_text,
-            "averaging_start": options.start if options else float("nan"),
+            "averaging_start": means.begin if means else float("nan"),
             "averaging_end": sim.time,
             "averaging_samples": self._averages.samples if self._averages else 0,
             **self._count_costs(sim),
             "ranks": sim.comm.size,
             "complete": int(not sim.clock.running),
+            **(start_up.describe() if start_up else {}),
             **(sure.describe(sim) if sure else {}),
         }
 

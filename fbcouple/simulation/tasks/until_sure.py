@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 
 from fbcouple.case.schema.output import Averages as Options
-from fbcouple.case.schema.output import name_map
+from fbcouple.case.schema.output import find_first_sample, name_map
 from fbcouple.results.block_errors import compare_with_map
 from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.tasks.growing_means import GrowingMeans
 from fbcouple.simulation.tasks.means import QUANTITIES
+from fbcouple.simulation.tasks.start_up import StartUp
 
 REACHED = "until_error"
 LIMIT = "end_time"
@@ -29,10 +30,13 @@ class UntilSure:
 
     _STATE = ("error", "expected_end", "ended_by")
 
-    def __init__(self, sim: Simulation, options: Options, phases: Mapping[str, Any]) -> None:
-        """(collective)"""
+    def __init__(
+        self, sim: Simulation, options: Options, phases: Mapping[str, Any], start_up: StartUp | None = None
+    ) -> None:
+        """`start_up`: what finds where the window begins, if that is not given (collective)."""
         assert options.until_error is not None
-        self._wanted, self._start, self._fewest = options.until_error, options.start, options.blocks
+        self._wanted, self._fewest, self._start_up = options.until_error, options.blocks, start_up
+        self._given = find_first_sample(options)
         self.map = name_map(options, sim.has_particles)
         """The mean map whose error counts; of a vector its component along z."""
         self._means: GrowingMeans = phases[QUANTITIES[self.map].phase]
@@ -45,13 +49,17 @@ class UntilSure:
 
     def judge(self, sim: Simulation) -> None:
         """After a sample: look at the error where one is due, and end the run if it is as wanted (collective)."""
-        means = self._means
-        if means.samples != means.full * means.per_block or means.full < self._fewest or means.full % 2:
+        means, start_up = self._means, self._start_up
+        if not means.is_look:
+            return
+        if start_up and (not start_up.is_over or means.full - means.first < self._fewest):
+            self.error = self.expected_end = math.nan
             return
         found = means.judge(self.map, sim.comm.allreduce)
         parts = sim.comm.gather((sim.owned, found))
         self.error, upper = sim.comm.bcast(None if parts is None else self._compare(sim, parts))
-        self.expected_end = self._start + (sim.time - self._start) * (upper / self._wanted) ** 2
+        begin = start_up.begin if start_up else self._given
+        self.expected_end = begin + (sim.time - begin) * (upper / self._wanted) ** 2
         if upper <= self._wanted:
             self._end(sim)
 
