@@ -43,7 +43,7 @@ HISTORIES: dict[str, tuple[str, str]] = {
     ),
     "averages_error": (
         "1",
-        "standard error of the map averages.error_of over the map, root mean square, so far; none before it is known",
+        "standard error of the mean averages.error_of over the mean, of maps root mean square; none before it is known",
     ),
     "expected_end": ("s", "time at which the means are expected to have the error averages.until_error"),
     "inlet_velocity": (

@@ -78,7 +78,8 @@ def tabulate_solved(results: Results) -> Rows:
         rows += [("start-up, found by the run: over at [s]", begin if is_over else NOT_REACHED)]
     if ended := str(results.data.attrs.get("ended_by", "")):
         error = float(results.data.attrs.get("averaging_error", math.nan))
-        rows += [("ended by", ended), ("error of the time means", error)]
+        name = str(results.data.attrs.get("averaging_error_of", "the time means"))
+        rows += [("ended by", ended), (f"error of the mean of {name}", error)]
     return [{"what": what, "value": value} for what, value in rows]
 
 

@@ -116,3 +116,23 @@ def test_a_map_without_an_error_to_reach_is_refused(tmp_path):
     text = GAS_OF_SPHERES.replace("until_error = 0.1\n", "")
     with pytest.raises(CaseError, match="given without averages"):
         prepare(tmp_path, text=text)
+
+
+def test_a_history_may_end_the_run(tmp_path):
+    """The mean kinetic energy within 2 %, as its rows have it."""
+    sets = ['averages.error_of="kinetic_energy"', "averages.until_error=0.02", "contact.steps_per_contact=100"]
+    run, rows = prepare(tmp_path, [*sets, "end_time=6", "output.record_every=0.005"], GAS_OF_SPHERES), []
+    launch(run, 1, rows.append)
+    results = read(run)
+    about, end = results.attrs, float(results["time"][-1])
+    energy = results["kinetic_energy"].sel(time=slice(0.1, None)).values
+    print(f"ended at {end:g} s with an error of {about['averaging_error']:g}, {energy.mean():g} J +- {energy.std():g}")
+    assert about["ended_by"] == "until_error" and about["averaging_error_of"] == "kinetic_energy" and 0.1 < end < 6.0
+    plain = energy.std() / energy.mean() / np.sqrt(len(energy))
+    assert plain < about["averaging_error"] <= 0.02 and rows[-1]["averages_error"] == about["averaging_error"]
+
+
+def test_a_history_that_the_case_has_not_is_refused(tmp_path):
+    for name in ("pressure_drop", "gas_support"):
+        with pytest.raises(CaseError, match=f'"{name}" is given and the case has no .gas.; name what it has'):
+            prepare(tmp_path, [f'averages.error_of="{name}"'], GAS_OF_SPHERES)

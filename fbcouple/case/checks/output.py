@@ -10,7 +10,7 @@ from fbcouple.case.checks.bed import try_region
 from fbcouple.case.checks.registry import BED, check, has_bed
 from fbcouple.case.companions import find_companion
 from fbcouple.case.problems import Problem, show
-from fbcouple.case.schema.output import AUTO, OF_SOLIDS
+from fbcouple.case.schema.output import AUTO, OF_GAS, OF_SOLIDS
 from fbcouple.case.schema.sections import Case
 from fbcouple.case.user_code import examine_task_file
 from fbcouple.errors import CaseError
@@ -138,7 +138,7 @@ def check_start(case: Case, folder: Path) -> Iterator[Problem]:
 
 @check("averages.until_error", "averages.error_of", "averages.blocks", "gas", "particles")
 def check_until_error(case: Case, folder: Path) -> Iterator[Problem]:
-    """What ends a run by its error has blocks enough, and a map that the case has."""
+    """What ends a run by its error has blocks enough, and a map or history that the case has."""
     if case.averages is None:
         return
     chosen, blocks = case.averages.error_of, case.averages.blocks
@@ -150,8 +150,6 @@ def check_until_error(case: Case, folder: Path) -> Iterator[Problem]:
         text = f"{blocks} is given, at least {FEWEST_BLOCKS} are allowed with averages.until_error"
         yield Problem("averages.blocks", f"{text}: fewer tell no error; give more.")
     lacking = "particles" if case.particles is None and chosen in OF_SOLIDS else ""
-    lacking = "gas" if case.gas is None and chosen is not None and chosen not in OF_SOLIDS else lacking
+    lacking = "gas" if case.gas is None and chosen in OF_GAS else lacking
     if lacking:
-        yield Problem(
-            "averages.error_of", f'"{chosen}" is given and the case has no [{lacking}]; name a map that it has.'
-        )
+        yield Problem("averages.error_of", f'"{chosen}" is given and the case has no [{lacking}]; name what it has.')

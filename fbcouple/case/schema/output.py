@@ -22,7 +22,15 @@ MeanMap = Literal[
 ]
 
 
-OF_SOLIDS: tuple[MeanMap, ...] = ("solids_fraction", "solids_flux", "agitation", "granular_temperature")
+MeanHistory = Literal["bed_height", "solids_centre_z", "kinetic_energy", "pressure_drop", "gas_support"]
+
+OF_SOLIDS = (
+    *("solids_fraction", "solids_flux", "agitation", "granular_temperature"),
+    *("bed_height", "solids_centre_z", "kinetic_energy", "gas_support"),
+)
+"""Maps and histories whose error may end a run and that only particles make."""
+OF_GAS = ("voidage", "gas_velocity", "gas_flux", "pressure", "pressure_drop", "gas_support")
+"""The same of gas."""
 
 
 AUTO = "auto"
@@ -56,15 +64,15 @@ class Averages(Section):
         le=1000,
     )
     until_error: float | None = option(
-        "Standard error of the map `error_of` over the map, root mean square, at which the run is complete, if that is "
-        "before end_time; absent: it runs to end_time.",
+        "Standard error of the map `error_of` over the map, root mean square, or of the mean of a history over the "
+        "mean, at which the run is complete, if that is before end_time; absent: it runs to end_time.",
         default=None,
         gt=0.0,
         lt=1.0,
     )
-    error_of: MeanMap | None = option(
-        "Mean map whose error ends the run, of a vector its component along z; absent: solids_flux, without particles "
-        "gas_velocity.",
+    error_of: Literal[MeanMap, MeanHistory] | None = option(
+        "Mean map whose error ends the run, of a vector its component along z, or history; absent: solids_flux, "
+        "without particles gas_velocity.",
         default=None,
     )
 
@@ -75,7 +83,7 @@ def find_first_sample(averages: Averages) -> float:
 
 
 def name_map(averages: Averages, has_particles: bool) -> str:
-    """The mean map whose error ends a run."""
+    """The mean map, or history, whose error ends a run."""
     return averages.error_of or ("solids_flux" if has_particles else "gas_velocity")
 
 

@@ -34,8 +34,9 @@ class History(Task):
         self._run, self._monitors = run, monitors
         self._sure = averages.until_sure if averages else None
         self._start_up = averages.start_up if averages else None
-        if self._start_up:
-            self._start_up.read_rows = lambda: self.rows
+        for reader in (self._start_up, self._sure):
+            if reader:
+                reader.read_rows = lambda: self.rows
         self.rows: list[dict[str, Any]] = []
         self.recorded_at = -1
         """The step of the last row."""
