@@ -49,9 +49,8 @@ def find_start_up_in_means(results: Results) -> Mark | None:
     time = results.data["time"].values
     if not ((time >= results.window[0]) & (time < last.start)).any():
         return None
-    sentence = (
-        f"{means} begin in the start-up: {last.name} is steady from {last.start:.3g} s on; set averages.start to that."
-    )
+    sentence = f"{means} begin in the start-up: {last.name} is steady from {last.start:.3g} s on"
+    sentence += '; set averages.start to that, or to "auto".'
     return Mark("start-up included", sentence)
 
 

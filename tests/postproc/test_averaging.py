@@ -61,6 +61,19 @@ def test_means_from_within_the_start_up_are_marked(results):
     assert mark_runs([results, early]) == "; start-up included: early"
 
 
+@pytest.mark.parametrize("drift", [3.21, float("nan")])
+def test_a_run_that_looked_for_its_start_up_itself_has_told(results, drift):
+    """It knows its maps, too: its word counts, and not what the histories alone say."""
+    early = begin(results, 0.5)
+    early.data.attrs |= {"start_up_over": 1, "start_up_drift": 0.9}
+    assert find_start_up_in_means(early) is None and averaging_text(early) == "time mean over 0.5–20 s"
+    early.data.attrs |= {"start_up_over": 0, "start_up_drift": drift}
+    found = find_start_up_in_means(early)
+    assert found.brief == "start-up not over" and averaging_text(early) == "time mean over 0.5–20 s; start-up not over"
+    seen = "drift 3.21, at most 1.05 is wanted" if drift > 0.0 else "the record is too short to tell"
+    assert f"has not seen its start-up end ({seen}): the time means over 0.5–20 s begin" in found.sentence
+
+
 @pytest.mark.parametrize(("rows", "brief"), [(20, "start-up not seen to be over"), (120, "start-up not over")])
 def test_a_start_up_that_is_not_seen_to_be_over_is_marked(results, rows, brief):
     early = cut(begin(results, 0.05, 0.01 * (rows - 1)), rows)

@@ -84,6 +84,7 @@ REFUSED = {
     "an empty ramp": (edit(r"^inlet_velocity.*$", "inlet_ramp = []"), "not rows of two numbers"),
     "inflow is infinite": (edit(r"^inlet_velocity.*$", "inlet_velocity = inf"), r"gas\.inlet_velocity of its case"),
     "averaging_start is a text": (put("averaging_start", "soon"), "averaging_start is `soon`, and not a number"),
+    "start_up_over is a text": (put("start_up_over", "yes"), "start_up_over is `yes`, and not a number"),
     "averaging_end is a list": (put("averaging_end", [1.0, 2.0]), "averaging_end .* not a number"),
     "ranks is a text": (put("ranks", "two"), "ranks is `two`"),
     "texts for numbers": (text_like("bed_height"), "bed_height holds no numbers"),
