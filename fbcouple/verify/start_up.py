@@ -43,7 +43,7 @@ class Stopped:
     held: float
 
 
-@check("start-up")
+@check("start-up", fast=False)
 def check_start_up(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     """A steady series, four start-ups that die away, and two that do not within the series."""
     generator = np.random.default_rng(17)
