@@ -12,22 +12,24 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from fbcouple.doctor.room import list_room
+from fbcouple.doctor.row import Row
+from fbcouple.doctor.variables import CAPABILITIES, VARIABLES, list_wrong_variables
 from fbcouple.errors import SolverError
 from fbcouple.machine.cache import require_trusted
 from fbcouple.machine.environment import child_environment
+from fbcouple.machine.launchers import LAUNCHER
 from fbcouple.machine.programs import run_program
 from fbcouple.paths import ABOVE, cache_folder
 from fbcouple.solvers.c_library import MPI_LIBRARY
 from fbcouple.solvers.openfoam.build import adapter_path, build_adapter, compiler_version
+from fbcouple.solvers.site_files import FUNCTIONS, LIGGGHTS, LIGGGHTS_NAMES, find_liggghts
 
 if TYPE_CHECKING:
     from packaging.requirements import Requirement
 
 _FIX = "fbcouple doctor --fix"
 _INSTALL = "sudo apt-get install"
-_GIBIBYTE = 2**30
-_MEMORY = 2.0
-_DISK = 2.0
 _SYSTEM_PROJECT = "/usr/share/openfoam"
 _FOAM_LIBRARIES = ("libOpenFOAM.so", "libfiniteVolume.so", "libincompressibleTurbulenceModels.so")
 _FOAM_PROGRAMS = ("blockMesh", "topoSet", "createPatch", "decomposePar")
@@ -56,17 +58,6 @@ print(plotter.render_window.GetClassName())
 
 
 @dataclass(frozen=True)
-class Row:
-    """One thing that a run needs: what was found, what is wanted, and the command that fixes it."""
-
-    name: str
-    found: str
-    wanted: str
-    ok: bool
-    mend: str
-
-
-@dataclass(frozen=True)
 class _Loaded:
     """What a process said that loaded a library: its words, the files then in memory, or why it failed."""
 
@@ -85,10 +76,11 @@ def examine() -> list[Row]:
     mpi = _load("mpi4py")
     return [
         _python(),
+        _variables(),
         *_dependencies(),
         _mpi(mpi),
         _launcher(mpi),
-        _library("libliggghts.so.3", mpi, f"{_INSTALL} liggghts"),
+        _liggghts(mpi),
         *(_library(name, mpi, f"{_INSTALL} openfoam") for name in _FOAM_LIBRARIES),
         *(_program(name) for name in _FOAM_PROGRAMS),
         _control_dict(),
@@ -96,9 +88,7 @@ def examine() -> list[Row]:
         _cache(),
         _adapter(mpi),
         _pictures(),
-        _cores(),
-        _memory(),
-        _disk(),
+        *list_room(),
     ]
 
 
@@ -161,22 +151,59 @@ def _try_out(program: str, *words: str) -> _Loaded:
     return _Loaded(lines[0], tuple(lines[1:]), False)
 
 
+def _variables() -> Row:
+    """What the site names by environment variables must be there."""
+    named = [f"{name}={os.environ[name]}" for name in VARIABLES if os.environ.get(name)]
+    wrong = list_wrong_variables()
+    found = "; ".join(wrong or named) or "none set"
+    return Row("variables", found, "what they name is there", not wrong, "set them right, or unset them")
+
+
 def _mpi(mpi: _Loaded) -> Row:
     found = mpi.words if mpi.failed else f"{mpi.words}, {' and '.join(mpi.mpi) or 'no libmpi'}"
-    ok = not mpi.failed and mpi.words.startswith("Open MPI") and len(mpi.mpi) == 1
     mend = f"{_INSTALL} openmpi-bin && {shlex.join([sys.executable, '-m', 'pip', 'install', 'mpi4py>=4.0'])}"
-    return Row("mpi4py's MPI", found, "one Open MPI", ok, mend)
+    return Row("mpi4py's MPI", found, "one MPI", not mpi.failed and len(mpi.mpi) == 1, mend)
 
 
 def _launcher(mpi: _Loaded) -> Row:
-    """The launcher must be of the Open MPI that mpi4py loads, or each rank believes that it is alone."""
-    found = _first_line(["mpirun", "--version"])
+    """The launcher must be of the MPI that mpi4py loads, or each rank believes that it is alone.
+
+    Of Open MPI the release is the same, too; of a batch system's launcher only a run can say it.
+    """
+    name = os.environ.get(LAUNCHER) or "mpirun"
+    found = _first_line([name, "--version"])
     wanted = re.search(r"\bv(\d+\.\d+\.\d+)", mpi.words)
-    release = re.search(r"\(Open MPI\) (\d+\.\d+\.\d+)", found)
+    release = re.search(r"\((?:Open MPI|OpenRTE)\) (\d+\.\d+\.\d+)", found)
+    mend = f"{_INSTALL} openmpi-bin"
+    if name not in ("mpirun", "mpiexec"):
+        mend = f"load the batch system's module, or unset {LAUNCHER}"
+        return Row(name, found, "on PATH", found != "not on PATH", mend)
+    if not mpi.words.startswith("Open MPI"):
+        ok = found != "not on PATH" and release is None
+        return Row(name, found, f"{name} of {mpi.words.split(' Version')[0]}", ok, "load the module of mpi4py's MPI")
     ok = release is not None and (wanted is None or release[1] == wanted[1])
-    return Row(
-        "mpirun", found, f"mpirun (Open MPI) {wanted[1] if wanted else ''}".rstrip(), ok, f"{_INSTALL} openmpi-bin"
-    )
+    return Row(name, found, f"{name} (Open MPI) {wanted[1] if wanted else ''}".rstrip(), ok, mend)
+
+
+def _liggghts(mpi: _Loaded) -> Row:
+    """The library that a rank would load, by whatever name, must be LIGGGHTS' and do what the coupling asks for."""
+    mend = f"{_INSTALL} liggghts, or name a library of LIGGGHTS 3.8 in {LIGGGHTS}"
+    try:
+        name = find_liggghts(_require_loadable)
+    except SolverError as error:
+        return Row(LIGGGHTS_NAMES[0], str(error), "loads", False, mend)
+    row = _library(name, mpi, mend)
+    if not row.ok:
+        return row
+    told = _try_out(CAPABILITIES, name, *FUNCTIONS)
+    ok = not told.failed and told.words.startswith("LIGGGHTS")
+    return Row(row.name, f"{row.found}; {told.words}", f"{row.wanted}; LIGGGHTS with all that is called", ok, mend)
+
+
+def _require_loadable(name: str) -> None:
+    """Raise OSError with the loader's words if library `name` does not load."""
+    if (loaded := _load(name)).failed:
+        raise OSError(loaded.words)
 
 
 def _library(name: str, mpi: _Loaded, mend: str) -> Row:
@@ -250,30 +277,6 @@ def _pictures() -> Row:
     tried = _try_out(_PICTURE)
     mend = f"{_INSTALL} libegl1 libgl1-mesa-dri"
     return Row("3-D pictures", tried.words, "drawn without a screen", not tried.failed, mend)
-
-
-def _cores() -> Row:
-    cores = len(os.sched_getaffinity(0))
-    return Row("cores", str(cores), ">=1", cores >= 1, "give this process a core")
-
-
-def _memory() -> Row:
-    words = re.search(r"^MemAvailable:\s+(\d+) kB", Path("/proc/meminfo").read_text(encoding="utf-8"), re.MULTILINE)
-    free = int(words[1]) * 1024 / _GIBIBYTE if words else 0.0
-    return Row(
-        "free memory",
-        f"{free:.1f} GiB",
-        f">={_MEMORY} GiB",
-        free >= _MEMORY,
-        "end other programs, or take a bigger machine",
-    )
-
-
-def _disk() -> Row:
-    folder = Path.cwd()
-    free = shutil.disk_usage(folder).free / _GIBIBYTE
-    mend = f"free space in {folder}, or run fbcouple on another disk"
-    return Row("free disk", f"{free:.1f} GiB", f">={_DISK} GiB", free >= _DISK, mend)
 
 
 def _first_line(command: list[str]) -> str:

@@ -12,7 +12,6 @@ from fbcouple.errors import SolverError
 
 MPI_LIBRARY = r"libmpi\.so|libmpich|libmpi\.\d"
 """Pattern of the file name of an MPI library."""
-LIGGGHTS = "libliggghts.so.3"
 Signature = tuple[Any, Sequence[Any]]
 
 

@@ -12,13 +12,16 @@ import numpy as np
 from mpi4py import MPI
 
 from fbcouple.errors import SolverError
-from fbcouple.solvers.c_library import LIGGGHTS, Signature, load_library
+from fbcouple.solvers.c_library import Signature, load_library
 from fbcouple.solvers.c_stream import shorten, standard_output_into
+from fbcouple.solvers.site_files import find_liggghts
 
+_COMMUNICATOR = {4: ctypes.c_int, 8: ctypes.c_void_p}[MPI._sizeof(MPI.Comm)]
+"""The handle of a communicator in C: a pointer in Open MPI, a number in MPICH and what stems from it."""
 _FUNCTIONS: dict[str, Signature] = {
     "lammps_open": (
         None,
-        [ctypes.c_int, ctypes.POINTER(ctypes.c_char_p), ctypes.c_void_p, ctypes.POINTER(ctypes.c_void_p)],
+        [ctypes.c_int, ctypes.POINTER(ctypes.c_char_p), _COMMUNICATOR, ctypes.POINTER(ctypes.c_void_p)],
     ),
     "lammps_close": (None, [ctypes.c_void_p]),
     "lammps_file": (None, [ctypes.c_void_p, ctypes.c_char_p]),
@@ -66,11 +69,11 @@ class Liggghts:
         self.remembers, self.identifies, self._carried = remembers, identifies, 0.0
         self.held_gravity = 0.0
         """Gravity [m/s2] whose weight is in `held_force`; 0 where LIGGGHTS has a fix of its own for it."""
-        self._library = load_library(LIGGGHTS, _FUNCTIONS, "sudo apt-get install liggghts")
+        self._library = load_library(find_liggghts(), _FUNCTIONS, "sudo apt-get install liggghts")
         self._log, self._runs = log if comm.rank == 0 else None, 0
         words = [b"liggghts", b"-log", b"none"]
         arguments = (ctypes.c_char_p * (len(words) + 1))(*words, None)
-        handle = ctypes.c_void_p.from_address(MPI._addressof(comm))
+        handle = _COMMUNICATOR.from_address(MPI._addressof(comm))
         self._lammps = ctypes.c_void_p()
         # The screen and not the log: what goes wrong on one rank LIGGGHTS tells on its screen alone.
         with standard_output_into(log):

@@ -18,8 +18,8 @@ from fbcouple.machine.environment import mpi_environment
 from fbcouple.machine.programs import run_program
 from fbcouple.paths import ABOVE, PACKAGE
 from fbcouple.run_folder.provenance import Versions
-from fbcouple.solvers.c_library import LIGGGHTS
 from fbcouple.solvers.openfoam.build import adapter_path, find_installation
+from fbcouple.solvers.site_files import find_liggghts
 from fbcouple.version import __version__
 
 NOT_FOUND = "not found"
@@ -92,12 +92,22 @@ def _find_openfoam() -> Versions:
 
 def _find_liggghts() -> str:
     """Version and hash of the library that a rank would load; it is loaded in a process of its own."""
-    file = Path(_ask(sys.executable, "-I", "-c", _PROBE, LIGGGHTS))
-    if not file.is_file():
+    try:
+        named = find_liggghts(_load_elsewhere)
+        file = Path(named if os.path.isabs(named) else _load_elsewhere(named))
+        content = file.read_bytes()
+    except (SolverError, OSError):
         return NOT_FOUND
-    content = file.read_bytes()
     version = re.search(rb"LIGGGHTS-[A-Z]+ \d[\w.]*", content)
     return f"{version[0].decode() if version else file.name}, library {hashlib.sha256(content).hexdigest()[:16]}"
+
+
+def _load_elsewhere(name: str) -> str:
+    """The file that the loader takes for library `name`. Raises: OSError with its words."""
+    done = run_program([sys.executable, "-I", "-c", _PROBE, name], mpi_environment())
+    if done.returncode:
+        raise OSError((done.stderr.strip().splitlines() or ["no words"])[-1])
+    return done.stdout.splitlines()[0]
 
 
 def _ask(*command: str) -> str:

@@ -1,7 +1,9 @@
 """Doctor: every row of this machine, and what it says where something is missing or does not fit."""
 
 import importlib.metadata
+import os
 import re
+import subprocess
 import sys
 import tomllib
 from pathlib import Path
@@ -15,6 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PICTURE = doctor._PICTURE
 NEEDED = {
     "python",
+    "variables",
     "numpy",
     "mpi4py",
     "mpi4py's MPI",
@@ -157,3 +160,35 @@ def test_3d_pictures_are_no_part_of_a_run(monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     row = doctor._pictures()
     assert row.ok and "not installed" in row.found
+
+
+def test_a_launcher_of_mpich_goes_with_an_mpi4py_of_mpich(monkeypatch):
+    load, words = doctor._load, "MPICH Version: 4.2.0"
+    monkeypatch.setattr(
+        doctor,
+        "_load",
+        lambda name: doctor._Loaded(words, ("/lib/libmpich.so.12",), False) if "4" in name else load(name),
+    )
+    monkeypatch.setattr(doctor, "_first_line", lambda _: "HYDRA build details:")
+    rows = {row.name: row for row in doctor.examine()}
+    assert rows["mpi4py's MPI"].ok and rows["mpirun"].ok and rows["mpirun"].wanted == "mpirun of MPICH"
+
+
+def test_variables_of_the_site_are_shown_and_judged(monkeypatch, tmp_path):
+    monkeypatch.setenv("FBCOUPLE_BIND", "core")
+    assert row("variables").ok and "FBCOUPLE_BIND=core" in row("variables").found
+    monkeypatch.setenv("FBCOUPLE_BIND", "cores")
+    monkeypatch.setenv("FBCOUPLE_LIGGGHTS", str(tmp_path / "none.so"))
+    found = row("variables")
+    assert not found.ok and "FBCOUPLE_BIND: 'cores' is given" in found.found and "none.so: no such file" in found.found
+
+
+def test_a_library_that_is_no_liggghts_is_told_by_what_it_lacks(monkeypatch, tmp_path):
+    """With the MPI of this machine, but none of the functions that are called."""
+    empty = tmp_path / "libliggghts.so"
+    link = ["-x", "none", "-Wl,--no-as-needed", doctor._load("mpi4py").mpi[0]]
+    subprocess.run(["g++", "-shared", "-fPIC", "-x", "c++", os.devnull, "-o", empty, *link], check=True)
+    monkeypatch.setenv("FBCOUPLE_LIGGGHTS", str(empty))
+    found = row("libliggghts.so")
+    assert not found.ok and "has no function lammps_open, lammps_close" in found.found
+    assert "name a library of LIGGGHTS 3.8 in FBCOUPLE_LIGGGHTS" in found.mend

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from fbcouple.errors import SolverError
 from fbcouple.solvers.openfoam.commands import run_command
+from fbcouple.solvers.site_files import OPENFOAM_SOURCE, find_openfoam_source
 
 _LIBRARIES = (
     "OpenFOAM",
@@ -24,6 +25,11 @@ _LIBRARIES = (
     "TurbulenceModels/incompressible",
 )
 _TREES = ("transportModels",)
+_NO_SOURCE = (
+    "source package openfoam={version}, which belongs to the installed libopenfoam, was not got: {error}\n"
+    "if the mirror has a newer version: sudo apt-get update && sudo apt-get install openfoam, then build again; "
+    f"without a mirror unpack that version's source (develop.openfoam.com) and name its folder in {OPENFOAM_SOURCE}"
+)
 _NETWORK = "check that this machine reaches its Debian mirror (sudo apt-get update), then build again"
 
 
@@ -38,7 +44,8 @@ def include_folders(source: Path) -> list[Path]:
 
 
 def debian_headers(version: str, cache: Path) -> Path:
-    """Return a folder laid out like OpenFOAM's `src`, fetched into the cache the first time.
+    """Return a folder laid out like OpenFOAM's `src`, put into the cache the first time: from the source tree that
+    FBCOUPLE_OPENFOAM_SOURCE names, else from Debian's source package.
 
     Parameters
     ----------
@@ -47,13 +54,14 @@ def debian_headers(version: str, cache: Path) -> Path:
 
     Raises
     ------
-    SolverError : the source package cannot be fetched or unpacked
+    SolverError : the source package cannot be fetched or unpacked, or the variable names another source
     """
+    own = find_openfoam_source(version.split(".", maxsplit=1)[0])
     kept = cache / f"openfoam-{version}-headers"
     if not kept.is_dir():
         with tempfile.TemporaryDirectory(prefix="openfoam-source-", dir=cache) as name:
             scratch = Path(name)
-            source = _fetch_source(version, scratch)
+            source = _copy_source(own, scratch) if own else _fetch_source(version, scratch)
             _collect(source, scratch / "headers")
             (scratch / "headers").rename(kept)
     return kept
@@ -63,21 +71,30 @@ def _fetch_source(version: str, scratch: Path) -> Path:
     """Fetch and unpack Debian's source package in a private folder; return the unpacked tree."""
     options = _private_apt(scratch)
     run_command(["apt-get", *options, "update"], mend=_NETWORK, folder=scratch)
+    command = ["apt-get", *options, "source", "--only-source"]
+    mend = "needs dpkg-dev (sudo apt-get install dpkg-dev) and the source package on this machine's mirror"
     try:
-        run_command(
-            ["apt-get", *options, "source", "--only-source", f"openfoam={version}"],
-            mend="needs dpkg-dev (sudo apt-get install dpkg-dev) and the source package on this machine's mirror",
-            folder=scratch,
-        )
+        run_command([*command, f"openfoam={version}"], mend=mend, folder=scratch)
     except SolverError as error:
-        raise SolverError(
-            f"source package openfoam={version}, which belongs to the installed libopenfoam, was not got: {error}\n"
-            "if the mirror has a newer version: sudo apt-get update && sudo apt-get install openfoam, then build again"
-        ) from error
-    trees = [path for path in scratch.glob("openfoam-*") if (path / "wmake" / "wmakeLnInclude").is_file()]
+        # A mirror may lack the description of a source package, and the patches, and have OpenFOAM's own archive.
+        try:
+            run_command([*command, "--tar-only", "--download-only", f"openfoam={version}"], mend=mend, folder=scratch)
+            archives = [str(path) for path in scratch.glob("openfoam_*.orig.tar.*") if path.suffix != ".asc"]
+            run_command(["tar", "-xf", *archives], mend="fetch it again", folder=scratch)
+        except SolverError:
+            raise SolverError(_NO_SOURCE.format(version=version, error=error)) from error
+    trees = [path for path in scratch.glob("*") if (path / "wmake" / "wmakeLnInclude").is_file()]
     if len(trees) != 1:
         raise SolverError(f"source package openfoam={version} unpacked to {len(trees)} trees with wmake; 1 is allowed")
     return trees[0]
+
+
+def _copy_source(source: Path, scratch: Path) -> Path:
+    """Copy of a source tree what headers are collected from: that leaves links in the tree, which is another's."""
+    copy = scratch / "source"
+    for part in ("wmake", *(f"src/{library}" for library in (*_LIBRARIES, *_TREES))):
+        shutil.copytree(source / part, copy / part, symlinks=True, dirs_exist_ok=True)
+    return copy
 
 
 def _private_apt(scratch: Path) -> list[str]:
