@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # From nothing to a working fbcouple on Debian 12: system packages, .venv at the root, the adapter.
-# A step that is done is skipped. PYTHON names another interpreter (>= 3.11) for .venv.
+# A step that is done is skipped. PYTHON names another interpreter (>= 3.11) for .venv; with NEWEST=1 Python packages are
+# the newest that pyproject.toml allows, else those of scripts/constraints.txt.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -84,17 +85,18 @@ system_packages() {
 }
 
 python_packages() {
-    local python mark=.venv/installed-from stamp
+    local python mark=.venv/installed-from stamp versions=(-c scripts/constraints.txt)
     if ! [ -x .venv/bin/python ]; then
         python=$(find_python) || { echo "install.sh: no Python >= 3.11 with venv; name one in PYTHON" >&2; exit 1; }
         step ".venv with $python" "$python" -m venv .venv
     fi
-    stamp=$(cat pyproject.toml fbcouple/version.py <(printf '%s' "$root") | sha256sum)
+    if [ "${NEWEST:-0}" = 1 ]; then versions=(--upgrade --upgrade-strategy eager); fi
+    stamp=$(cat pyproject.toml fbcouple/version.py scripts/constraints.txt <(printf '%s' "$root ${versions[*]}") | sha256sum)
     if [ -f "$mark" ] && [ "$(cat "$mark")" = "$stamp" ]; then
         echo "python packages: all there"
         return
     fi
-    step "python packages: pip install -e .[dev]" .venv/bin/python -m pip install --quiet -e '.[dev]'
+    step "python packages: pip install -e .[dev]" .venv/bin/python -m pip install --quiet "${versions[@]}" -e '.[dev]'
     printf '%s\n' "$stamp" >"$mark"
 }
 
