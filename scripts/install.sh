@@ -44,10 +44,16 @@ find_python() {
 }
 
 wanted_packages() {
-    printf '%s\n' liggghts openmpi-bin g++ dpkg-dev libegl1 libgl1-mesa-dri
-    printf '%s\n' libglu1-mesa libxcursor1 libxft2 libxinerama1  # gmsh, which tests make meshes with
-    [ -d "${WM_PROJECT_DIR:-}/src/OpenFOAM" ] || printf '%s\n' openfoam
-    find_python >/dev/null || printf '%s\n' python3 python3-venv
+    local use package rest
+    while read -r use package rest; do
+        case "$use $package" in
+            "#"* | " ") continue ;;
+            *" openfoam") if [ -d "${WM_PROJECT_DIR:-}/src/OpenFOAM" ]; then continue; fi ;;
+            *" liggghts") if [ -f "${FBCOUPLE_LIGGGHTS:-}" ]; then continue; fi ;;
+            "python "*) if find_python >/dev/null; then continue; fi ;;
+        esac
+        printf '%s\n' "$package"
+    done <fbcouple/doctor/system_packages.txt
 }
 
 missing_packages() {

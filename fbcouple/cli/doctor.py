@@ -12,16 +12,27 @@ from fbcouple.cli.table import format_verdict, print_table
 from fbcouple.errors import SolverError
 from fbcouple.run_folder.plain_files import require_plain
 
+RECIPES = ("apptainer", "docker", "spack", "modules")
+"""As `fbcouple.doctor.recipe` has them, which loads templates."""
+
 
 @click.command()
 @click.option("--fix", "fixes", is_flag=True, help="First repair what needs no package manager.")
 @click.option("--bundle", "bundles", is_flag=True, help="Write an archive for a bug report, with RUN if one is given.")
+@click.option("--recipe", type=click.Choice(RECIPES), help="Print what installs fbcouple there, and nothing else.")
 @click.argument("run", required=False, type=click.Path(path_type=Path))
-def doctor(fixes: bool, bundles: bool, run: Path | None) -> None:
+def doctor(fixes: bool, bundles: bool, recipe: str | None, run: Path | None) -> None:
     """Check the installation and how to repair it; exit code 0 only if a run can work.
 
     With --bundle, write versions, and of RUN the case, decks, manifest and logs, to an archive without secrets.
     """
+    if recipe:
+        from fbcouple.doctor.recipe import write_recipe
+
+        if fixes or bundles or run:
+            raise click.UsageError("--recipe stands alone")
+        click.echo(write_recipe(recipe), nl=False)
+        return
     if run and not bundles:
         raise click.UsageError("RUN goes into the archive of --bundle")
     if run:
