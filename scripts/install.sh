@@ -69,7 +69,21 @@ apt_install() {
 
 # The package lists are only renewed if they are too old or empty to install from.
 install_packages() {
-    apt_install "$@" || { as_root apt-get update && apt_install "$@"; }
+    apt_install "$@" || { as_root apt-get update && apt_install "$@"; } || { explain_absent "$@" && return 1; }
+}
+
+# What else serves where the system's package lists have no such package.
+explain_absent() {
+    local package
+    for package in "$@"; do
+        if LC_ALL=C apt-cache policy "$package" | grep -q 'Candidate: [^(]'; then continue; fi
+        printf '%s is not in the package lists of %s; ' "$package" "$(. /etc/os-release && printf '%s' "$PRETTY_NAME")"
+        case "$package" in
+            openfoam) echo "source the etc/bashrc of openfoam.com v1912 or later (its packages are on openfoam.com), then run this again" ;;
+            liggghts) echo "build LIGGGHTS-PUBLIC 3.8 as a shared library and name it in FBCOUPLE_LIGGGHTS, then run this again" ;;
+            *) echo "on Ubuntu: add-apt-repository universe" ;;
+        esac
+    done
 }
 
 system_packages() {
@@ -84,8 +98,9 @@ system_packages() {
         return
     fi
     if [ "$(id -u)" -ne 0 ] && ! command -v sudo >/dev/null; then
-        echo "install.sh: needs root for: apt-get install --no-install-recommends ${missing[*]}" >&2
-        exit 1
+        administrator="apt-get install -y --no-install-recommends ${missing[*]}"
+        echo "system packages: need an administrator; what needs none is done now"
+        return
     fi
     step "system packages: ${missing[*]}" install_packages "${missing[@]}"
 }
@@ -106,6 +121,11 @@ python_packages() {
     printf '%s\n' "$stamp" >"$mark"
 }
 
+administrator=
 system_packages
 python_packages
+if [ -n "$administrator" ]; then
+    echo "install.sh: one command is left for an administrator, then run this again: $administrator" >&2
+    exit 1
+fi
 step "adapter for OpenFOAM" .venv/bin/python -m fbcouple.solvers.openfoam.build

@@ -27,3 +27,19 @@ def test_demo_refuses_unknown_words(words, tmp_path):
     )
     assert done.returncode == 2
     assert "usage: run-demo.sh [--fresh]" in done.stderr and words[0] in done.stderr
+
+
+def test_without_root_the_rest_is_done_and_one_command_is_left(tmp_path):
+    """On a system without sudo whose dpkg knows no package: Python packages are installed, then the command is told."""
+    parts = (ROOT / "scripts/install.sh").read_text().replace('cd "$root"', f'cd "{ROOT}"')
+    script = tmp_path / "install.sh"
+    done = 'python_packages() { echo "python packages: done"; }\nid() { echo 1000; }\n'
+    script.write_text(parts.replace("administrator=\n", f"{done}administrator=\n", 1))
+    for name in ("dpkg-query", "dirname", "mktemp", "rm", "grep", "python3"):
+        real = subprocess.run(["which", name], capture_output=True, text=True, check=False).stdout.strip()
+        (tmp_path / name).symlink_to("/bin/false" if name == "dpkg-query" else real)
+    told = {"PATH": str(tmp_path)}
+    ran = subprocess.run(["/bin/bash", script], env=told, capture_output=True, text=True, check=False)
+    assert ran.returncode == 1 and ran.stdout.splitlines()[-1] == "python packages: done", ran.stdout + ran.stderr
+    words = "for an administrator, then run this again: apt-get install -y --no-install-recommends openmpi-bin liggghts"
+    assert words in ran.stderr and len(ran.stderr.splitlines()) == 1
