@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# From nothing to a working fbcouple on Debian 12: system packages, .venv at the root, the adapter.
+# From nothing to a working fbcouple on Debian 12 or 13: system packages, .venv at the root, the adapter.
 # A step that is done is skipped. PYTHON names another interpreter (>= 3.11) for .venv; with NEWEST=1 Python packages are
 # the newest that pyproject.toml allows, else those of scripts/constraints.txt.
 set -euo pipefail
