@@ -99,3 +99,18 @@ def test_a_source_of_another_version_is_refused(source, monkeypatch, about):
     monkeypatch.setenv(OPENFOAM_SOURCE, str(source))
     with pytest.raises(SolverError, match=r"FBCOUPLE_OPENFOAM_SOURCE=.*allowed: the source tree of api=1912"):
         find_openfoam_source("1912")
+
+
+def test_the_archive_alone_serves_where_the_rest_of_the_source_package_is_missing(source, tmp_path, monkeypatch):
+    """A mirror without the package's description, as far as apt-get tells, and with OpenFOAM's own archive."""
+    archive = tmp_path / "openfoam_1912.0.orig.tar.gz"
+    subprocess.run(["tar", "-czf", archive, "-C", source.parent, source.name], check=True)
+    program = tmp_path / "bin/apt-get"
+    program.parent.mkdir()
+    cases = f'*--tar-only*) cp {archive} . ;; *" source "*) echo "404  Not Found"; exit 100 ;;'
+    program.write_text(f'#!/bin/sh\ncase "$*" in {cases} esac\n')
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{program.parent}:{os.environ['PATH']}")
+    (tmp_path / "cache").mkdir()
+    kept = headers.debian_headers("1912.0-1", tmp_path / "cache")
+    assert all((folder / "one.H").is_file() for folder in headers.include_folders(kept) if folder.name == "lnInclude")
