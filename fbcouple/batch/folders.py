@@ -9,6 +9,7 @@ from fbcouple.case.bed.derived import dem_step
 from fbcouple.case.bed.fluid_step import coupling_step, gas_step
 from fbcouple.case.bed.particle_types import particle_count
 from fbcouple.case.bed.region import find_region
+from fbcouple.case.bed.thin_cells import find_thinnest
 from fbcouple.case.load import load_case
 from fbcouple.case.schema.sections import Case
 from fbcouple.case.source import FILE_NAME
@@ -49,6 +50,7 @@ def weigh_case(case: Case, folder: Path) -> float:
     if case.particles and case.contact:
         work += particle_count(case.particles) / dem_step(case.contact, case.particles)
     if case.gas:
-        step = coupling_step(case) if case.contact else gas_step(case)
+        thinnest = find_thinnest(case, folder)
+        step = coupling_step(case, thinnest) if case.contact else gas_step(case, thinnest=thinnest)
         work += _PER_CELL * find_region(case, folder).cells * case.gas.correctors / step
     return work * case.end_time

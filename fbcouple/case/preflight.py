@@ -21,7 +21,7 @@ from fbcouple.case.bed.derived import (
 )
 from fbcouple.case.bed.drag_balance import find_drag, minimum_fluidization, terminal_velocity
 from fbcouple.case.bed.feeds import count_fed
-from fbcouple.case.bed.fluid_step import coupling_step, find_fast_gas, gas_step
+from fbcouple.case.bed.fluid_step import coupling_step, gas_step
 from fbcouple.case.bed.number import Law, Number
 from fbcouple.case.bed.number import judge as _judge
 from fbcouple.case.bed.opening_numbers import describe_openings
@@ -38,7 +38,7 @@ from fbcouple.case.bed.rest_overlap import estimate_rest_overlap
 from fbcouple.case.bed.speeds import SETTLED, estimate_overlap
 from fbcouple.case.bed.start_numbers import describe_start
 from fbcouple.case.bed.streams import has_openings
-from fbcouple.case.bed.thin_cells import tell_thin_cells
+from fbcouple.case.bed.thin_cells import find_widths, tell_thin_cells
 from fbcouple.case.checks.registry import machine_memory, needed_memory
 from fbcouple.case.schema.sections import Case
 from fbcouple.case.user_code import OWN
@@ -82,15 +82,20 @@ def estimate(case: Case, law: Law | None = None, folder: Path = Path()) -> list[
         if case.contact:
             parts.append(partial(estimate_rest_overlap, region=region))
             parts.append(partial(_watch_rest, law=law, region=region))
+    widths = find_widths(case, folder) if case.gas else None
+    thinnest = None if widths is None else float(widths.min())
     if case.gas:
-        parts += [_time_gas, partial(tell_thin_cells, folder=folder, velocity=find_fast_gas(case))]
+        parts.append(partial(_time_gas, thinnest=thinnest))
+        if widths is not None:
+            parts.append(partial(tell_thin_cells, widths=widths))
         parts.append(partial(_look_at_inlet, region=region))
         if has_openings(case):
             parts.append(partial(describe_openings, region=region, folder=folder))
     if case.gas and case.particles and case.exchange:
         parts.append(partial(_measure_cells, cell=region.spacing))
         if law or case.exchange.drag != OWN:
-            parts += [partial(_time_exchange, law=law), partial(_fluidize, law=law, region=region)]
+            parts.append(partial(_time_exchange, law=law, thinnest=thinnest))
+            parts += [partial(_fluidize, law=law, region=region)]
     try:
         with np.errstate(over="raise", divide="raise", invalid="raise"):
             return [number for part in parts for number in part(case)]
@@ -180,10 +185,10 @@ def _watch_rest(case: Case, law: Law | None, region: Region) -> Iterator[Number]
     yield from tell_creep(case, rests=slowest == 0.0 or slowest < onset or (case.gas is not None and jet))
 
 
-def _time_gas(case: Case) -> Iterator[Number]:
+def _time_gas(case: Case, thinnest: float | None) -> Iterator[Number]:
     assert case.gas is not None
     meaning = "What the Courant limit at U_f/0.40, the Fourier limit and max_step allow; a lively bed takes less."
-    yield Number("fluid step", gas_step(case), "s", None, None, meaning)
+    yield Number("fluid step", gas_step(case, thinnest=thinnest), "s", None, None, meaning)
     meaning = "Superficial velocity through the open faces of the inlet."
     if case.gas.inlets:
         meaning = "Superficial velocity of the fastest inlet, in the middle of its profile."
@@ -226,9 +231,9 @@ def response_times(case: Case, law: Law | None = None, voidage: float = PACKED) 
     }
 
 
-def _time_exchange(case: Case, law: Law | None) -> Iterator[Number]:
+def _time_exchange(case: Case, law: Law | None, thinnest: float | None) -> Iterator[Number]:
     assert case.gas is not None and case.particles is not None and case.exchange is not None
-    step = coupling_step(case) if case.contact else gas_step(case)
+    step = coupling_step(case, thinnest) if case.contact else gas_step(case, thinnest=thinnest)
     for name, time in response_times(case, law).items():
         limit = f"below {STABLE_EXPLICIT:g} (explicit drag)" if case.exchange.scheme == "explicit" else None
         verdict = _judge(step / time < STABLE_EXPLICIT, "unfit") if limit else None
@@ -236,7 +241,7 @@ def _time_exchange(case: Case, law: Law | None) -> Iterator[Number]:
         meaning = f"Fluid step over the response time of the {whose} in a packed bed, {time:.3g} s."
         yield Number(f"fluid step/{name}", step / time, "1", limit, verdict, meaning)
     if case.contact:
-        held = gas_step(case) / dem_step(case.contact, case.particles)
+        held = gas_step(case, thinnest=thinnest) / dem_step(case.contact, case.particles)
         meaning = "DEM steps in a fluid step; below 1 the step is a DEM step, longer than the gas wants it."
         if held < 2.0:
             meaning = f"{meaning} One: the gas, solved every DEM step, is what costs; larger cells let it take more."

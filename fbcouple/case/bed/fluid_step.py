@@ -10,29 +10,32 @@ from fbcouple.case.bed.streams import has_side_openings
 from fbcouple.case.schema.sections import Case
 
 
-def gas_step(case: Case, share: float = 1.0) -> float:
+def gas_step(case: Case, share: float = 1.0, thinnest: float | None = None) -> float:
     """Fluid step [s] that the Courant limit at U_f/0.40, the Fourier limit and `gas.max_step` allow.
 
-    share: speed of the inlet over the fastest that it has in the whole run.
+    share: speed of the inlet over the fastest that it has in the whole run; thinnest: width [m] of the thinnest cell
+    along z of a mesh from a file, absent: all cells are alike.
     """
     assert case.gas is not None
     cell = cell_size(case)
     fourier = case.gas.max_fourier * case.gas.density / case.gas.viscosity / float((1.0 / cell**2).sum())
-    speed, edge = find_fast_gas(case), float(cell[2])
+    speed, edge = _find_fast_gas(case), float(cell[2])
     if case.gas.inlets and speed == open_velocity(case) and has_side_openings(case):
         edge = float(cell.min())
+    edge = edge if thinnest is None else thinnest
     courant = case.gas.max_courant * edge / (speed * share) if speed * share > 0.0 else math.inf
     return min(fourier, courant, case.gas.max_step or math.inf)
 
 
-def find_fast_gas(case: Case) -> float:
+def _find_fast_gas(case: Case) -> float:
     """Speed [m/s] of the gas in a bed at U_f/0.40, or of the fastest jet, which keeps its velocity."""
     assert case.gas is not None
     speed = fastest_inlet(case.gas) / (EXPANDED if case.particles else 1.0)
     return max(speed, open_velocity(case)) if case.gas.inlets else speed
 
 
-def coupling_step(case: Case) -> float:
-    """Step [s] of a case of both phases: the fluid step, and no less than the one DEM step that it has to hold."""
+def coupling_step(case: Case, thinnest: float | None = None) -> float:
+    """Step [s] of a case of both phases: the fluid step as `gas_step` has it, and no less than the one DEM step that it
+    has to hold."""
     assert case.particles is not None and case.contact is not None
-    return max(gas_step(case), dem_step(case.contact, case.particles))
+    return max(gas_step(case, thinnest=thinnest), dem_step(case.contact, case.particles))

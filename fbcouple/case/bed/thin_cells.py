@@ -12,24 +12,29 @@ from fbcouple.case.bed.region import read_mesh
 from fbcouple.case.schema.sections import Case
 from fbcouple.geometry.quality import measure_widths
 
+ALONG = 2
+"""The axis that the gas goes along."""
 THIN = 0.15
 """Width over the median below which a cell is a sliver; a good mesh of tetrahedra has none below 0.2."""
 
 
-def tell_thin_cells(case: Case, folder: Path, velocity: float) -> Iterator[Number]:
-    """Of a mesh from a file: the least width of a cell along z over the median of all, with the step that gas at
-    `velocity` [m/s] may take through it."""
-    assert case.gas is not None
-    if case.domain.shape != "file":
-        return
-    widths = measure_widths(read_mesh(case, folder))[:, 2]
+def find_widths(case: Case, folder: Path) -> np.ndarray | None:
+    """Width [m] of each cell along z of a mesh from a file, (cells,); None where all cells of a case are alike."""
+    return measure_widths(read_mesh(case, folder))[:, ALONG] if case.domain.shape == "file" else None
+
+
+def find_thinnest(case: Case, folder: Path) -> float | None:
+    """The least of `find_widths`."""
+    widths = find_widths(case, folder)
+    return None if widths is None else float(widths.min())
+
+
+def tell_thin_cells(case: Case, widths: np.ndarray) -> Iterator[Number]:
+    """The least of `widths` (cells,) [m] over their median."""
     usual = float(np.median(widths))
     share, thin = float(widths.min()) / usual, int((widths < THIN * usual).sum())
-    meaning = "Least width of a cell along z over the median of all cells"
-    if velocity > 0.0:
-        step = case.gas.max_courant * float(widths.min()) / velocity
-        meaning = f"{meaning}; gas at {velocity:.3g} m/s passes the thinnest in steps of {step:.2g} s"
+    meaning = "Least width of a cell along z over the median of all cells; it holds the fluid step"
     if thin:
         cells = f"{thin} of {len(widths)} cells are" if thin > 1 else f"one of {len(widths)} cells is"
-        meaning = f"{meaning}. {cells} thinner; without slivers steps are longer (gmsh: Mesh.OptimizeNetgen = 1)"
+        meaning = f"{meaning}. {cells} thinner; without slivers it is longer (gmsh: Mesh.OptimizeNetgen = 1)"
     yield Number("thinnest cell", share, "1", f"above {THIN:g}", judge(share >= THIN), f"{meaning}.")

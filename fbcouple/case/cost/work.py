@@ -14,6 +14,7 @@ from fbcouple.case.bed.number import Law
 from fbcouple.case.bed.particle_types import largest_diameter, mean_density, particle_count, solids_volume
 from fbcouple.case.bed.region import Region, find_region
 from fbcouple.case.bed.speeds import SETTLED
+from fbcouple.case.bed.thin_cells import find_thinnest
 from fbcouple.case.preflight import JET
 from fbcouple.case.schema.feeds import Feed
 from fbcouple.case.schema.sections import Case
@@ -85,7 +86,7 @@ def count_work(case: Case, folder: Path = Path(), law: Law | None = None, end: f
         dem_steps=steps,
         rebuilds=rebuilds,
         cells=region.cells if gas else 0,
-        fluid_steps=count_fluid_steps(case, seconds) if gas else 0.0,
+        fluid_steps=count_fluid_steps(case, seconds, find_thinnest(case, folder)) if gas else 0.0,
         correctors=gas.correctors if gas else 0,
         digits=count_digits(gas.pressure_tolerance, gas.max_courant) if gas else 0.0,
         is_box=case.domain.is_plain_box,
@@ -98,7 +99,7 @@ def count_dem_steps(case: Case, seconds: float) -> int:
     return math.ceil(seconds / dem_step(case.contact, case.particles) - 1e-6)
 
 
-def count_fluid_steps(case: Case, seconds: float) -> float:
+def count_fluid_steps(case: Case, seconds: float, thinnest: float | None = None) -> float:
     """Fluid steps of a run of `seconds` [s]: those of the case's limits at the inlet's speed of each time, `LIVELY` as
     long, in whole DEM steps, and one a DEM step at least."""
     assert case.gas is not None
@@ -107,7 +108,7 @@ def count_fluid_steps(case: Case, seconds: float) -> float:
     steps = 0.0
     for number in range(_PIECES):
         speed = abs(_find_speed(case, (number + 0.5) * width))
-        step = LIVELY * gas_step(case, speed / fastest if fastest else 0.0)
+        step = LIVELY * gas_step(case, speed / fastest if fastest else 0.0, thinnest)
         if held:
             step = held * max(1.0, step / held - 0.5)  # rounded down: half a DEM step is lost on the mean
         steps += width / step
