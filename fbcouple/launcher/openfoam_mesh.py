@@ -78,7 +78,7 @@ def _cut(case: Case, run: Path, ranks: int, guard: Guard | None) -> None:
         template = make_environment().get_template("openfoam/system/decomposeParDict")
         text = template.render(ranks=ranks, grid=find_rank_grid(case.domain.size, ranks))
         (run / "CFD/system/decomposeParDict").write_text(text, encoding="utf-8")
-        _run_tool(run, guard, "decomposePar")
+        _run_tool(run, guard, "decomposePar", "-copyUniform")
 
 
 def _run_tool(run: Path, guard: Guard | None, *tool: str) -> None:
