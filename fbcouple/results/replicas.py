@@ -33,6 +33,7 @@ _ANY = (
     "averages.start",
     "averages.blocks",
     "averages.until_error",
+    "averages.earliest_end",
     "averages.error_of",
     "start.seed",
     "particles.positions_seed",

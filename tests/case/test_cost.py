@@ -199,6 +199,10 @@ def test_a_run_until_it_is_sure_ends_when_it_is():
     case = load_case("patil/c2", ["end_time=100", "averages.until_error=0.1"])
     sure, work = predict_means(case), predict(case, 1, SHIPPED).work
     assert sure.error == pytest.approx(0.1) and work.seconds == sure.end < 20.0
+    late = predict_means(load_case("patil/c2", ["averages.until_error=0.5", "averages.earliest_end=8", "end_time=9"]))
+    assert late is not None and late.end == 8.0
+    whole = predict_means(load_case("patil/c2", ["averages.until_error=0.5", "averages.earliest_end=8", "end_time=7"]))
+    assert whole is not None and whole.end == 7.0
     hasty = predict_means(load_case("patil/c2", ["end_time=2", "averages.until_error=0.01"]))
     assert hasty.end == 2.0 and hasty.error > 0.01
 

@@ -79,6 +79,26 @@ def test_it_ends_there_on_two_ranks(ended, tmp_path):
     assert two.attrs["averaging_error"] == pytest.approx(one.attrs["averaging_error"], rel=1e-6)
 
 
+def test_it_ends_at_the_first_look_after_its_earliest_end(tmp_path):
+    """Sure enough before, it goes on until then; looks are every 20 ms here."""
+    sets = ["averages.until_error=0.3"]
+    early = prepare(tmp_path, sets, GAS_OF_SPHERES)
+    late, rows = prepare(tmp_path / "late", [*sets, "averages.earliest_end=0.2"], GAS_OF_SPHERES), []
+    launch(early, 1, lambda row: None)
+    launch(late, 1, rows.append)
+    ends = [float(read(run)["time"][-1]) for run in (early, late)]
+    assert {read(run).attrs["ended_by"] for run in (early, late)} == {"until_error"}
+    assert ends[0] < 0.19 and 0.2 * (1.0 - 1e-6) <= ends[1] < 0.25
+    expected = [row["expected_end"] for row in rows if np.isfinite(row["expected_end"])]
+    assert expected and min(expected) >= 0.2
+
+
+def test_an_earliest_end_behind_the_last_leaves_the_run_whole(tmp_path):
+    run = prepare(tmp_path, ["end_time=0.6", "averages.earliest_end=1.0", "averages.until_error=0.9"], GAS_OF_SPHERES)
+    launch(run, 1, lambda row: None)
+    assert read(run).attrs["ended_by"] == "end_time"
+
+
 def test_a_stop_on_the_way_changes_no_bit(ended, tmp_path):
     run, rows = prepare(tmp_path, text=GAS_OF_SPHERES), []
     stop_at_next_moment(run, 1, rows)
@@ -102,6 +122,7 @@ def test_results_that_were_lost_at_the_end_are_written_anew(ended):
     [
         (["averages.blocks=4"], "averages.blocks: 4 is given, at least 8 are allowed with averages.until_error"),
         (['averages.error_of="pressure"'], 'averages.error_of: "pressure" is given and the case has no [gas]'),
+        (["averages.earliest_end=-1.0"], "averages.earliest_end: -1.0 is given"),
         (["averages.until_error=1.5"], "averages.until_error: 1.5 is given"),
         (['averages.error_of="speed"'], "averages.error_of"),
     ],
@@ -113,9 +134,11 @@ def test_what_cannot_end_a_run_is_refused(tmp_path, sets, text):
 
 
 def test_a_map_without_an_error_to_reach_is_refused(tmp_path):
-    text = GAS_OF_SPHERES.replace("until_error = 0.1\n", "")
-    with pytest.raises(CaseError, match="given without averages"):
+    text = GAS_OF_SPHERES.replace("until_error = 0.1\n", "earliest_end = 1.0\n")
+    with pytest.raises(CaseError) as caught:
         prepare(tmp_path, text=text)
+    told = str(caught.value)
+    assert '"agitation" is given without averages' in told and "earliest_end: 1 s is given without averages" in told
 
 
 def test_a_history_may_end_the_run(tmp_path):

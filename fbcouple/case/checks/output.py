@@ -136,7 +136,7 @@ def check_start(case: Case, folder: Path) -> Iterator[Problem]:
         yield Problem("averages.blocks", f"{text}: fewer tell no start-up; give more.")
 
 
-@check("averages.until_error", "averages.error_of", "averages.blocks", "gas", "particles")
+@check("averages.until_error", "averages.earliest_end", "averages.error_of", "averages.blocks", "gas", "particles")
 def check_until_error(case: Case, folder: Path) -> Iterator[Problem]:
     """What ends a run by its error has blocks enough, and a map or history that the case has."""
     if case.averages is None:
@@ -145,6 +145,9 @@ def check_until_error(case: Case, folder: Path) -> Iterator[Problem]:
     if case.averages.until_error is None:
         if chosen is not None:
             yield Problem("averages.error_of", f'"{chosen}" is given without averages.until_error; give both or none.')
+        if (earliest := case.averages.earliest_end) is not None:
+            text = f"{earliest:g} s is given without averages.until_error, which alone ends a run early"
+            yield Problem("averages.earliest_end", f"{text}; give both or none.")
         return
     if blocks < FEWEST_BLOCKS:
         text = f"{blocks} is given, at least {FEWEST_BLOCKS} are allowed with averages.until_error"

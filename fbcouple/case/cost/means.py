@@ -61,6 +61,7 @@ def predict_means(case: Case, folder: Path = Path()) -> Sureness | None:
     begin = START_UP * period if is_found else find_first_sample(averages)
     if wanted:
         window = period * (PERIODS / wanted) ** 2
-        end = min(end, begin + (max(window, 2.0 * begin) if is_found else window))  # a third is left out at most
+        sure_at = begin + (max(window, 2.0 * begin) if is_found else window)  # a third is left out at most
+        end = min(end, max(sure_at, averages.earliest_end or 0.0))
     window = end - (min(begin, end / 3.0) if is_found else begin)
     return Sureness(PERIODS * math.sqrt(period / window), FACTOR, window, period, end, wanted)

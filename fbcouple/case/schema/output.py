@@ -70,6 +70,9 @@ class Averages(Section):
         gt=0.0,
         lt=1.0,
     )
+    earliest_end: float | None = option(
+        "Simulated time before which `until_error` ends no run; absent: none.", "s", None, **Positive
+    )
     error_of: Literal[MeanMap, MeanHistory] | None = option(
         "Mean map whose error ends the run, of a vector its component along z, or history; absent: solids_flux, "
         "without particles gas_velocity.",

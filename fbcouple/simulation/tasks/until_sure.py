@@ -11,6 +11,7 @@ import numpy as np
 from fbcouple.case.schema.output import Averages as Options
 from fbcouple.case.schema.output import find_first_sample, name_map
 from fbcouple.results.block_errors import compare_with_map, join_pairs, list_errors
+from fbcouple.simulation.clock import ALMOST
 from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.tasks.growing_means import GrowingMeans
 from fbcouple.simulation.tasks.means import QUANTITIES
@@ -36,7 +37,7 @@ class UntilSure:
         """`start_up`: what finds where the window begins, if that is not given (collective)."""
         assert options.until_error is not None
         self._wanted, self._fewest, self._start_up = options.until_error, options.blocks, start_up
-        self._given = find_first_sample(options)
+        self._given, self._earliest = find_first_sample(options), options.earliest_end or 0.0
         self.name = name_map(options, sim.has_particles)
         """The mean map whose error counts, of a vector its component along z, or history."""
         self._is_map = self.name in QUANTITIES
@@ -47,7 +48,8 @@ class UntilSure:
         """Standard error of the map over the map, root mean square, or of the mean of the history over the mean, at the
         last look; nan before one is known."""
         self.expected_end = math.nan
-        """When the error will be as wanted, going down as one over the root of the window [s]."""
+        """When the run will end: the error as wanted, going down as one over the root of the window, and not before
+        the earliest end [s]."""
         self.ended_by = ""
         sim.cells.prepare_samples(sim.comm)
 
@@ -61,8 +63,9 @@ class UntilSure:
             return
         self.error, upper = self._compare_maps(sim) if self._is_map else self._compare_history(sim)
         begin = start_up.begin if start_up else self._given
-        self.expected_end = begin + (sim.time - begin) * (upper / self._wanted) ** 2
-        if upper <= self._wanted:
+        sure_at = begin + (sim.time - begin) * (upper / self._wanted) ** 2
+        self.expected_end = float(np.maximum(sure_at, self._earliest))
+        if upper <= self._wanted and sim.time >= self._earliest * ALMOST:
             self._end(sim)
 
     def _compare_maps(self, sim: Simulation) -> tuple[float, float]:
