@@ -180,23 +180,27 @@ def test_a_machine_twice_as_slow_takes_twice_as_long():
     assert one.core_hours == pytest.approx(one.wall * 2 / 3600)
 
 
+NEVER = "averages.until_error=0.01"
+"""An error that ends no run of a length that anybody has."""
+
+
 @pytest.mark.parametrize(
     ("name", "end", "found"), [("patil/c2", 10.21, 0.10), ("patil/c5-0.0", 6.05, 0.10)], ids=["c2", "c5-0.0"]
 )
 def test_errors_of_beds_that_were_run(name, end, found):
     """docs/results: standard error of the flux map over the map, of means from 1 s on."""
-    sure = predict_means(load_case(name, [f"end_time={end}"]))
+    sure = predict_means(load_case(name, [f"end_time={end}", NEVER]))
     assert sure.error / sure.factor < found < sure.error * sure.factor
 
 
 def test_four_windows_are_twice_as_sure():
-    short, long = (predict_means(load_case("patil/c2", [f"end_time={end}"])) for end in (3.0, 9.0))
+    short, long = (predict_means(load_case("patil/c2", [f"end_time={end}", NEVER])) for end in (3.0, 9.0))
     assert short.error == pytest.approx(2.0 * long.error)
     assert long.period == pytest.approx(2.0 * math.pi * math.sqrt(0.0417 / 9.81), rel=2e-3)
 
 
 def test_a_run_until_it_is_sure_ends_when_it_is():
-    case = load_case("patil/c2", ["end_time=100", "averages.until_error=0.1"])
+    case = load_case("patil/c2", ["end_time=100", "averages.until_error=0.1", "averages.earliest_end=1"])
     sure, work = predict_means(case), predict(case, 1, SHIPPED).work
     assert sure.error == pytest.approx(0.1) and work.seconds == sure.end < 20.0
     late = predict_means(load_case("patil/c2", ["averages.until_error=0.5", "averages.earliest_end=8", "end_time=9"]))
@@ -208,9 +212,11 @@ def test_a_run_until_it_is_sure_ends_when_it_is():
 
 
 def test_a_start_up_that_the_run_finds_is_taken_for_four_periods_and_a_third_of_the_run_at_most():
-    long, short = (predict_means(load_case("patil/c2", ["averages.start=auto", f"end_time={end}"])) for end in (20, 3))
+    long, short = (
+        predict_means(load_case("patil/c2", ["averages.start=auto", f"end_time={end}", NEVER])) for end in (20, 3)
+    )
     assert long.window == pytest.approx(20.0 - 4.0 * long.period) and short.window == pytest.approx(2.0)
-    sets = ["averages.start=auto", "averages.until_error=0.1", "end_time=100"]
+    sets = ["averages.start=auto", "averages.until_error=0.1", "averages.earliest_end=1", "end_time=100"]
     sure = predict_means(load_case("patil/c2", sets))
     assert sure.error == pytest.approx(0.1) and sure.end == pytest.approx(sure.window + 4.0 * sure.period)
     hasty = predict_means(load_case("patil/c2", [*sets, "averages.until_error=0.5"]))
@@ -266,4 +272,4 @@ def test_check_tells_what_a_run_will_cost():
     assert names[1:5] == ["wall time", "core-hours", "memory", "error of the means"]
     assert "of another machine" in lines[-1] and "bench calibrate" in lines[-1]
     case = load_case("patil/c2")
-    assert f"{count_dem_steps(case, 20.0)} DEM steps" in "\n".join(lines)
+    assert f"{count_dem_steps(case, 8.0)} DEM steps" in "\n".join(lines)

@@ -163,7 +163,7 @@ def test_written_case_says_every_default(tmp_path):
         "exchange.diffusion_width",
         "exchange.accelerated",
     }
-    unset |= {"averages.until_error", "averages.earliest_end", "averages.error_of"}
+    unset |= {"averages.error_of"}
     unset |= {f"domain.{key}" for key in ("elements", "mesh", "scale", "inlet", "outlet")}
     unset |= {f"particles.{key}" for key in ("spread", "deviation", "smallest", "largest")}
     unset |= {f"particles.positions_{key}" for key in ("step", "seed")}
