@@ -43,6 +43,15 @@ def list_replicas(folder: Path) -> list[Path]:
     return sorted(runs, key=lambda run: int(run.name.removeprefix(REPLICA)))
 
 
+def list_members(folder: Path) -> list[Path]:
+    """What a folder of runs holds, by name: run folders, folders of replicas and files of reduced means; none if it is
+    a run folder or a folder of replicas itself."""
+    if not folder.is_dir() or (folder / "case.toml").is_file() or list_replicas(folder):
+        return []
+    runs = [path for path in folder.iterdir() if (path / "case.toml").is_file() or list_replicas(path)]
+    return sorted([*runs, *folder.glob("*.nc")])
+
+
 def cache_folder() -> Path:
     """Return the folder of built things: `FBCOUPLE_CACHE`, else `fbcouple` in the user's XDG cache folder.
 

@@ -60,7 +60,10 @@ def in_window(results: Results, name: str) -> np.ndarray:
 
 
 def mean_of_history(results: Results, name: str) -> Measured:
-    """Mean of a history over the averaging window; the error from the means of `BLOCKS` blocks."""
+    """Mean of a history over the averaging window; the error from the means of `BLOCKS` blocks, of a pool as it has
+    both."""
+    if (pooled := results.window_mean(name)) is not None:
+        return Measured(*pooled)
     values = in_window(results, name)
     if len(values) < 2 * BLOCKS:
         raise NotDrawableError([f"`{name}` in {results.path} has {len(values)} rows in the window; too few."])

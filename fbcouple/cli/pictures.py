@@ -109,16 +109,38 @@ def post(
 def report(
     runs: tuple[Path, ...], output: Path | None, references: tuple[str, ...], heights: tuple[float, ...]
 ) -> None:
-    """Write one self-contained HTML page on RUNs, compared with the first of them, and its numbers as JSON."""
-    for run in runs:
+    """Write one self-contained HTML page on RUNs, compared with the first of them, and its numbers as JSON.
+
+    Of a folder of runs it is on those in it; where they are beds of the reference paper (patil/all) it is that paper,
+    figure by figure, also as Markdown with pictures and data in a folder beside it.
+    """
+    from fbcouple.paths import list_members
+
+    members = list_members(runs[0]) if len(runs) == 1 else []
+    for run in members or runs:
         require_plain(run)
-    from fbcouple.postproc import View
-    from fbcouple.postproc.report.report import write_report
     from fbcouple.results.reader import find_home
 
     page = output or (find_home(runs[0]) if len(runs) == 1 else Path()) / "report.html"
-    for file in write_report(runs, page, references, View(heights)):
+    for file in _write_pages(runs, members, page, references, heights):
         click.echo(str(file))
+
+
+def _write_pages(
+    runs: tuple[Path, ...], members: list[Path], page: Path, references: tuple[str, ...], heights: tuple[float, ...]
+) -> list[Path]:
+    """The page of the paper, if the members of the set are of it, else the report of all."""
+    from fbcouple.postproc import View
+    from fbcouple.postproc.report.report import write_report
+
+    if members and not references and not heights:
+        from fbcouple.postproc.papers.hamidouche2019.page import is_of_the_paper, open_members
+        from fbcouple.postproc.papers.hamidouche2019.page_files import write_page
+
+        opened = open_members(members)
+        if is_of_the_paper(opened):
+            return write_page(runs[0], opened, page)
+    return write_report(members or runs, page, references, View(heights))
 
 
 @click.command()

@@ -42,14 +42,19 @@ def slices(results: Results) -> Figure:
 @figure
 def moment_slices(results: Results) -> Figure:
     """Solids fraction of one moment on slices at y/D = 0.2, 0.5 and 0.8: that of t U_f/d_p = 12 000, or the last."""
+    time, cuts = cut_moment(results)
+    panels = [Panel(results, cut, name, None) for name, cut in cuts]
+    label = r"Solids fraction $\alpha_p$ [–]"
+    return draw_panels(panels, results.title, f"t = {time:.3f} s", label, (0.0, PACKED))
+
+
+def cut_moment(results: Results) -> tuple[float, list[tuple[str, xr.DataArray]]]:
+    """Time [s] of that moment, and the solids fraction (z, x) on each of `SLICES` with its name."""
     frame = read_frame(_choose_moment(results, list_frames(results)))
     if frame.voidage is None:
         raise NotDrawableError([f"the frames of {results.path.parent} have no voidage: the case has no gas."])
     axes = {axis: results.data[axis].values for axis in "zyx"}
-    field = xr.DataArray(1.0 - frame.voidage.astype(float), dims=tuple("zyx"), coords=axes)
-    panels = [Panel(results, cut, name, None) for name, cut in _cut(field)]
-    label = r"Solids fraction $\alpha_p$ [–]"
-    return draw_panels(panels, results.title, f"t = {frame.time:.3f} s", label, (0.0, PACKED))
+    return float(frame.time), _cut(xr.DataArray(1.0 - frame.voidage.astype(float), dims=tuple("zyx"), coords=axes))
 
 
 def _require_depth(results: Results) -> None:

@@ -12,14 +12,21 @@ import pytest
 import xarray as xr
 from click.testing import CliRunner
 
-from fbcouple.case.load import load_case, write_case
 from fbcouple.cli.main import cli
 from fbcouple.postproc.measures import Measured
 from fbcouple.postproc.papers.hamidouche2019.claims import NO, STATED, UNDECIDED, YES, judge_claims
 from fbcouple.postproc.papers.hamidouche2019.judging import above, below, fall, rise, settle, within
-from fbcouple.postproc.papers.hamidouche2019.paper_runs import AS_COMPUTED, AS_PRINTED, BEDS, identify
+from fbcouple.postproc.papers.hamidouche2019.paper_runs import (
+    AS_COMPUTED,
+    AS_PRINTED,
+    BEDS,
+    identify,
+    list_twins,
+    sort_runs,
+)
 from fbcouple.postproc.papers.hamidouche2019.registry import CLAIMS
 from fbcouple.results.reader import Results, open_results
+from tests.postproc.paper_bed import write_bed
 
 Make = Callable[..., Results]
 
@@ -29,55 +36,9 @@ def make(tmp_path: Path) -> Make:
     """A run of a shipped case with analytic means: `make("c4-0.1", height=0.0625, unrest=0.06)`."""
 
     def make_run(name: str, sets: tuple[str, ...] = (), folder: str = "", **shape: float) -> Results:
-        case = load_case(f"patil/{name}", sets)
-        run = tmp_path / (folder or name.replace("/", "-"))
-        run.mkdir()
-        write_case(case, run / "case.toml")
-        data = synthesize(case.domain.cells, case.domain.size, **shape)
-        data.attrs["case"] = (run / "case.toml").read_text()
-        data.to_netcdf(run / "results.nc")
-        return open_results(run)
+        return open_results(write_bed(tmp_path / (folder or name.replace("/", "-")), name, sets, **shape))
 
     return make_run
-
-
-def synthesize(
-    cells: tuple[int, int, int],
-    size: tuple[float, float, float],
-    height: float = 0.0625,
-    unrest: float = 0.06,
-    wall_flux: float = -20.0,
-    wall_solids: float = 0.5,
-    freeboard: float = 0.0,
-    agitation: float = 0.1,
-    peak: float = 0.0625,
-    end: float = 20.0,
-    noise: float = 1e-3,
-) -> xr.Dataset:
-    """Solids up to `height`, denser along the side walls; flux up in the middle; agitation peaks at z = `peak`."""
-    x, y, z = ((np.arange(n) + 0.5) * length / n for n, length in zip(cells, size, strict=True))
-    above, _, across = np.meshgrid(z, y, x, indexing="ij")
-    near = np.minimum(across, size[0] - across) < 5e-3
-    solids = np.where(above < height, np.where(near, wall_solids, 0.4), freeboard)
-    upward = np.where(near, wall_flux, 5.0) * (above < height)
-    time = np.linspace(0.01, end, 2000)
-    swing = np.sqrt(2.0) * unrest * np.sin(40.0 * time)
-    mean, vector = ("z", "y", "x"), ("component", "z", "y", "x")
-    zero = np.zeros_like(upward)
-    return xr.Dataset(
-        {
-            "solids_fraction": (mean, solids),
-            "solids_fraction_stderr": (mean, np.full_like(solids, noise)),
-            "solids_flux": (vector, np.stack([zero, zero, upward])),
-            "solids_flux_stderr": (vector, np.full((3, *upward.shape), noise)),
-            "agitation": (mean, agitation * np.exp(-(((above - peak) / 0.03) ** 2))),
-            "agitation_stderr": (mean, np.full_like(solids, noise * agitation)),
-            "bed_height": ("time", height * (1.0 + 0.5 * swing)),
-            "solids_centre_z": ("time", 0.5 * height * (1.0 + swing)),
-        },
-        coords={"x": x, "y": y, "z": z, "component": ["x", "y", "z"], "time": time},
-        attrs={"averaging_start": 1.0, "averaging_end": end, "complete": 1},
-    )
 
 
 def verdicts(*runs: Results) -> dict[str, str]:
@@ -326,6 +287,19 @@ def test_sub_grid_models_are_compared_with_each_other_too(make):
 
 def test_every_margin_has_a_reason():
     assert all(claim.wanted and claim.reason for claim in CLAIMS.values()) and len(CLAIMS) == 21
+
+
+def test_the_twin_of_a_bed_counts_under_its_second_name(make):
+    """Two runs of C4-0.1, which is C5-0.1, are one for each; one alone is both; another sub-grid model is no twin."""
+    calm, wild = make("c4-0.1", unrest=0.01), make("c5-0.1", unrest=0.09, end=12.0)
+    chosen = sort_runs([wild, calm])[0][AS_PRINTED]
+    assert [chosen[name].path.parent.name for name in ("c4-0.1", "c5-0.1")] == ["c4-0.1", "c5-0.1"]
+    assert sort_runs([wild])[0][AS_PRINTED]["c4-0.1"].path == wild.path
+    other = make("c4-0.1", ("gas.turbulence=smagorinsky", "start.seed=7"), folder="other")
+    assert sort_runs([calm, other])[0][AS_PRINTED]["c5-0.1"].path == calm.path
+    assert [(name, one.path, two.path) for name, one, two in list_twins([calm, wild, other])] == [
+        ("c4-0.1", calm.path, wild.path)
+    ]
 
 
 def test_best_match_is_never_decided(make):

@@ -85,14 +85,18 @@ def impact(results: Results) -> Figure:
     """Overlap and velocity of a sphere against the floor over the contact time: the run, exact, and as in the paper."""
     found = find_contact(results)
     contact, particles = results.case["contact"], results.case["particles"]
-    exact, fine = Impact(contact["wall_restitution"]), np.linspace(0.0, 1.0, 201)
     note = (
         f"d = {1e3 * particles['diameter']:g} mm, {found.speed:g} m/s, e = {contact['wall_restitution']:g}, "
         f"k = {contact['stiffness']:g} N/m, $T_C$ = {1e6 * found.duration:.1f} µs; the contact starts at t = 0"
     )
-    picture = new_figure(results.title, PAGE, 3.05, note)
+    return draw_contact(results.title, note, contact["wall_restitution"], found)
+
+
+def draw_contact(heading: str, note: str, restitution: float, found: Contact | None) -> Figure:
+    """The exact contact and those that the paper's schemes work out, with that of a run where there is one."""
+    exact, fine = Impact(restitution), np.linspace(0.0, 1.0, 201)
+    picture = new_figure(heading, PAGE, 3.05, note)
     panels = [inset_axes(picture, left, 0.42, 2.8, 2.5) for left in (0.56, 4.08)]
-    steps = 1.0 / float(np.median(np.diff(found.times)))
     lines: list[tuple[str, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]]
     lines = [("exact, eqs 43–44", fine, *exact.solve(fine), {"color": INK})]
     for name, count, colour, mark, every in SCHEMES:
@@ -100,9 +104,11 @@ def impact(results: Results) -> Figure:
         look: dict[str, Any] = {"color": colour, "marker": mark, "linestyle": "none", "markevery": every}
         times = np.arange(count + 1) / count
         lines.append((f"{name}, $T_C/{count}$ (worked out)", times, overlap[:, 0], velocity[:, 0], look))
-    look = {"color": BLUE, "marker": "o", "linestyle": "none"}
-    name = f"LIGGGHTS, $T_C/{steps:.3g}$ (this run, e = {found.restitution:.4f})"
-    lines.append((name, found.times, found.overlaps, found.velocities, look))
+    if found is not None:
+        look = {"color": BLUE, "marker": "o", "linestyle": "none"}
+        steps = 1.0 / float(np.median(np.diff(found.times)))
+        name = f"LIGGGHTS, $T_C/{steps:.3g}$ (this run, e = {found.restitution:.4f})"
+        lines.append((name, found.times, found.overlaps, found.velocities, look))
     for label, times, *values, look in lines:
         for axes, value in zip(panels, values, strict=True):
             axes.plot(times, value, markersize=3.5, label=label, **look)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any
 
 from fbcouple.results.reader import Results
@@ -94,7 +95,11 @@ BEDS: dict[str, Bed] = {
 
 def identify(results: Results) -> tuple[str, list[str]]:
     """Tell which numerics (`AS_PRINTED`, `AS_COMPUTED`) and which rows of `BEDS` a run is; no row if it is none."""
-    case = results.case
+    return identify_case(results.case)
+
+
+def identify_case(case: dict[str, Any]) -> tuple[str, list[str]]:
+    """The same of an effective case."""
     if not all(_agrees(_look_up(case, key), wanted) for key, wanted in _SHARED.items()):
         return "", []
     if any(_look_up(case, key) and _look_up(case, key) != allowed for key, allowed in _ABSENT.items()):
@@ -155,11 +160,11 @@ def averaged_time(results: Results) -> float:
 
 def sort_runs(runs: Iterable[Results]) -> tuple[dict[str, dict[str, Results]], dict[str, str]]:
     """Sort runs by numerics and name of `BEDS`. Of two runs of one bed that with the paper's sub-grid model counts, and
-    of two that have it, or have not, the one that averaged longer.
+    of two that have it, or have not, the one that averaged longer; the other is the twin, if the bed has two names.
 
     Returns: numerics -> name -> run, and for each name why a run of it was left out (averaged too short).
     """
-    sorted_runs: dict[str, dict[str, Results]] = {AS_PRINTED: {}, AS_COMPUTED: {}}
+    found: dict[str, dict[str, list[Results]]] = {AS_PRINTED: {}, AS_COMPUTED: {}}
     left_out: dict[str, str] = {}
     for run in runs:
         numerics, names = identify(run)
@@ -168,11 +173,36 @@ def sort_runs(runs: Iterable[Results]) -> tuple[dict[str, dict[str, Results]], d
                 left_out[name] = (
                     f"{run.path.parent.name} averaged {averaged_time(run):.3g} s, needed {SHORTEST_WINDOW:g} s"
                 )
-                continue
-            known = sorted_runs[numerics].get(name)
-            if known is None or _rank(run) > _rank(known):
-                sorted_runs[numerics][name] = run
-    return sorted_runs, left_out
+            else:
+                found[numerics].setdefault(name, []).append(run)
+    chosen = {
+        numerics: {name: _choose(name, known) for name, known in names.items()} for numerics, names in found.items()
+    }
+    return chosen, left_out
+
+
+def _choose(name: str, runs: list[Results]) -> Results:
+    """Of the `runs` of a bed the one that counts for it under `name`."""
+    ranked = sorted(runs, key=_rank, reverse=True)
+    place = [other for other, bed in BEDS.items() if bed == BEDS[name]].index(name)
+    is_alike = len(ranked) > place and _rank(ranked[place])[0] == _rank(ranked[0])[0]
+    return ranked[place] if is_alike else ranked[0]
+
+
+def list_twins(runs: Iterable[Results]) -> list[tuple[str, Results, Results]]:
+    """Pairs of runs of one bed from different seeds, that averaged long enough: its first name, and both."""
+    beds: dict[tuple[str, str], list[Results]] = {}
+    for run in runs:
+        numerics, names = identify(run)
+        if names and averaged_time(run) >= SHORTEST_WINDOW:
+            beds.setdefault((numerics, names[0]), []).append(run)
+    return [
+        (name, one, other)
+        for (_, name), known in beds.items()
+        for one, other in combinations(sorted(known, key=_rank, reverse=True), 2)
+        if _look_up(one.case, "start.seed") != _look_up(other.case, "start.seed")
+        and _look_up(one.case, "gas.turbulence") == _look_up(other.case, "gas.turbulence")
+    ]
 
 
 def _rank(run: Results) -> tuple[bool, float]:
