@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import xarray as xr
 
 from fbcouple.postproc.figures.profiles import Profile, vertical_flux
 from fbcouple.results.depth_means import depth_average
@@ -36,8 +37,8 @@ class Measured:
         return Measured(self.value - other.value, math.hypot(self.error, other.error))
 
     def is_above(self, limit: float) -> bool | None:
-        """Whether the value is above `limit`; None if it lies within two standard errors of it."""
-        if abs(self.value - limit) <= 2.0 * self.error:
+        """Whether the value is above `limit`; None if it lies within two standard errors of it, or has none."""
+        if not math.isfinite(self.error) or abs(self.value - limit) <= 2.0 * self.error:
             return None
         return bool(self.value > limit)
 
@@ -98,7 +99,7 @@ def agitation_peak(results: Results, height: float, allowed: float) -> tuple[flo
     """z/H of the layer with most agitation per mass below z/H = 0.375, and by how much [m2 s-2] the largest value
     within `allowed` of z/H = `height` is above the largest elsewhere."""
     weight, agitation = results.mean("solids_fraction").values, _agitation(results)
-    error = np.nan_to_num(results.data["agitation_stderr"].values.astype(float))
+    error = np.nan_to_num(_require_errors(results, "agitation_stderr").values)
     heights = results.share("z")
     below = heights < FREEBOARD
     heights, mass = heights[below], weight[below].sum(axis=(1, 2))
@@ -115,7 +116,7 @@ def agitation_peak(results: Results, height: float, allowed: float) -> tuple[flo
 def bed_agitation(results: Results) -> Measured:
     """Mean agitation per mass [m2 s-2] of the dense bed."""
     weight, agitation = results.mean("solids_fraction").values, _agitation(results)
-    error = results.data["agitation_stderr"].values.astype(float)
+    error = _require_errors(results, "agitation_stderr").values
     dense = weight > DENSE
     total = weight[dense].sum()
     return Measured(
@@ -177,8 +178,16 @@ def map_difference(one: Results, other: Results) -> Measured:
 
 def _rows(results: Results, name: str, axis: str | None = None) -> np.ndarray:
     """Depth mean (z, x) of a time mean, or of one component of it."""
-    field = results.mean(name)
+    field = _require_errors(results, name) if name.endswith("_stderr") else results.mean(name)
     return depth_average(field.sel(component=axis) if axis else field).values
+
+
+def _require_errors(results: Results, name: str) -> xr.DataArray:
+    """The standard errors of a mean; NotDrawableError where there is none, as the window is too short to tell them."""
+    errors = results.error(name)
+    if not bool(np.isfinite(errors).any()):
+        raise NotDrawableError([f"`{name}` in {results.path} has no standard error yet; run longer."])
+    return errors
 
 
 def _agitation(results: Results) -> np.ndarray:

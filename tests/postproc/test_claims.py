@@ -289,6 +289,28 @@ def test_every_margin_has_a_reason():
     assert all(claim.wanted and claim.reason for claim in CLAIMS.values()) and len(CLAIMS) == 21
 
 
+def test_a_mean_without_a_standard_error_decides_nothing(make):
+    """Of a window that is too short to tell an error there is none; it is not an error of 0."""
+    names = (
+        *(f"{family}-{mu}" for family in ("c4", "c5") for mu in ("0.0", "0.2", "0.4")),
+        "c4-0.1",
+        "c2",
+        "c3",
+        "c6",
+        "a1",
+    )
+    runs = []
+    for name in names:
+        run = make(name, agitation=0.1 if name.endswith("0.4") else 0.2)
+        bare = {each: xr.full_like(field, np.nan) for each, field in run.data.items() if str(each).endswith("_stderr")}
+        runs.append(Results(run.path, run.data.assign(bare), run.case))
+    rows = {row.name: row for row in judge_claims(runs) if row.beds == STATED}
+    by_maps = ("freeboard", "agitation-peak", "double-loop", "denser-walls", "flux-mesh", "flux-c4", "turbulence")
+    for name in (*by_maps, "agitation-friction", "agitation-wall-friction", "wall-flux-c5"):
+        assert rows[name].verdict == UNDECIDED and "no standard error" in rows[name].why, name
+    assert above(Measured(1.0, float("nan"))).holds is None
+
+
 def test_the_twin_of_a_bed_counts_under_its_second_name(make):
     """Two runs of C4-0.1, which is C5-0.1, are one for each; one alone is both; another sub-grid model is no twin."""
     calm, wild = make("c4-0.1", unrest=0.01), make("c5-0.1", unrest=0.09, end=12.0)
