@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import ctypes
 import math
-import os
 import signal
 import subprocess
 import sys
@@ -17,7 +15,7 @@ from fbcouple.batch.folders import estimate_work
 from fbcouple.errors import CaseError, DivergedError, FbcoupleError, SolverError, StoppedError
 from fbcouple.launcher.stop_signals import Requests
 from fbcouple.machine.environment import child_environment
-from fbcouple.machine.stop_signals import LONGEST_WAIT
+from fbcouple.machine.stop_signals import LONGEST_WAIT, follow_parent
 
 CONSOLE = "logs/console.log"
 """In a run folder: what `fbcouple run` said, where it was one of several."""
@@ -26,8 +24,6 @@ STOPPED = (StoppedError.exit_code, -signal.SIGTERM)
 TO_STOP = LONGEST_WAIT + 10.0
 """Wall time [s] that runs need to stop with checkpoints."""
 _LOOK_EVERY = 0.2
-_SIGNAL_AT_PARENTS_END = 1
-"""PR_SET_PDEATHSIG of Linux (prctl(2))."""
 _ERRORS: dict[int, type[FbcoupleError]] = {kind.exit_code: kind for kind in (SolverError, DivergedError, StoppedError)}
 
 
@@ -99,13 +95,6 @@ def _begin(run: Path, options: Sequence[str]) -> subprocess.Popen[bytes]:
     """A session of its own: a Ctrl-C of the terminal comes once, by the one who started them all."""
     (run / CONSOLE).parent.mkdir(exist_ok=True)
     command = [sys.executable, "-P", "-m", "fbcouple", "run", str(run), *options]
-    library, parent = ctypes.CDLL(None), os.getpid()
-
-    def stop_with_parent() -> None:
-        library.prctl(_SIGNAL_AT_PARENTS_END, signal.SIGTERM)
-        if os.getppid() != parent:  # it died before it could be told
-            os.kill(os.getpid(), signal.SIGTERM)
-
     with (run / CONSOLE).open("wb") as log:
         return subprocess.Popen(
             command,
@@ -114,7 +103,7 @@ def _begin(run: Path, options: Sequence[str]) -> subprocess.Popen[bytes]:
             stderr=subprocess.STDOUT,
             env=child_environment(),
             start_new_session=True,
-            preexec_fn=stop_with_parent,  # noqa: PLW1509  (nothing between fork and exec takes a lock)
+            preexec_fn=follow_parent(signal.SIGTERM),  # noqa: PLW1509  (nothing between fork and exec takes a lock)
         )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import os
 import signal
 import subprocess
@@ -15,7 +14,7 @@ from typing import Any
 from fbcouple.errors import CaseError, DivergedError, FbcoupleError, SolverError, StoppedError
 from fbcouple.launcher.stop_signals import Requests
 from fbcouple.machine.environment import missing_program, mpi_environment
-from fbcouple.machine.stop_signals import LONGEST_WAIT
+from fbcouple.machine.stop_signals import LONGEST_WAIT, follow_parent
 from fbcouple.paths import HEARTBEAT, LOG
 from fbcouple.results.writer import read_line
 from fbcouple.run_folder.checkpoint import format_newest
@@ -29,7 +28,6 @@ _PAUSE = 0.25
 _LONGEST_PASS = 1.0
 """Wall time [s] of a pass of the loop that counts as waiting at most: a longer one was not given, but suspended."""
 _GRACE = 5.0
-_PARENT_DIES = 1  # PR_SET_PDEATHSIG
 
 Watch = Callable[[dict[str, Any]], None]
 Say = Callable[[str], None]
@@ -82,7 +80,7 @@ class Job:
                 stderr=subprocess.STDOUT,
                 start_new_session=True,
                 pass_fds=(self._lock.number,),
-                preexec_fn=_stop_with_parent,  # noqa: PLW1509  (no threads here)
+                preexec_fn=follow_parent(signal.SIGUSR1),  # noqa: PLW1509  (no threads here)
             )
         except FileNotFoundError as error:
             raise missing_program(self._command[0], "openmpi-bin") from error
@@ -173,10 +171,6 @@ def _find_session(session: int) -> dict[int, str]:
         if int(owner) == session:
             found[int(stat.parent.name)] = state
     return found
-
-
-def _stop_with_parent() -> None:
-    ctypes.CDLL(None).prctl(_PARENT_DIES, signal.SIGUSR1)
 
 
 def _end(job: subprocess.Popen) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import shutil
 import signal
 import subprocess
@@ -20,12 +19,12 @@ from fbcouple.geometry.foam_files import write_polymesh
 from fbcouple.geometry.partition import find_rank_grid
 from fbcouple.launcher.stop_signals import Requests
 from fbcouple.machine.environment import missing_program, mpi_environment
+from fbcouple.machine.stop_signals import follow_parent
 from fbcouple.run_folder.checkpoint import Checkpoint
 from fbcouple.run_folder.lock import Lock
 
 _TAIL = 12
 _PAUSE = 0.1
-_PARENT_DIES = 1  # PR_SET_PDEATHSIG
 
 
 @dataclass(frozen=True)
@@ -97,7 +96,7 @@ def _run_tool(run: Path, guard: Guard | None, *tool: str) -> None:
                 stderr=subprocess.STDOUT,
                 start_new_session=True,
                 pass_fds=(guard.lock.number,) if guard else (),
-                preexec_fn=_end_with_parent,  # noqa: PLW1509  (no threads here)
+                preexec_fn=follow_parent(signal.SIGKILL),  # noqa: PLW1509  (no threads here)
             )
         except FileNotFoundError as error:
             raise missing_program(tool[0], "openfoam") from error
@@ -123,10 +122,6 @@ def _await(process: subprocess.Popen, name: str, guard: Guard | None) -> None:
         if process.returncode is None:
             process.kill()
             process.wait()
-
-
-def _end_with_parent() -> None:
-    ctypes.CDLL(None).prctl(_PARENT_DIES, signal.SIGKILL)
 
 
 def _list_parts(cfd: Path) -> list[Path]:
