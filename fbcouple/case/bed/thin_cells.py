@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
 from fbcouple.case.bed.number import Number, judge
-from fbcouple.case.bed.region import read_mesh
+from fbcouple.case.bed.region import find_imported
 from fbcouple.case.schema.sections import Case
+from fbcouple.geometry.imported import ImportedMesh
 from fbcouple.geometry.quality import measure_widths
 
 ALONG = 2
@@ -20,7 +22,14 @@ THIN = 0.15
 
 def find_widths(case: Case, folder: Path) -> np.ndarray | None:
     """Width [m] of each cell along z of a mesh from a file, (cells,); None where all cells of a case are alike."""
-    return measure_widths(read_mesh(case, folder))[:, ALONG] if case.domain.shape == "file" else None
+    if case.domain.shape != "file":
+        return None
+    return _measure_once(find_imported(case.domain, case.find_folder(folder, case.domain.mesh)))
+
+
+@lru_cache(maxsize=2)
+def _measure_once(found: ImportedMesh) -> np.ndarray:
+    return measure_widths(found.mesh)[:, ALONG]
 
 
 def find_thinnest(case: Case, folder: Path) -> float | None:
