@@ -11,10 +11,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
 from fbcouple.errors import CaseError
-from fbcouple.paths import TEMPLATES
 from fbcouple.postproc.averaging import averaging_text, list_warnings
 from fbcouple.postproc.differences import Difference, Point, compare, core_hours, draw_error_against_time
 from fbcouple.postproc.experiment import Comparison, Measured, compare_with, gather_references, tell_given
@@ -28,7 +25,7 @@ from fbcouple.postproc.report import tables
 from fbcouple.postproc.report.monitors import BEYOND
 from fbcouple.postproc.report.pictures import make_picture
 from fbcouple.postproc.report.predicted import tabulate_predicted
-from fbcouple.postproc.report.wording import add_wording
+from fbcouple.postproc.report.wording import open_templates
 from fbcouple.results.reader import NotDrawableError, Results, open_runs
 from fbcouple.results.view import BED, View
 from fbcouple.version import __version__
@@ -285,12 +282,4 @@ def _leave_out_pictures(content: Content) -> Content:
 
 
 def _render(content: Content, json_name: str) -> str:
-    environment = Environment(
-        loader=FileSystemLoader(TEMPLATES / "report"),
-        undefined=StrictUndefined,
-        autoescape=True,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    add_wording(environment)
-    return environment.get_template("report.html").render(content, json_name=json_name).lstrip()
+    return open_templates().get_template("report.html").render(content, json_name=json_name).lstrip()

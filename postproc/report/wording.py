@@ -7,7 +7,9 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
-from jinja2 import Environment
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from fbcouple.paths import TEMPLATES
 
 SHORT = 24
 """Letters up to which a text stays on one line."""
@@ -17,9 +19,17 @@ _UNIT = re.compile(r"\[[^\[\]]*\]|(?<=\d) (?=(?:[kM]?g|[mk]?m|s|Pa|Hz|K)\b)|(?<=
 _FIXED = "\u00a0"
 
 
-def add_wording(environment: Environment) -> None:
-    """Give the templates the filters `shown`, `unbroken`, `narrow` and `halves`."""
+def open_templates(escapes: bool = True) -> Environment:
+    """The templates of reports with the filters `shown`, `unbroken`, `narrow` and `halves`; `escapes`: of HTML."""
+    environment = Environment(
+        loader=FileSystemLoader(TEMPLATES / "report"),
+        undefined=StrictUndefined,
+        autoescape=escapes,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
     environment.filters |= {"shown": show, "unbroken": keep_units, "narrow": is_narrow, "halves": split_rows}
+    return environment
 
 
 def show(value: Any, heading: str = "") -> str:

@@ -12,14 +12,12 @@ from pathlib import Path
 from typing import Any
 
 import xarray as xr
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from fbcouple.paths import TEMPLATES
 from fbcouple.postproc.files import write_whole
 from fbcouple.postproc.papers.hamidouche2019.figure_data import Data
 from fbcouple.postproc.papers.hamidouche2019.page import Member, Page, make_page
 from fbcouple.postproc.report.tables import make_plain
-from fbcouple.postproc.report.wording import add_wording, show
+from fbcouple.postproc.report.wording import open_templates, show
 
 COMMANDS = (
     "fbcouple setup patil/all -o runs/paper",
@@ -88,14 +86,7 @@ def _write_rows(path: Path, rows: list[dict[str, Any]]) -> None:
 
 
 def _render(name: str, context: dict[str, Any]) -> str:
-    environment = Environment(
-        loader=FileSystemLoader(TEMPLATES / "report"),
-        undefined=StrictUndefined,
-        autoescape=name.endswith(".html"),
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    add_wording(environment)
+    environment = open_templates(escapes=name.endswith(".html"))
     environment.filters |= {"plain": _escape, "lines": _format_table}
     return environment.get_template(name).render(context).lstrip()
 
