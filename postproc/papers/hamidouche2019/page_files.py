@@ -19,12 +19,6 @@ from fbcouple.postproc.papers.hamidouche2019.page import Member, Page, make_page
 from fbcouple.postproc.report.tables import make_plain
 from fbcouple.postproc.report.wording import open_templates, show
 
-COMMANDS = (
-    "fbcouple setup patil/all -o runs/paper",
-    "fbcouple run runs/paper -j 2 -n 1",
-    "fbcouple report runs/paper",
-)
-
 
 def write_page(folder: Path, members: Sequence[Member], output: Path) -> list[Path]:
     """Write the page of the set in `folder` to `output` (HTML), its numbers beside it (JSON), and README.md, pictures
@@ -36,7 +30,7 @@ def write_page(folder: Path, members: Sequence[Member], output: Path) -> list[Pa
     beside, numbers = output.with_suffix(""), output.with_suffix(".json")
     files = [*_write_data(page, beside), *_write_pictures(page, beside)]
     names = {stem: file.name for stem, file in ((file.stem, file) for file in files) if file.suffix != ".png"}
-    context = page.content | {"commands": COMMANDS, "files": names, "json_name": numbers.name}
+    context = page.content | {"files": names, "json_name": numbers.name}
     plain = make_plain({key: value for key, value in page.content.items() if key != "figures"})
     plain["figures"] = [
         make_plain({k: v for k, v in each.items() if k != "pictures"}) for each in page.content["figures"]
