@@ -116,14 +116,14 @@ def make_page(folder: Path, members: Sequence[Member]) -> Page:
 
 
 def _list_missing(members: Sequence[Member], chosen: dict[str, Results]) -> list[str]:
-    """A sentence for each bed of the paper that no run here shows, and for each member that is none or has none."""
+    """Why beds of the paper are not shown, a sentence a reason, and for each member that is none or has none."""
     lacking = {bed: member.lack for member in members if member.results is None for bed in member.beds}
     short = sort_runs(member.results for member in members if member.results is not None)[1]
-    told = [
-        f"{bed}: {lacking.get(bed) or short.get(bed) or 'no run in this folder'}"
-        for bed in PRINTED_BEDS
-        if bed not in chosen
-    ]
+    beds: dict[str, list[str]] = {}
+    for bed in PRINTED_BEDS:
+        if bed not in chosen:
+            beds.setdefault(lacking.get(bed) or short.get(bed) or "no run in this folder", []).append(bed)
+    told = [f"{', '.join(names)}: {reason}" for reason, names in beds.items()]
     others = [f"{member.path.name}: {member.lack}" for member in members if member.results is None and not member.beds]
     return [*told, *others]
 
