@@ -1,7 +1,8 @@
 """In which tetrahedron a point lies, and its weights at the corners.
 
-A walk through the sides starts at the tetrahedron nearest to the middle of the point's bin, so that the answer depends
-on the point alone. Where a walk ends at a wall (around a corner of the region) a tree gives more to try.
+A point that is well inside the tetrahedron that it was in before is still there; else a walk through the sides starts
+at the tetrahedron nearest to the middle of the point's bin, so that the answer depends on the point alone. Where a walk
+ends at a wall (around a corner of the region) a tree gives more to try.
 """
 
 from __future__ import annotations
@@ -14,6 +15,8 @@ from fbcouple.physics.compiler import njit
 
 ROUNDING = 1e-9
 """How far below zero a weight may be: a point on a wall."""
+_WELL_INSIDE = 1e-6
+"""Weights above it at all corners: no other tetrahedron can be taken for the one that holds the point."""
 _LONGEST_WALK = 200
 _TRIED = 256
 _AT_ONCE = 4096
@@ -51,6 +54,7 @@ class Locator:
     def locate(self, points: np.ndarray, found: np.ndarray, weights: np.ndarray) -> int:
         """Fill `found` (n,) with the tetrahedron and `weights` (n, 4) at its corners of each of `points` (n, 3) [m].
 
+        `found` comes with the tetrahedra that are looked at first, or -1: they change how long it takes alone.
         Returns the first point that lies in none, or -1; weights are never below zero and add up to one.
         """
         box = self._low, self._scale, self._starts
@@ -72,7 +76,7 @@ class Locator:
     def find_cells(self, points: np.ndarray) -> np.ndarray:
         """The cell that holds each of `points` (n, 3) [m], -1 where none does."""
         points = np.ascontiguousarray(points, dtype=float)
-        found, weights = np.empty(len(points), np.int64), np.empty((len(points), 4))
+        found, weights = np.full(len(points), -1), np.empty((len(points), 4))
         _walk(points, self._low, self._scale, self._starts, self._frames, self._neighbours, found, weights)
         low, high = self._box
         left = np.flatnonzero((found < 0) & np.all((points >= low) & (points <= high), axis=1))
@@ -111,13 +115,11 @@ def _walk(points, low, scale, starts, frames, neighbours, found, weights):
     """
     for p in range(len(points)):
         x, y, z = points[p, 0], points[p, 1], points[p, 2]
-        here = starts[
-            _find_bin(x, low[0], scale[0], starts.shape[0]),
-            _find_bin(y, low[1], scale[1], starts.shape[1]),
-            _find_bin(z, low[2], scale[2], starts.shape[2]),
-        ]
+        here, needed = found[p], _WELL_INSIDE
         found[p] = -1
         for _ in range(_LONGEST_WALK):
+            if here < 0:
+                here, needed = _find_start(x, y, z, low, scale, starts), -ROUNDING
             f = frames[here]
             dx, dy, dz = x - f[0], y - f[1], z - f[2]
             a = f[3] * dx + f[4] * dy + f[5] * dz
@@ -127,13 +129,21 @@ def _walk(points, low, scale, starts, frames, neighbours, found, weights):
             side, least = (1, a) if a < rest else (0, rest)
             side, least = (2, b) if b < least else (side, least)
             side, least = (3, c) if c < least else (side, least)
-            if least >= -ROUNDING:
+            if least >= needed:
                 found[p] = here
                 _keep((rest, a, b, c), weights[p])
                 break
-            here = neighbours[here, side]
-            if here < 0:
+            is_walk = needed < 0.0
+            here = neighbours[here, side] if is_walk else -1
+            if is_walk and here < 0:
                 break
+
+
+@njit(inline="always")
+def _find_start(x, y, z, low, scale, starts):
+    i = _find_bin(x, low[0], scale[0], starts.shape[0])
+    j = _find_bin(y, low[1], scale[1], starts.shape[1])
+    return starts[i, j, _find_bin(z, low[2], scale[2], starts.shape[2])]
 
 
 @njit(inline="always")

@@ -103,7 +103,7 @@ def test_points_are_found_with_weights_that_give_them_back(mesh):
     rng = np.random.default_rng(1)
     chosen = rng.integers(len(parts.corners), size=2000)
     points = np.einsum("pk,pkd->pd", rng.dirichlet(np.ones(4), 2000), parts.nodes[parts.corners[chosen]])
-    found, weights = np.empty(2000, np.int64), np.empty((2000, 4))
+    found, weights = np.full(2000, -1), np.empty((2000, 4))
     locator = Locator(parts)
     assert locator.locate(points, found, weights) == -1
     assert (locator.corners[found, 0] == parts.owners[chosen]).all()
@@ -113,6 +113,25 @@ def test_points_are_found_with_weights_that_give_them_back(mesh):
     assert locator.locate(np.array([points[0], outside]), found[:2], weights[:2]) == 1
     assert locator.find_cells(np.array([outside]))[0] == -1
     assert locator.locate(np.array([points[0], [0.01, np.nan, 0.01]]), found[:2], weights[:2]) == 1
+
+
+def test_what_is_looked_at_first_does_not_change_what_is_found(mesh):
+    """Points inside, and at corners and middles of sides, where several tetrahedra could be taken."""
+    parts = cut(break_up(mesh))
+    rng = np.random.default_rng(3)
+    chosen = rng.integers(len(parts.corners), size=3000)
+    shares = rng.dirichlet(np.ones(4), 3000)
+    shares[1000:2000] = np.eye(4)[rng.integers(4, size=1000)]
+    shares[2000:, 0] = 0.0
+    shares[2000:] /= shares[2000:].sum(axis=1)[:, None]
+    points = np.einsum("pk,pkd->pd", shares, parts.nodes[parts.corners[chosen]])
+    locator = Locator(parts)
+    from_nowhere, wanted = np.full(3000, -1), np.empty((3000, 4))
+    assert locator.locate(points, from_nowhere, wanted) == -1
+    for first in (chosen, from_nowhere, rng.integers(len(parts.corners), size=3000)):
+        found, weights = first.copy(), np.empty((3000, 4))
+        assert locator.locate(points, found, weights) == -1
+        assert (found == from_nowhere).all() and (weights == wanted).all()
 
 
 def test_a_walk_around_a_corner_ends_at_the_point():

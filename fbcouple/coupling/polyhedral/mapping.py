@@ -132,7 +132,7 @@ class CellMapping(ABC):
         if self._count > self._room:
             self._room = self._count + self._count // 4
             self._own, self._upper = np.arange(self._room, dtype=np.uint64), np.zeros((self._room, 3))
-            self._found = np.empty(self._room, np.int64)
+            self._found = np.full(self._room, -1)
             self._all_weights, self._all_sites = np.empty((self._room, 4)), np.empty((self._room, 4), np.int64)
             self._rows: dict[tuple[int, str], np.ndarray] = {}
         self.weights, self.sites = self._all_weights[: self._count], self._all_sites[: self._count]
