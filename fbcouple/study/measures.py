@@ -202,6 +202,17 @@ def compare_finest(run: Finished, argument: str, reference: Finished | None) -> 
     return Error(float(values[-1]), float(wanted[-1]), HISTORIES[argument][0], error)
 
 
+@measure("history-mean", arguments=tuple(HISTORIES), needs_reference=True)
+def compare_history_mean(run: Finished, argument: str, reference: Finished | None) -> Error:
+    """Time mean of a history over the averaging window against the finest member's; `stderr` is that of both."""
+    assert reference is not None
+    here, there = (mean_of_history(one.results, argument) for one in (run, reference))
+    if not there.value:
+        raise CaseError([f"history-mean:{argument}: the finest member's is 0, and nothing is a part of it."])
+    error, chance = abs(here.value / there.value - 1.0), math.hypot(here.error, there.error) / abs(there.value)
+    return Error(here.value, there.value, HISTORIES[argument][0], error, chance)
+
+
 @measure("experiment", arguments=tuple(QUANTITIES))
 def compare_experiment(run: Finished, argument: str, reference: Finished | None) -> Error:
     """Root mean square distance of the time means from the measured points of a quantity, over the points' range."""

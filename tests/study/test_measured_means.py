@@ -33,6 +33,23 @@ def test_a_shift_is_the_distance_and_the_errors_of_both_its_bar():
     assert found.value - found.expected == pytest.approx(0.03)
 
 
+def make_history(values) -> Finished:
+    """A finished run with a history of pressure drops, a row a second, and a window from 10 to 29 s."""
+    times = np.arange(float(len(values)))
+    data = xr.Dataset({"pressure_drop": ("time", np.array(values))}, coords={"time": times})
+    data.attrs |= {"averaging_start": 10.0, "averaging_end": 29.0}
+    return Finished(Results(Path("none"), data, {}), CASE)
+
+
+def test_mean_of_a_history_against_the_finest_member_s():
+    """In the window 10 to 29 s are ten blocks of two rows each, whose means are 100 and 104 in turn."""
+    rows = [0.0] * 10 + [99.0, 101.0, 103.0, 105.0] * 5
+    steady = [0.0] * 10 + [51.0] * 20
+    found = find_error("history-mean:pressure_drop", make_history(rows), make_history(steady))
+    assert found.value == 102.0 and found.expected == 51.0 and found.error == 1.0
+    assert found.stderr == pytest.approx(np.std([100.0, 104.0] * 5, ddof=1) / np.sqrt(10.0) / 51.0)
+
+
 def test_another_mesh_is_read_at_the_finest_s_cells_and_not_beyond_its_own():
     finest = make((16, 2, 40), lambda x, z: 2.0 * x + z, 0.0)
     assert find_error("means:solids_fraction", make((6, 1, 10), lambda x, z: 2.0 * x + z, 0.0), finest).error < 1e-12
