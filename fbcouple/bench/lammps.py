@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from fbcouple.case.bed.derived import tangential_law
+from fbcouple.case.bed.particle_types import largest_diameter
 from fbcouple.case.schema.sections import Case
 from fbcouple.decks.context import build_context
 from fbcouple.decks.needs import find_needs
@@ -53,7 +54,7 @@ def write_lammps(case: Case, folder: Path, bed: np.ndarray, steps: int) -> None:
     )
     box = "".join(f"0.0 {size!r} {axis}lo {axis}hi\n" for axis, size in zip("xyz", case.domain.size, strict=True))
     lines = [f"a bed\n\n{len(bed)} atoms\n1 atom types\n{box}\nAtoms # sphere\n\n"]
-    kind = f"1 {particles.diameter!r} {particles.density!r}"
+    kind = f"1 {largest_diameter(particles)!r} {particles.density!r}"
     lines += [f"{n} {kind} {x!r} {y!r} {z!r}\n" for n, (x, y, z) in enumerate(bed[:, :3].tolist(), 1)]
     lines += ["\nVelocities\n\n"]
     lines += [f"{n} {u!r} {v!r} {w!r} 0 0 0\n" for n, (u, v, w) in enumerate(bed[:, 3:].tolist(), 1)]

@@ -45,10 +45,10 @@ NOT_COMPARABLE = (
 def check_peer(case: Case) -> None:
     """Raise CaseError if DPMFoam's decks cannot say what the case is."""
     fits = case.gas and case.particles and case.contact and case.contact.model == "hooke" and not case.domain.periodic
-    if has_openings(case) or not (fits and case.particles and len(list_kinds(case.particles)) == 1):
-        words = (
-            "the case needs gas, particles of one kind, springs (hooke), walls all around and gas from the whole floor."
-        )
+    plain = case.particles and len(list_kinds(case.particles)) == 1 and case.particles.coarse_graining is None
+    if has_openings(case) or not (fits and plain):
+        words = "the case needs gas, particles of one kind, no parcels, springs (hooke), walls all around and gas from "
+        words += "the whole floor."
         raise CaseError([f"bench peers: {words}"])
 
 

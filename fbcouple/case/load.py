@@ -22,6 +22,7 @@ import fbcouple.case.checks.region
 import fbcouple.case.checks.start
 import fbcouple.case.checks.voidage  # noqa: F401  (each registers its checks)
 from fbcouple.case.base import read_case
+from fbcouple.case.bed import adopt_parcels
 from fbcouple.case.bed.adopt_inlets import adopt_inlets
 from fbcouple.case.bed.adopt_spring import adopt_spring, keep_last_said
 from fbcouple.case.bed.mesh_box import adopt_box
@@ -58,6 +59,7 @@ def load_case(name: str, sets: Sequence[str] = (), say: Callable[[str], None] | 
     if say and (fitted := fit_averages(raw, set_keys)):
         say(f"{label}: {fitted}")
     keep_last_said(raw, set_keys)
+    adopt_parcels.keep_last_said(raw, set_keys)
     apply_preset(raw)
     unread = len(problems)
     problems += (unreadable := adopt_box(raw, (path.parent, *bases)))
@@ -66,6 +68,8 @@ def load_case(name: str, sets: Sequence[str] = (), say: Callable[[str], None] | 
         problems = [one for one in problems if one.key not in [f"domain.{key}" for key in FROM_MESH]]
     case.remember_bases(bases)
     if not any(key.split(".")[0] == "particles" for key in spoiled):
+        case, unfit = adopt_parcels.adopt_parcels(case)
+        problems += unfit
         case = adopt_sizes(case, path.parent)
     if not any(key.split(".")[0] in ("gas", "domain") for key in spoiled):
         case = adopt_inlets(case, path.parent)

@@ -25,12 +25,15 @@ from fbcouple.case.bed.fluid_step import coupling_step, gas_step
 from fbcouple.case.bed.number import Law, Number
 from fbcouple.case.bed.number import judge as _judge
 from fbcouple.case.bed.opening_numbers import describe_openings
+from fbcouple.case.bed.parcel_numbers import describe_parcels
 from fbcouple.case.bed.particle_types import (
+    find_ratio,
+    grain_count,
+    grains_per_parcel,
     largest_diameter,
     list_kinds,
     mean_density,
     mean_volume,
-    particle_count,
     solids_volume,
 )
 from fbcouple.case.bed.region import Region, find_region, list_inner_surfaces
@@ -74,7 +77,7 @@ def estimate(case: Case, law: Law | None = None, folder: Path = Path()) -> list[
     region = find_region(case, folder)
     parts: list[Callable[[Case], Iterator[Number]]] = [partial(_size_up, folder=folder)]
     if case.particles:
-        parts.append(partial(_tell_start, folder=folder))
+        parts += [partial(describe_parcels, region=region), partial(_tell_start, folder=folder)]
     if case.particles and case.contact:
         parts += [time_contacts, partial(estimate_overlap, region=region, law=law, folder=folder)]
     if case.particles and case.gravity > 0.0:
@@ -118,10 +121,11 @@ def require_fit(case: Case, law: Law | None = None, folder: Path = Path()) -> No
 
 def _size_up(case: Case, folder: Path) -> Iterator[Number]:
     if case.particles:
-        yield Number("particles", particle_count(case.particles), "1", None, None, "Particles in the bed.")
+        yield Number("particles", _as_count(grain_count(case.particles)), "1", None, None, "Particles in the bed.")
         if case.particles.feeds:
             meaning = "Particles that the feeds bring up to the end, if none of them has to wait for a place."
-            yield Number("particles fed", round(count_fed(case)), "1", None, None, meaning)
+            fed = count_fed(case) * grains_per_parcel(case.particles)
+            yield Number("particles fed", round(fed), "1", None, None, meaning)
     if case.gas:
         yield Number("cells", find_region(case, folder).cells, "1", None, None, "Cells of the gas mesh.")
     if case.domain.shape == "file":
@@ -132,6 +136,11 @@ def _size_up(case: Case, folder: Path) -> Iterator[Number]:
     held, needed = machine_memory() / 1e9, needed_memory(case, folder) / 1e9
     meaning = "1 kB a particle and 2 kB a cell, over all ranks."
     yield Number("memory", needed, "GB", f"below {held:.3g} (this machine)", _judge(needed < held, "unfit"), meaning)
+
+
+def _as_count(value: float) -> float:
+    """A whole number as such: it is told in all its digits."""
+    return int(value) if value == int(value) else value
 
 
 def _tell_box(case: Case, region: Region) -> Iterator[Number]:
@@ -264,6 +273,8 @@ def _measure_cells(case: Case, cell: np.ndarray) -> Iterator[Number]:
         )
         if axis != "x":
             meaning = f"Cell size over diameter along {axis}; as along x."
+        if case.particles.coarse_graining:
+            meaning = meaning.replace("over diameter", "over the diameter of the largest parcels")
         yield Number(f"cell size {axis}", float(size), "d", limit, verdict, meaning)
 
 
@@ -277,7 +288,8 @@ def _list_filters(case: Case) -> str:
 def _measure_spread(case: Case, width: float) -> Iterator[Number]:
     """The kernel, not the cell, says over what a particle is spread: cells may be small, and should be."""
     assert case.particles is not None
-    for axis, size in zip("xyz", cell_size(case) / case.particles.diameter, strict=True):
+    diameter = find_ratio(case.particles) * case.particles.diameter
+    for axis, size in zip("xyz", cell_size(case) / diameter, strict=True):
         meaning = (
             f"The bandwidth over the cell size along {axis}; below 1 the cells spread a particle more than it does."
         )

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fbcouple.case.bed.particle_types import find_ratio, grains_per_parcel
 from fbcouple.case.schema.sections import Case
 from fbcouple.case.user_drag_law import choose_law
 from fbcouple.coupling import kernels
@@ -33,7 +34,10 @@ class Coupling:
         self._explicit = case.exchange.scheme == "explicit"
         addresses = find_address(self.law.kernel), find_address(DRAG_SCHEMES[case.exchange.scheme])
         self._polydisperse = case.exchange.polydisperse != "none"
-        self._drag = Drag(*addresses, self._explicit, self._polydisperse, case.gas.density, case.gas.viscosity)
+        gas, parcels = (case.gas.density, case.gas.viscosity), (1.0, 1.0)
+        if case.particles:
+            parcels = find_ratio(case.particles), grains_per_parcel(case.particles)
+        self._drag = Drag(*addresses, self._explicit, self._polydisperse, *gas, *parcels)
         self._held_gravity = held_gravity
         self._gradient_factor = float(case.exchange.pressure_gradient)
         self._buoyancy = self._gradient_factor * case.gas.density * case.gravity

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fbcouple.case.bed.particle_types import find_ratio, grains_per_parcel
 from fbcouple.case.schema.sections import Case
 from fbcouple.coupling.box.corners import Stencil, corner_weights
 from fbcouple.coupling.box.mapping import Mapping
@@ -119,6 +120,9 @@ class Forces:
         self.fields = tuple(chosen.field for chosen in self._chosen)
         """Derived fields of the gas that `read` wants."""
         self._density, self._viscosity = case.gas.density, case.gas.viscosity
+        self._ratio, self._grains = 1.0, 1.0
+        if case.particles:
+            self._ratio, self._grains = find_ratio(case.particles), grains_per_parcel(case.particles)
         self._added = ADDED_MASS * self._density if "virtual_mass" in names else 0.0
         self.weight = self._added * case.gravity
         """Weight of the gas that a particle carries along over its volume [N/m3]: the particle must not feel it."""
@@ -145,10 +149,14 @@ class Forces:
         _gather(mapping.stencil, gas, self._velocity)
         _gather(mapping.stencil, mapping.read(self._ready, fields.shape[1]), fields)
         self._force = np.zeros((count, 3))
-        slip = self._velocity - particles.velocities
+        slip, radii = self._velocity - particles.velocities, particles.radii
+        if self._ratio != 1.0:  # the force on one grain of a parcel, and then on all of them
+            radii = radii / self._ratio
         for number, chosen in enumerate(self._chosen):
             field = np.ascontiguousarray(fields[:, 3 * number : 3 * number + 3])
-            chosen.kernel(slip, field, particles.radii, self._density, self._viscosity, self._force)
+            chosen.kernel(slip, field, radii, self._density, self._viscosity, self._force)
+        if self._ratio != 1.0:
+            self._force *= self._grains
         last_dt, dt = steps
         added = self._added * 4.0 / 3.0 * np.pi * particles.radii**3
         self._inertia = added / dt

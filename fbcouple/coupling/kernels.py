@@ -37,6 +37,10 @@ class Drag(NamedTuple):
     """Of the gas [kg/m3]."""
     viscosity: float
     """Dynamic, of the gas [Pa s]."""
+    ratio: float = 1.0
+    """Diameter of a parcel over that of its grains, whose drag it has; 1 where particles are no parcels."""
+    grains: float = 1.0
+    """Grains of a parcel."""
 
 
 class Bed(NamedTuple):
@@ -149,6 +153,19 @@ def predict(velocities, drag_only, ratio, dt_over_tau, effective):
     return effective
 
 
+@inlined
+def find_beta(drag, eps, slip, size, beta):
+    """Set `beta` (n,) [kg/s] to what the law says of particles of diameters `size` (n,) [m]; of parcels the law goes by
+    the diameter of their grains, which `size` becomes, and beta is that of all of them."""
+    if drag.ratio != 1.0:
+        for q in range(len(size)):
+            size[q] /= drag.ratio
+    call_law(drag.law, eps, slip, size, drag.density, drag.viscosity, beta)
+    if drag.ratio != 1.0:
+        for q in range(len(size)):
+            beta[q] *= drag.grains
+
+
 @compiled
 def deposit_drag(drag: Drag, stencil: Stencil, bed: Bed, gas, dt, beta, prediction: Prediction, field):
     """Add beta~ [kg/s] and beta~ w [N] of every particle to local `field` (places, 4); beta~ stays in `beta` (n,).
@@ -182,7 +199,7 @@ def deposit_drag(drag: Drag, stencil: Stencil, bed: Bed, gas, dt, beta, predicti
                 phi = 1.0 - eps[q]
                 ratio[q] = size[q] * area / phi if phi > LONE else 1.0
                 size[q] /= ratio[q]
-        call_law(drag.law, eps[:n], slip[:n], size[:n], drag.density, drag.viscosity, b)
+        find_beta(drag, eps[:n], slip[:n], size[:n], b)
         if drag.is_polydisperse:
             for q in range(n):
                 b[q] *= ratio[q] * size_factor(eps[q], ratio[q])

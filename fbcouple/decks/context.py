@@ -179,16 +179,18 @@ def _spring_context(particles: Particles, contact: Contact) -> dict[str, Any]:
 
     def damp_pair(one: Kind, other: Kind) -> float:
         restitution, mass = find_pair(contact, one, other).restitution, derived.effective(one.mass, other.mass)
-        return 2 * normal_damping(contact.stiffness, mass, restitution)
+        return 2 * normal_damping(derived.find_spring(contact, one), mass, restitution)
 
     def damp_wall(kind: Kind) -> float:
-        return 2 * normal_damping(contact.stiffness, kind.mass, find_wall(contact, kind).restitution)
+        stiffness = derived.find_spring(contact, kind)
+        return 2 * normal_damping(stiffness, kind.mass, find_wall(contact, kind).restitution)
 
-    damping = _tabulate(list_kinds(particles), damp_pair, damp_wall)
+    kinds = list_kinds(particles)
+    damping, stiffness = _tabulate(kinds, damp_pair, damp_wall), derived.find_spring(contact, kinds[0])
     if derived.tangential_law(contact) == "history":
         ratio = derived.tangential_damping(contact)
-        spring, tangential = derived.tangential_stiffness(contact) * contact.stiffness, [ratio * g for g in damping]
+        spring, tangential = derived.tangential_stiffness(contact) * stiffness, [ratio * g for g in damping]
     else:
         spring, tangential = 0.0, [derived.viscous_limit(contact, particles)] * len(damping)
-    springs = {"stiffnesses": [contact.stiffness] * len(damping), "tangential_springs": [spring] * len(damping)}
+    springs = {"stiffnesses": [stiffness] * len(damping), "tangential_springs": [spring] * len(damping)}
     return springs | {"dampings": damping, "tangential_dampings": tangential}

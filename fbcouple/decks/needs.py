@@ -10,7 +10,7 @@ from fbcouple.case.bed.contact_coefficients import list_coefficients
 from fbcouple.case.bed.derived import has_ramp, tangential_law
 from fbcouple.case.bed.feeds import has_traffic
 from fbcouple.case.bed.outlets import list_openings
-from fbcouple.case.bed.particle_types import count_kinds, list_kinds
+from fbcouple.case.bed.particle_types import count_kinds, grains_per_parcel, list_kinds, particle_count
 from fbcouple.case.bed.region import has_own_mesh
 from fbcouple.case.bed.streams import has_openings
 from fbcouple.case.presets import NONE, describe_preset
@@ -190,6 +190,14 @@ def _mixture(case: Case) -> tuple[bool, str]:
     assert case.particles is not None
     counted = zip(count_kinds(case.particles), kinds, strict=True)
     return True, "; ".join(f"{count} of {kind.diameter:.4g} m, {kind.density:g} kg m-3" for count, kind in counted)
+
+
+@_part
+def _coarse_graining(case: Case) -> tuple[bool, str]:
+    if case.particles is None or case.particles.coarse_graining is None:
+        return False, "each particle is one of LIGGGHTS"
+    grains, count = grains_per_parcel(case.particles), particle_count(case.particles)
+    return True, f"{count} parcels of {grains:.6g} particles each, {case.particles.coarse_graining:.6g} times as wide"
 
 
 @_part

@@ -13,7 +13,7 @@ from jinja2 import FileSystemLoader, StrictUndefined
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 
 from fbcouple.case.bed.lattice import lattice_kinds, lattice_positions
-from fbcouple.case.bed.particle_types import list_kinds, particle_count
+from fbcouple.case.bed.particle_types import grain_count, list_kinds
 from fbcouple.case.bed.region import has_own_mesh, read_mesh
 from fbcouple.case.changes import list_values
 from fbcouple.case.companions import copy_companions
@@ -170,7 +170,7 @@ def _describe(case: Case, fresh: Path) -> dict[str, Any]:
         "fbcouple": __version__,
         "title": case.title,
         "start": _find_origin(case, fresh),
-        "particles": particle_count(case.particles) if case.particles else 0,
+        "particles": grain_count(case.particles) if case.particles else 0,
         "set_up_with": list_own_versions(),
         **tell_parts(case),
         "case": list_values(case),

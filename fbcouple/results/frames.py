@@ -15,11 +15,13 @@ from fbcouple.results.stored import load
 _PARTICLES = ("position", "velocity", "diameter")
 _GAS = ("voidage", "gas_velocity")
 _MARKS = ("species", "feed")
+_PARCEL = "parcel_diameter"
 _SHAPES: dict[str, tuple[str, ...]] = {
     "time": (),
     "position": ("particle", "component"),
     "velocity": ("particle", "component"),
     "diameter": ("particle",),
+    _PARCEL: ("particle",),
     "number": ("particle",),
     "species": ("particle",),
     "feed": ("particle",),
@@ -30,8 +32,9 @@ _SHAPES: dict[str, tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class Frame:
-    """One moment: `time` [s]; of particles positions [m] and velocities [m/s] (n, 3), diameters [m] and numbers (n,);
-    of the gas `voidage` (z, y, x) and velocity (component, z, y, x) [m/s] in the cells, None in a case without gas.
+    """One moment: `time` [s]; of particles, or parcels, positions [m] and velocities [m/s] (n, 3), diameters [m] and
+    numbers (n,); of the gas `voidage` (z, y, x) and velocity (component, z, y, x) [m/s] in the cells, None in a case
+    without gas.
 
     `species` and `feeds` (n,): which species each particle is of, and by which feed it came in, 0 of those of the
     start; None where there is one species, or no particles come or go.
@@ -67,10 +70,11 @@ def read_frame(path: Path) -> Frame:
     numbers = data["number"].values if "number" in data else np.arange(1, data.sizes["particle"] + 1)
     species, feeds = (data[name].values if name in data else None for name in _MARKS)
     positions, velocities, diameters = (data[name].values for name in _PARTICLES)
+    diameters = data[_PARCEL].values if _PARCEL in data else diameters
     return Frame(float(data["time"]), positions, velocities, diameters, voidage, velocity, numbers, species, feeds)
 
 
 def _has(data: xr.Dataset, name: str, dims: tuple[str, ...]) -> bool:
     if name not in data:
-        return name in (*_GAS, *_MARKS, "number")
+        return name in (*_GAS, *_MARKS, _PARCEL, "number")
     return data[name].dims == dims and data[name].dtype.kind in "iuf" and data.sizes.get("component", 3) == 3

@@ -43,8 +43,8 @@ class FeedSource:
         self._boxes = [find_inner_box(case, self._feed, 0.5 * about.diameter) for _, about in self._kinds]
         by_number = self._feed.rate is not None
         self._flow = (self._feed.rate if by_number else self._feed.mass_flow) or 0.0
-        self._costs = [1.0 if by_number else about.mass for _, about in self._kinds]
-        self._mean_cost = 1.0 if by_number else find_mean_mass(case.particles, self._feed)
+        self._costs = [about.grains if by_number else about.mass for _, about in self._kinds]
+        self._mean_cost = self._costs[0] if by_number else find_mean_mass(case.particles, self._feed)
         self.count, self._used = 0, 0.0
 
     def save(self) -> dict[str, Any]:
@@ -93,7 +93,7 @@ class FeedSource:
         return np.array([self._kinds[kind][0] for kind in kinds], dtype=int)
 
     def _allow(self, time: float) -> float:
-        """Particles, or mass [kg], that may have come in by `time` [s]."""
+        """Particles (of parcels their grains), or mass [kg], that may have come in by `time` [s]."""
         end = time if self._feed.end is None else min(time, self._feed.end)
         return self._flow * max(0.0, end - self._feed.start)
 

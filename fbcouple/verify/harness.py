@@ -39,7 +39,8 @@ def open_bench(
 ) -> Simulation:
     """Set up a case of `sections` (as a case file has them) in `folder`, open its solvers, set the particles up.
 
-    positions: start positions (n, 3) [m] in place of the lattice; the particles' count follows them.
+    positions: start positions (n, 3) [m] in place of the lattice; the particles' count follows them, and their ratio
+    if they are parcels.
     kinds: of a mixture the kind of each particle, counted from 0, in place of a random order.
     case_folder: where the files lie that the case brings, a mesh.
     edits: deck file -> change of its text, for checks that need what no case asks for (a moving lid).
@@ -81,7 +82,9 @@ def open_case(
 def _make_case(sections: dict[str, Any], positions: np.ndarray | None) -> Case:
     data: dict[str, Any] = {"title": "verify", "end_time": 1e9, "domain": BOX} | sections
     if positions is not None:
-        data["particles"] = GLASS | data.get("particles", {}) | {"count": len(positions)}
+        particles = GLASS | data.get("particles", {})
+        grains = particles.get("coarse_graining", 1.0) ** 3
+        data["particles"] = particles | {"count": round(len(positions) * grains)}
         data.setdefault("contact", FRICTIONLESS)
         data.setdefault("start", {})
     return Case.model_validate(data)

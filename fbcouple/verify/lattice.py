@@ -66,11 +66,18 @@ class HeldBed:
 
     `exchange`: other options of that section. `voidages` (layers,) is what the spheres leave free. With a `second`
     diameter [m] every other pair of spheres has it, and `parts` (layers, 2) are the parts of the cells that the two
-    sizes fill.
+    sizes fill. With a `ratio` the spheres are parcels of grains that are smaller by so much.
     """
 
     def __init__(
-        self, folder: Path, comm: MPI.Comm, law: str, inlet: float, second: float | None = None, **exchange: Any
+        self,
+        folder: Path,
+        comm: MPI.Comm,
+        law: str,
+        inlet: float,
+        second: float | None = None,
+        ratio: float | None = None,
+        **exchange: Any,
     ) -> None:
         cells = [_COLUMNS, _COLUMNS, LAYER * len(VOIDAGES)]
         sections: dict[str, Any] = {
@@ -83,6 +90,8 @@ class HeldBed:
         if kinds is not None:
             share = float(np.mean(kinds))
             sections["particles"] = {"fractions": "number", "mixture": [[second, GLASS["density"], share]]}
+        if ratio:
+            sections["particles"] = {"diameter": GLASS["diameter"] / ratio, "coarse_graining": ratio}
         volumes = np.pi / 6 * np.array([GLASS["diameter"], second or GLASS["diameter"]]) ** 3
         self.parts = _count_sites() * volumes / np.prod(SIZE)
         self.voidages = 1.0 - self.parts.sum(axis=1)

@@ -42,6 +42,8 @@ MODULES = (
     "mesh_file",
     "traffic",
     "removal",
+    "parcels",
+    "settling",
     "standard_errors",
     "replicas",
     "cost",

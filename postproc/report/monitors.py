@@ -67,7 +67,7 @@ def _lost(results: Results) -> Watched:
     came = left = 0.0
     if "particles_fed" in results.data:
         came, left = (results.history(f"particles_{way}").values[-1] for way in ("fed", "removed"))
-    lost = float(count[0] + came - left - count[-1])
+    lost = float(round(count[0] + came - left - count[-1]))  # of parcels a product with their grains, to rounding
     return judge("particles lost", lost, "0", lost == 0.0)
 
 

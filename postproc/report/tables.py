@@ -44,7 +44,9 @@ def tabulate_solved(results: Results) -> Rows:
     if particles:
         sizes, mixture = particles.get("sizes") or [], particles.get("mixture") or []
         largest = max([d for d, *_ in sizes] or [particles["diameter"], *(d for d, *_ in mixture)])
-        spacing = [length / n / largest for length, n in zip(results.size, cells, strict=True)]
+        ratio = particles.get("coarse_graining") or 1.0
+        parcel = largest * (1.0 if sizes else ratio)
+        spacing = [length / n / parcel for length, n in zip(results.size, cells, strict=True)]
         given = ("mass", " [kg]") if particles.get("mass") is not None else ("count", "")
         rows += [("particles: diameter [m], density [kg m-3]", f"{particles['diameter']:g}, {particles['density']:g}")]
         text = "; ".join(f"{count} of {d:g} m, {density:g} kg m-3" for d, density, count in sizes)
@@ -54,6 +56,7 @@ def tabulate_solved(results: Results) -> Rows:
             [(f"particles: further species, parts by {particles.get('fractions', 'mass')}", text)] if mixture else []
         )
         rows += [(f"particles: {given[0]}{given[1]}", particles.get(given[0]))]
+        rows += [("particles: coarse graining, diameter of a parcel over theirs", f"{ratio:g}")] if ratio > 1.0 else []
         rows += [
             (
                 "cell size over largest diameter" if sizes or mixture else "cell size over diameter",

@@ -166,6 +166,7 @@ def test_written_case_says_every_default(tmp_path):
     unset |= {"averages.error_of"}
     unset |= {f"domain.{key}" for key in ("elements", "mesh", "scale", "inlet", "outlet")}
     unset |= {f"particles.{key}" for key in ("spread", "deviation", "smallest", "largest")}
+    unset |= {"particles.coarse_graining", "particles.parcels"}
     unset |= {f"particles.positions_{key}" for key in ("step", "seed")}
     unset |= {*(f"start.{key}" for key in ("rest_speed", "restart", "run", "time"))}
     unset |= {f"contact.{key}" for key in (*HERTZ_KEYS, *SPRING_KEYS, "max_overlap", "skin")}

@@ -126,6 +126,7 @@ OTHER_OPTIONS = {
     "mesh_of_polyhedra": "test_mesh_decks.py",
     "surface_walls": "test_mesh_decks.py",
     "mixture": "test_mixture_decks.py",
+    "coarse_graining": "test_coarse_graining_decks.py",
     "feeds_and_outlets": "test_traffic_decks.py",
     "open_walls": "test_traffic_decks.py",
     "empty_start": "test_traffic_decks.py",

@@ -24,8 +24,14 @@ TRAFFIC = [
     "{low=[0.0,0.0,0.012],high=[0.003,0.003,0.015],mass_flow=0.1,species=2,start=1e-3}]",
     "particles.outlets=[{low=[0.0,0.0,0.0],high=[0.003,0.006,0.001]},{face='top'}]",
 ]
+PARCELS = [
+    "particles.coarse_graining=1.2",
+    TRAFFIC[1].replace("0.001]", "0.0015]"),
+    "exchange.lift_force=true",
+    "output.tracked=[7]",
+]
 ROUGH = ["particles.rotation=true", "contact.tangential=history", "contact.rolling_friction=0.01"]
-FAST = ("together", "traffic", "stiff", "forces", "rough")
+FAST = ("together", "traffic", "parcels", "stiff", "forces", "rough")
 OPENINGS = [
     "particles.feeds=[{low=[0.001,0.0,0.001],high=[0.004,0.006,0.005],rate=3e4,velocity=[-1.5,0.0,0.0]},"
     "{low=[0.003,0.001,0.0],high=[0.007,0.005,0.004],rate=3e4,velocity=[0.0,0.0,-1.5]}]",
@@ -52,6 +58,7 @@ SCENES: dict[str, tuple[list[str], int]] = {
     "hertz": (HERTZ, 1),
     "traffic": ([*TRAFFIC, *MIXTURE, "contact.tangential=history", "output.tracked=[7, 251]"], 2),
     "traffic from nothing": ([TRAFFIC[0], *MIXTURE, "particles.count=0", "output.tracked=[]"], 1),
+    "parcels": ([TRAFFIC[0], *MIXTURE, *PARCELS], 2),
     "openings": (OPENINGS, 2),
     "mixture": (MIXTURE, 1),
     "spread": (SPREAD, 1),
@@ -87,6 +94,10 @@ def test_resumed_run_is_the_uninterrupted_one(tmp_path, scene):
     assert find_differences(one, other) == []
     assert [{**row, "wall": 0} for row in rows] == [{**row, "wall": 0} for row in resumed]
     assert len(list((other / "checkpoints").iterdir())) == 2, "where it stopped and where it ended"
+    if PARCELS[0] in sets:
+        ledger = [rows[-1][name] / 1.2**3 for name in ("particles", "particles_fed", "particles_removed")]
+        assert ledger == pytest.approx([round(count) for count in ledger], rel=1e-12)
+        assert round(ledger[0]) == round(rows[0]["particles"] / 1.2**3) + round(ledger[1]) - round(ledger[2])
     if TRAFFIC[0] in sets:
         assert rows[-1]["particles_fed"] > 50 and rows[-1]["particles_owed"] > 0
     if OPENINGS[0] in sets:

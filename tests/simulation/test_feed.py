@@ -54,6 +54,17 @@ def test_mass_flow_is_met_within_a_particle_at_every_time():
     assert kinds == set(range(8)), "all classes of the spread of species 1, none of species 2"
 
 
+@pytest.mark.parametrize("ratio", [2.0, 1.5])
+def test_parcels_come_at_the_rate_of_their_grains(ratio):
+    source = FeedSource(make_case({"rate": 8000.0}, coarse_graining=ratio), 1)
+    times = np.arange(101) * 0.01
+    wanted = [int(8000.0 * time / ratio**3 + 1e-9) for time in times]
+    assert follow(source, times) == wanted
+    assert source.find_radii([0]) == pytest.approx(0.5e-3 * ratio)
+    waits = FeedSource(make_case({"rate": 8000.0}, coarse_graining=ratio), 1)
+    assert waits.count_owed(1.0) == wanted[-1]
+
+
 def test_those_that_wait_are_owed_and_not_drawn_anew():
     source, other = (FeedSource(make_case({"rate": 1000.0}, mixture=[[2e-3, 1e3, 0.5]]), 1) for _ in range(2))
     due = source.list_due(0.02)

@@ -7,6 +7,7 @@ from mpi4py import MPI
 
 from fbcouple.coupling.box.cells import BoxCells
 from fbcouple.geometry.grid import Grid
+from fbcouple.results.frames import read_frame
 from fbcouple.simulation.tasks.frames import FIELDS, PARTICLES, Frames
 
 GRID = Grid((4, 3, 5), (0.4, 0.3, 0.5))
@@ -50,6 +51,17 @@ def test_particles_are_in_the_order_of_their_numbers_and_cells_in_their_places(f
         assert frame["x"].values == pytest.approx([0.05, 0.15, 0.25, 0.35])
         for name in (*PARTICLES, *FIELDS):
             assert frame[name].attrs["units"] and frame[name].attrs["long_name"] and frame[name].dtype == np.float32
+
+
+def test_parcels_have_the_size_of_their_grains_and_are_drawn_as_they_are(frames, tmp_path):
+    columns = {name: np.zeros((2, 3)) for name in ("position", "velocity")}
+    frames.write(
+        1.0, np.array([1, 2]), columns | {"diameter": np.full(2, 1e-3), "parcel_diameter": np.full(2, 2e-3)}, {}
+    )
+    path = tmp_path / "frames/frame-000000.nc"
+    with xr.open_dataset(path) as frame:
+        assert frame["diameter"].values == pytest.approx(1e-3) and frame["parcel_diameter"].attrs["units"] == "m"
+    assert read_frame(path).diameters == pytest.approx(2e-3)
 
 
 def test_particles_that_come_and_go_have_their_numbers(frames, tmp_path):

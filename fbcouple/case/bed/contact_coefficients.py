@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from fbcouple.case.bed.particle_types import Kind
 from fbcouple.case.schema.particles import Contact
+
+LEAST_OF_PARCELS = {"hooke": 0.01, "hertz": 0.0501}
+"""Contact model -> least restitution of parcels: of hooke the steps of a contact grow without end below, of hertz
+LIGGGHTS refuses it."""
 
 
 @dataclass(frozen=True)
@@ -17,23 +22,51 @@ class Coefficients:
 
 
 def find_pair(contact: Contact, one: Kind, other: Kind) -> Coefficients:
-    """Coefficients between two kinds: the row of their species in `contact.pairs`, else the common ones."""
+    """Coefficients between two kinds: the row of their species in `contact.pairs`, else the common ones, of parcels
+    scaled."""
     for first, second, restitution, friction in contact.pairs:
         if {first, second} == {one.species, other.species}:
-            return Coefficients(restitution, friction)
-    return Coefficients(contact.restitution, contact.friction)
+            return _scale(contact, one, Coefficients(restitution, friction))
+    return _scale(contact, one, Coefficients(contact.restitution, contact.friction))
 
 
 def find_wall(contact: Contact, kind: Kind) -> Coefficients:
-    """Coefficients between a kind and the walls: the row of its species in `contact.walls`, else the common ones."""
+    """Coefficients between a kind and the walls: the row of its species in `contact.walls`, else the common ones, of
+    parcels scaled."""
     for species, restitution, friction in contact.walls:
         if species == kind.species:
-            return Coefficients(restitution, friction)
-    return Coefficients(contact.wall_restitution, contact.wall_friction)
+            return _scale(contact, kind, Coefficients(restitution, friction))
+    return _scale(contact, kind, Coefficients(contact.wall_restitution, contact.wall_friction))
+
+
+def _scale(contact: Contact, kind: Kind, grains: Coefficients) -> Coefficients:
+    """The coefficients of parcels by those of their grains."""
+    if kind.ratio == 1.0 or not contact.scale_restitution:
+        return grains
+    return Coefficients(scale_restitution(grains.restitution, kind.ratio), grains.friction)
+
+
+def scale_restitution(restitution: float, ratio: float) -> float:
+    """Restitution of parcels `ratio` times as large as their grains: e_l^2 = 1 - l (1 - e^2) (Lu et al. 2017).
+
+    Collisions of spheres of d at one granular temperature take (1 - e^2)/d of it in a time: with l d as much is taken
+    if 1 - e_l^2 is l times as much. Raises: ValueError if nothing above 0 does that, from l = 1/(1 - e^2) on.
+    """
+    square = 1.0 - ratio * (1.0 - restitution**2)
+    if square <= 0.0:
+        raise ValueError(f"no restitution of parcels: ratio {ratio:g}, restitution {restitution:g}")
+    return math.sqrt(square)
+
+
+def find_largest_ratio(contact: Contact) -> float:
+    """The ratio of parcels to grains at which the least elastic contact of a case has `LEAST_OF_PARCELS`."""
+    pairs, walls = list_coefficients(contact)
+    least = min(one.restitution for one in pairs + walls)
+    return (1.0 - LEAST_OF_PARCELS[contact.model] ** 2) / (1.0 - least**2) if least < 1.0 else math.inf
 
 
 def list_coefficients(contact: Contact) -> tuple[list[Coefficients], list[Coefficients]]:
-    """All coefficients that the case names: between particles, and against walls."""
+    """All coefficients that the case names, of grains: between particles, and against walls."""
     pairs = [Coefficients(contact.restitution, contact.friction)]
     walls = [Coefficients(contact.wall_restitution, contact.wall_friction)]
     pairs += [Coefficients(restitution, friction) for *_, restitution, friction in contact.pairs]

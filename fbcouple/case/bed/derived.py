@@ -73,13 +73,19 @@ def pair_contact_time(contact: Contact, particles: Particles) -> float:
     return min(_kinds_contact_time(contact, one, other) for one, other in combinations_with_replacement(kinds, 2))
 
 
+def find_spring(contact: Contact, kind: Kind) -> float:
+    """Normal spring k_n [N/m] of `kind`: of parcels l times that of the case, so that overlap over diameter is that of
+    the grains at the same speed, and under the same bed."""
+    return contact.stiffness * kind.ratio
+
+
 def _kinds_contact_time(contact: Contact, one: Kind, other: Kind) -> float:
     mass = effective(one.mass, other.mass)
     if contact.model == "hertz":
         assert contact.impact_speed is not None
         radius = effective(one.diameter / 2.0, other.diameter / 2.0)
         return hertz_contact_time(hertz_modulus(contact), mass, radius, contact.impact_speed)
-    return contact_time(contact.stiffness, mass, find_pair(contact, one, other).restitution)
+    return contact_time(find_spring(contact, one), mass, find_pair(contact, one, other).restitution)
 
 
 def effective(one: float, other: float) -> float:
@@ -123,18 +129,25 @@ def least_steps(contact: Contact, particles: Particles) -> float:
     pairs = []
     for one, other in combinations_with_replacement(kinds, 2):
         mass, diameter = effective(one.mass, other.mass), effective(one.diameter, other.diameter)
-        pairs.append(_oscillate(contact, find_pair(contact, one, other), mass, diameter, time))
-    walls = [_oscillate(contact, find_wall(contact, kind), kind.mass, kind.diameter, time) for kind in kinds]
+        spring = find_spring(contact, one)
+        pairs.append(_oscillate(contact, spring, find_pair(contact, one, other), mass, diameter, time))
+    walls = [
+        _oscillate(contact, find_spring(contact, kind), find_wall(contact, kind), kind.mass, kind.diameter, time)
+        for kind in kinds
+    ]
     return count_steps(pairs, walls, particles.rotation)
 
 
-def _oscillate(contact: Contact, coefficients: Coefficients, mass: float, diameter: float, time: float) -> Contacts:
-    """A resting contact of effective `mass` [kg] and `diameter` [m] as oscillators in units of `time` [s].
+def _oscillate(
+    contact: Contact, spring: float, coefficients: Coefficients, mass: float, diameter: float, time: float
+) -> Contacts:
+    """A resting contact of a linear `spring` [N/m], or Hertz's, of effective `mass` [kg] and `diameter` [m], as
+    oscillators in units of `time` [s].
 
     A Hertz contact is as stiff as under `LOADED` of the largest force of an impact at `impact_speed`, and damped as
     LIGGGHTS does it: sqrt(5/6) of a linear spring as stiff.
     """
-    spring, loss = contact.stiffness, 1.0
+    loss = 1.0
     across, loss_across = tangential_stiffness(contact), tangential_damping(contact)
     if contact.model == "hertz":
         assert contact.impact_speed is not None and contact.poisson_ratio is not None

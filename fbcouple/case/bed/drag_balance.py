@@ -58,11 +58,12 @@ def find_balance(case: Case, voidage: float, law: Law | None, kind: Kind) -> flo
 
 
 def find_drag(case: Case, voidage: float, slip: float, law: Law | None, kind: Kind) -> float:
-    """Drag coefficient beta [kg/s] of one particle among its like by `law`, or by the case's law of the registry."""
+    """Drag coefficient beta [kg/s] of one particle among its like by `law`, or by the case's law of the registry; of a
+    parcel that of all its grains."""
     from fbcouple.case.user_drag_law import DRAG_LAWS  # noqa: PLC0415  (loads numba)
     from fbcouple.physics.drag.polydisperse import size_factor  # noqa: PLC0415  (loads numba)
 
     assert case.gas is not None and case.exchange is not None
     law = law or DRAG_LAWS[case.exchange.drag]
-    beta = float(law(voidage, slip, kind.diameter, case.gas.density, case.gas.viscosity))
+    beta = kind.grains * float(law(voidage, slip, kind.grain_diameter, case.gas.density, case.gas.viscosity))
     return beta * size_factor.py_func(voidage, 1.0) if case.exchange.polydisperse != "none" else beta

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from fbcouple.case.bed.derived import wraps
-from fbcouple.case.bed.particle_types import Kind, list_kinds
+from fbcouple.case.bed.particle_types import Kind, grains_per_parcel, list_kinds
 from fbcouple.case.schema.feeds import Feed
 from fbcouple.case.schema.particles import Particles
 from fbcouple.case.schema.sections import Case
@@ -30,12 +30,19 @@ def find_mean_mass(particles: Particles, feed: Feed) -> float:
     return sum(share * kind.mass for _, kind, share in list_feed_kinds(particles, feed))
 
 
+def find_rate(particles: Particles, feed: Feed) -> float:
+    """Particles a second that a feed brings; of a coarse-grained bed parcels."""
+    if feed.rate is not None:
+        return feed.rate / grains_per_parcel(particles)
+    return (feed.mass_flow or 0.0) / find_mean_mass(particles, feed)
+
+
 def count_fed(case: Case) -> float:
-    """Particles that all feeds bring up to the end of the case, if none waits."""
+    """Particles that all feeds bring up to the end of the case, if none waits; of a coarse-grained bed parcels."""
     total = 0.0
     for feed in case.particles.feeds if case.particles else ():
         assert case.particles is not None
-        rate = feed.rate or (feed.mass_flow or 0.0) / find_mean_mass(case.particles, feed)
+        rate = find_rate(case.particles, feed)
         total += rate * max(0.0, min(feed.end or math.inf, case.end_time) - feed.start)
     return total
 

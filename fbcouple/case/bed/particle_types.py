@@ -18,17 +18,32 @@ from fbcouple.case.schema.particles import Particles
 
 _POINTS = 20_001
 """Diameters on which a distribution is integrated: the total mass is then right to 1e-8."""
+_ROUNDING = 1e-12
 
 
 @dataclass(frozen=True)
 class Kind:
     """Particles of one diameter [m] and one density [kg m-3]; `species` counts materials from 1, `share` is its part
-    of the number of particles."""
+    of the number of particles.
+
+    Of a coarse-grained bed it is a kind of parcels, and `ratio` their diameter over that of the grains they stand for.
+    """
 
     diameter: float
     density: float
     species: int
     share: float
+    ratio: float = 1.0
+
+    @property
+    def grain_diameter(self) -> float:
+        """Of the grains of a parcel, which drag goes by; else the diameter [m]."""
+        return self.diameter / self.ratio
+
+    @property
+    def grains(self) -> float:
+        """Grains of one particle: 1, or of a parcel the cube of its ratio."""
+        return count_grains(self.ratio)
 
     @property
     def volume(self) -> float:
@@ -41,21 +56,45 @@ class Kind:
         return self.density * self.volume
 
 
+def count_grains(ratio: float) -> float:
+    """Grains of a parcel: ratio^3, a whole number where it is one to rounding."""
+    grains = ratio**3
+    return float(round(grains)) if math.isclose(grains, round(grains), rel_tol=_ROUNDING) else grains
+
+
+def grains_per_parcel(particles: Particles) -> float:
+    """How many particles as the case has them each one of LIGGGHTS stands for: 1 without coarse graining."""
+    return count_grains(find_ratio(particles))
+
+
+def find_ratio(particles: Particles) -> float:
+    """Diameter of a parcel over that of its grains: 1 without coarse graining."""
+    return particles.coarse_graining or 1.0
+
+
 def list_kinds(particles: Particles) -> list[Kind]:
-    """The kinds of a bed: the first species' classes from small to large, then the rows of the mixture."""
-    if particles.sizes:
+    """The kinds of a bed: the first species' classes from small to large, then the rows of the mixture.
+
+    They are what LIGGGHTS has: of a coarse-grained bed parcels.
+    """
+    ratio = find_ratio(particles)
+    if particles.sizes:  # of what the file has
         total = sum(count for *_, count in particles.sizes)
-        return [Kind(diameter, density, 1, count / total) for diameter, density, count in particles.sizes]
+        return [Kind(diameter, density, 1, count / total, ratio) for diameter, density, count in particles.sizes]
     rest = 1.0 - sum(fraction for _, _, fraction in particles.mixture)
     rows = [(d, particles.density, 1, share * rest) for d, share in _cut_spread(particles)]
     rows += [(d, density, n, fraction) for n, (d, density, fraction) in enumerate(particles.mixture, start=2)]
     if len(rows) == 1:
-        return [Kind(*rows[0])]
+        return [_make_kind(*rows[0], ratio)]
     shares = np.array([fraction for *_, fraction in rows])
     if particles.fractions == "mass":
         shares /= [d**3 * density for d, density, *_ in rows]
     shares /= shares.sum()
-    return [Kind(*row[:3], share) for row, share in zip(rows, shares.tolist(), strict=True)]
+    return [_make_kind(*row[:3], share, ratio) for row, share in zip(rows, shares.tolist(), strict=True)]
+
+
+def _make_kind(diameter: float, density: float, species: int, share: float, ratio: float) -> Kind:
+    return Kind(ratio * diameter, density, species, share, ratio)
 
 
 def list_species(particles: Particles) -> list[int]:
@@ -65,14 +104,19 @@ def list_species(particles: Particles) -> list[int]:
 
 
 def count_kinds(particles: Particles) -> list[int]:
-    """Number of particles of each kind: they add up to the bed's, and each is within one of its share."""
+    """Number of particles of each kind: they add up to the bed's, and each is within one of its share.
+
+    Of a coarse-grained bed parcels, rounded.
+    """
     if particles.sizes:
         return [count for *_, count in particles.sizes]
     kinds = list_kinds(particles)
     if particles.count is None:
         assert particles.mass is not None, "the schema's checks ask for count or mass"
         return _share_out(round(particles.mass / sum(kind.share * kind.mass for kind in kinds)), kinds)
-    return _share_out(particles.count, kinds)
+    if particles.coarse_graining is None:
+        return _share_out(particles.count, kinds)
+    return _share_out(round(particles.count / grains_per_parcel(particles)), kinds)
 
 
 def _share_out(total: int, kinds: list[Kind]) -> list[int]:
@@ -115,13 +159,20 @@ SPREADS: dict[str, Spread] = {
 
 
 def largest_diameter(particles: Particles) -> float:
-    """Of all kinds [m]."""
+    """Of all kinds [m]; of a coarse-grained bed of its parcels."""
     return max(kind.diameter for kind in list_kinds(particles))
 
 
 def particle_count(particles: Particles) -> int:
-    """Number of particles: as given, or the bed's mass over the mean mass of one, rounded."""
+    """Number of particles: as given, or the bed's mass over the mean mass of one, rounded; of a coarse-grained bed
+    parcels."""
     return sum(count_kinds(particles))
+
+
+def grain_count(particles: Particles) -> float:
+    """Number of particles as the case has them: of a coarse-grained bed those that its parcels stand for."""
+    count = particle_count(particles)
+    return count if particles.coarse_graining is None else count * grains_per_parcel(particles)
 
 
 def mean_volume(particles: Particles) -> float:
@@ -143,7 +194,7 @@ def mean_kind(particles: Particles) -> Kind:
     if len(kinds) == 1:
         return kinds[0]
     sauter = sum(k.share * k.diameter**3 for k in kinds) / sum(k.share * k.diameter**2 for k in kinds)
-    return Kind(sauter, mean_density(particles), 0, 1.0)
+    return Kind(sauter, mean_density(particles), 0, 1.0, kinds[0].ratio)
 
 
 def solids_volume(particles: Particles) -> float:

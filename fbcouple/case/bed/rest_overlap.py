@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from fbcouple.case.bed.derived import hertz_modulus
+from fbcouple.case.bed.derived import find_spring, hertz_modulus
 from fbcouple.case.bed.number import Number, judge
-from fbcouple.case.bed.particle_types import largest_diameter, mean_density, solids_volume
+from fbcouple.case.bed.particle_types import largest_diameter, mean_density, mean_kind, solids_volume
 from fbcouple.case.bed.region import Region
 from fbcouple.case.bed.speeds import FIT_OVERLAP, SETTLED
 from fbcouple.case.schema.sections import Case
@@ -36,6 +36,6 @@ def find_rest_overlap(case: Case, region: Region) -> float:
     diameter = largest_diameter(case.particles)
     force = math.pi * diameter**2 * height * abs(heavier) * case.gravity / CONTACTS
     if case.contact.model == "hooke":
-        return force / case.contact.stiffness / diameter
+        return force / find_spring(case.contact, mean_kind(case.particles)) / diameter
     radius = diameter / 4.0
     return float((0.75 * force / (hertz_modulus(case.contact) * math.sqrt(radius))) ** (2.0 / 3.0) / diameter)

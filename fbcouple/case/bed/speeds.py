@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from fbcouple.case.bed.contact_coefficients import find_pair, find_wall
-from fbcouple.case.bed.derived import hertz_modulus, hertz_overlap, inlet_ramp, open_range
+from fbcouple.case.bed.derived import find_spring, hertz_modulus, hertz_overlap, inlet_ramp, open_range
 from fbcouple.case.bed.drag_balance import EXPANDED, find_balance, find_drag
 from fbcouple.case.bed.number import Law, Number, judge
 from fbcouple.case.bed.particle_types import Kind, list_kinds, particle_count, solids_volume
@@ -74,9 +74,10 @@ def _find_overlap(contact: Contact, kind: Kind, speed: float, alone: bool) -> fl
     if contact.model == "hertz":
         return hertz_overlap(hertz_modulus(contact), mass, part * kind.diameter / 2.0, speed) / kind.diameter
     restitution = (find_wall(contact, kind) if alone else find_pair(contact, kind, kind)).restitution
-    damping = normal_damping(contact.stiffness, mass, restitution)
-    swing = math.sqrt(contact.stiffness / mass - damping**2)
-    reach = speed / math.sqrt(contact.stiffness / mass) * math.exp(-damping / swing * math.atan2(swing, damping))
+    spring = find_spring(contact, kind)
+    damping = normal_damping(spring, mass, restitution)
+    swing = math.sqrt(spring / mass - damping**2)
+    reach = speed / math.sqrt(spring / mass) * math.exp(-damping / swing * math.atan2(swing, damping))
     return reach / kind.diameter
 
 

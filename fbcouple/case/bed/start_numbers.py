@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from fbcouple.case.bed.lattice import find_start_box, is_layered, lattice_height, mixed_height
+from fbcouple.case.bed.particle_types import find_ratio
 from fbcouple.case.bed.positions import find_start_file
 from fbcouple.case.schema.sections import Case
 from fbcouple.errors import CaseError
@@ -23,7 +24,8 @@ def describe_start(case: Case, folder: Path) -> Iterator[Told]:
         meaning = f"Each layer holds one kind; a lattice that mixes them would be {mixed_height(case):.4g} m high."
         yield "start height", lattice_height(case), "m", f"below {find_start_box(case)[1][2]:g}", True, meaning
     if particles.sizes:
-        small, large = particles.sizes[0][0], max(diameter for diameter, *_ in particles.sizes)
+        ratio = find_ratio(particles)
+        small, large = particles.sizes[0][0] / ratio, max(diameter for diameter, *_ in particles.sizes) / ratio
         sizes = len({diameter for diameter, *_ in particles.sizes})
         meaning = f"{particles.positions} gives each particle its own ({sizes} diameters); that of the case counts for "
         meaning += "the widths of kernels only."

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fbcouple.case.bed.particle_types import list_kinds
+from fbcouple.case.bed.particle_types import find_ratio, list_kinds
 from fbcouple.case.bed.start_file import ENDINGS, SAME_SIZE, StartFile, read_start
 from fbcouple.case.companions import find_companion
 from fbcouple.case.schema.particles import Particles
@@ -49,7 +49,7 @@ def find_sizes(particles: Particles, start: StartFile) -> Sizes:
     if len(rows) > MOST_SIZES:
         text = f"the file gives {len(rows)} different sizes or densities, at most {MOST_SIZES} are allowed"
         raise CaseError([f"{text} (each is a type of LIGGGHTS with its own damping); round them to that many."])
-    if len(rows) == 1 and np.allclose(rows[0], (particles.diameter, particles.density), rtol=1e-9, atol=0.0):
+    if len(rows) == 1 and np.allclose(rows[0], _say_own(particles), rtol=1e-9, atol=0.0):
         return ()
     return tuple((d, density, count) for (d, density), count in zip(rows.tolist(), counts.tolist(), strict=True))
 
@@ -99,10 +99,15 @@ def _number_types(particles: Particles, start: StartFile) -> np.ndarray | None:
     return np.zeros(len(start.types), int) if alone else start.types - 1
 
 
+def _say_own(particles: Particles) -> tuple[float, float]:
+    """Diameter [m], of parcels theirs, and density [kg m-3] that the case gives."""
+    return find_ratio(particles) * particles.diameter, particles.density
+
+
 def _group(particles: Particles, start: StartFile) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Different pairs of diameter and density (k, 2), the pair of each particle (n,) and the particles of each (k,)."""
     count = len(start.positions)
-    diameters = np.full(count, particles.diameter) if start.diameters is None else start.diameters
+    diameters = np.full(count, _say_own(particles)[0]) if start.diameters is None else start.diameters
     densities = np.full(count, particles.density) if start.densities is None else start.densities
     pairs, which, counts = np.unique(
         np.stack([diameters, densities], axis=1), axis=0, return_inverse=True, return_counts=True

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import combinations_with_replacement
 from pathlib import Path
 
 from fbcouple.case.bed.adopt_spring import SPRINGS, has_spring
-from fbcouple.case.bed.contact_coefficients import list_coefficients
-from fbcouple.case.bed.derived import ROLLING_FACTOR, dem_step, tangential_damping, tangential_law
+from fbcouple.case.bed.contact_coefficients import find_pair, find_wall, list_coefficients
+from fbcouple.case.bed.derived import ROLLING_FACTOR, dem_step, find_spring, tangential_damping, tangential_law
 from fbcouple.case.bed.particle_types import list_kinds
 from fbcouple.case.checks.registry import COEFFICIENTS, check
 from fbcouple.case.problems import Problem
@@ -112,10 +113,11 @@ def check_tangential_damping(case: Case, folder: Path) -> Iterator[Problem]:
     contact, particles = case.contact, case.particles
     if contact is None or particles is None or contact.model == "hertz" or tangential_law(contact) == "no-history":
         return
-    pairs, walls = list_coefficients(contact)
-    restitution = min(coefficients.restitution for coefficients in pairs + walls)
-    lightest = min(kind.mass for kind in list_kinds(particles))
-    rate = 2.0 * normal_damping(contact.stiffness, lightest / 2.0, restitution)
+    kinds = list_kinds(particles)
+    lightest = min(kinds, key=lambda kind: kind.mass)
+    coefficients = [find_pair(contact, one, other) for one, other in combinations_with_replacement(kinds, 2)]
+    restitution = min(one.restitution for one in coefficients + [find_wall(contact, kind) for kind in kinds])
+    rate = 2.0 * normal_damping(find_spring(contact, lightest), lightest.mass / 2.0, restitution)
     taken = tangential_damping(contact) * rate * dem_step(contact, particles)
     taken *= ROLLING_FACTOR if particles.rotation else 1.0
     if taken > MOST_TANGENTIAL_DAMPING:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from fbcouple.case.bed.derived import wraps
-from fbcouple.case.bed.particle_types import count_kinds, list_kinds, particle_count
+from fbcouple.case.bed.particle_types import count_kinds, grains_per_parcel, list_kinds, particle_count
 from fbcouple.case.bed.positions import start_kinds
 from fbcouple.case.bed.region import read_mesh
 from fbcouple.case.bed.start_file import ENDINGS, StartFile, read_start
@@ -71,14 +71,15 @@ def _check_number(case: Case, start: StartFile) -> Iterator[Problem]:
     assert particles is not None
     if not has_bed(case):
         return
-    mend = f"give particles.count = {held} (in place of mass) or fix the file."
+    grains = grains_per_parcel(particles)
+    mend = f"give particles.count = {round(held * grains)} (in place of mass) or fix the file."
     if particles.count is None and particles.sizes:
         mass = sum(kind.mass * count for kind, count in zip(list_kinds(particles), count_kinds(particles), strict=True))
         assert particles.mass is not None
         if abs(mass - particles.mass) > 0.5 * mass / held:
             text = f"{particles.positions} holds {held} particles of {mass:.6g} kg and the case {particles.mass:g} kg"
             yield Problem(_KEY, f"{text}; {mend}")
-    elif held != (wanted := particle_count(particles) if particles.count is None else particles.count):
+    elif held != (wanted := particle_count(particles) if particles.count is None else round(particles.count / grains)):
         yield Problem(_KEY, f"{particles.positions} holds {held} particles and the case {wanted}; {mend}")
 
 

@@ -16,6 +16,7 @@ from fbcouple.case.bed.derived import dem_step, inlet_rows
 from fbcouple.case.bed.feeds import count_fed
 from fbcouple.case.bed.particle_types import largest_diameter, particle_count
 from fbcouple.case.bed.region import find_region
+from fbcouple.case.checks.coarse_graining import find_beyond
 from fbcouple.case.checks.mixture import find_unsound
 from fbcouple.case.companions import find_companion
 from fbcouple.case.problems import Problem, show, suggest
@@ -62,6 +63,8 @@ def list_problems(case: Case, folder: Path, spoiled: Collection[str]) -> list[Pr
     if "particles" not in spoiled and case.particles:
         problems, sound = find_unsound(case.particles, spoiled)
         spoiled = spoiled if sound else {*spoiled, "particles.diameter"}
+        if beyond := find_beyond(case, spoiled):
+            problems, spoiled = problems + beyond, {*spoiled, "contact.restitution"}
     incalculable: list[Problem] = []  # one value spoils several checks: told once
     for function, needs in CHECKS:
         if any(need in spoiled or need.split(".")[0] in spoiled for need in needs):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
+from fbcouple.case.bed.particle_types import find_ratio
 from fbcouple.case.checks.registry import check
 from fbcouple.case.problems import Problem
 from fbcouple.case.schema.sections import Case
@@ -38,10 +39,10 @@ def check_spread(case: Case, folder: Path) -> Iterator[Problem]:
     """What spreads a particle is not wider than the box."""
     if case.exchange is None or case.particles is None:
         return
-    longest = max(case.domain.size)
+    longest, diameter = max(case.domain.size), find_ratio(case.particles) * case.particles.diameter
     for key in ("kernel_width", "diffusion_width"):
         width = getattr(case.exchange, key)
-        if width is not None and width * case.particles.diameter > longest:
-            text = f"{width:g} diameters are {width * case.particles.diameter:g} m and the box is {longest:g} m at most"
-            most = longest / case.particles.diameter
+        if width is not None and width * diameter > longest:
+            text = f"{width:g} diameters are {width * diameter:g} m and the box is {longest:g} m at most"
+            most = longest / diameter
             yield Problem(f"exchange.{key}", f"{text}: each particle would fill it; give at most {most:.4g}.")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from fbcouple.case.bed.derived import dem_step, fastest_inlet, inlet_ramp, neighbour_skin, tangential_law
 from fbcouple.case.bed.drag_balance import minimum_fluidization
-from fbcouple.case.bed.feeds import find_mean_mass
+from fbcouple.case.bed.feeds import find_rate
 from fbcouple.case.bed.fluid_step import gas_step
 from fbcouple.case.bed.number import Law
 from fbcouple.case.bed.particle_types import largest_diameter, mean_density, particle_count, solids_volume
@@ -40,9 +40,9 @@ _SKIN = 1.3
 class Work:
     """What a run does from its start to its end; zeros for a phase that it has not.
 
-    particles: mean number over the run; contacts: a particle, on the mean; is_bed: particles have others around them;
-    law: of the contacts, as `Coefficients.contact` names it; rebuilds: new lists of neighbours; digits: decades that a
-    pressure solve takes its residual down.
+    particles: mean number over the run, of a coarse-grained bed that of parcels; contacts: a particle, on the mean;
+    is_bed: particles have others around them; law: of the contacts, as `Coefficients.contact` names it; rebuilds: new
+    lists of neighbours; digits: decades that a pressure solve takes its residual down.
     """
 
     seconds: float
@@ -144,7 +144,7 @@ def _average_particles(case: Case, seconds: float) -> float:
 
 def _fed(case: Case, feed: Feed, seconds: float) -> float:
     assert case.particles is not None
-    rate = feed.rate or (feed.mass_flow or 0.0) / find_mean_mass(case.particles, feed)
+    rate = find_rate(case.particles, feed)
     end = min(feed.end or math.inf, seconds)
     length = max(0.0, end - feed.start)
     return rate * length * (1.0 - (feed.start + 0.5 * length) / seconds) if length else 0.0

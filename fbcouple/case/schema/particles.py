@@ -67,6 +67,21 @@ class Particles(Section):
         ge=0,
         le=2**63 - 1,
     )
+    coarse_graining: float | None = option(
+        "Length ratio l of parcels, l^3 particles each: LIGGGHTS has spheres of l times the diameter and the same "
+        "density, with the drag of the particles that they stand for. What a case says, and what results tell, is of "
+        "particles; absent: every particle is one of LIGGGHTS.",
+        default=None,
+        ge=1.0,
+        le=1000.0,
+    )
+    parcels: int | None = option(
+        "Number of parcels of the bed, in place of `coarse_graining`: the ratio that makes it is chosen, and stands in "
+        "the effective case.",
+        default=None,
+        ge=1,
+        le=2_000_000_000,
+    )
     sizes: SizesOfParticles = option(
         "Rows of diameter [m], density [kg m-3] and number of particles, in place of `diameter` and `density`, where "
         "the file `positions` gives each particle its own; filled in from it, `diameter` then counts for kernels only.",
@@ -83,8 +98,8 @@ class Particles(Section):
 
 class Contact(Section):
     stiffness: float = option(
-        "Normal spring k_n (not printed in the paper, 300-1500 fits it); absent with `max_overlap`: the one that makes "
-        "it.",
+        "Normal spring k_n (not printed in the paper, 300-1500 fits it), of parcels times `particles.coarse_graining`; "
+        "absent with `max_overlap`: the one that makes it.",
         "N m-1",
         1000.0,
         **Positive,
@@ -104,6 +119,11 @@ class Contact(Section):
     pairs: Pairs = option(
         "Rows of two species, their restitution and their friction, in place of `restitution` and `friction`.",
         default=(),
+    )
+    scale_restitution: bool = option(
+        "Restitution e_l of parcels of `particles.coarse_graining`, e_l^2 = 1 - l (1 - e^2), between them and against "
+        "walls, so that they lose as much in a volume and a time as the particles do; false: e as it is given.",
+        default=True,
     )
     walls: Walls = option(
         "Rows of a species, its restitution and its friction against walls, in place of the common ones.", default=()

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fbcouple.case.bed.particle_types import largest_diameter
+from fbcouple.case.bed.particle_types import find_ratio, largest_diameter
 from fbcouple.case.schema.sections import Case
 from fbcouple.coupling.box.corners import Stencil, corner_offsets
 from fbcouple.coupling.box.halo import LocalGrid
@@ -43,7 +43,8 @@ def find_widths(case: Case) -> Widths:
     if case.particles is None:
         return Widths(0.0, 0.0)
     relative = case.exchange.kernel_width or 0.0, case.exchange.diffusion_width or 0.0
-    return Widths(largest_diameter(case.particles) / 2.0, *(part * case.particles.diameter for part in relative))
+    diameter = find_ratio(case.particles) * case.particles.diameter
+    return Widths(largest_diameter(case.particles) / 2.0, *(part * diameter for part in relative))
 
 
 class Mapping(ABC):

@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 from mpi4py import MPI
 
-from fbcouple.case.bed.particle_types import list_species
+from fbcouple.case.bed.particle_types import find_ratio, list_species
 from fbcouple.coupling.discretisation import Cells
 from fbcouple.paths import FRAMES
 from fbcouple.results.conventions import follow_conventions
@@ -32,6 +32,10 @@ PARTICLES: dict[str, tuple[str, str]] = {
     "velocity": ("m s-1", "velocity of the particle"),
     "diameter": ("m", "diameter of the particle"),
 }
+PARCELS: dict[str, tuple[str, str]] = {
+    "parcel_diameter": ("m", "diameter of the parcel, which stands for particles of `diameter`")
+}
+"""Of a coarse-grained bed, beside the size of its grains."""
 IDENTITIES: dict[str, tuple[str, str]] = {
     "entry_time": ("s", "time at which the particle came in; 0 of those of the start"),
     "feed": ("1", "feed by which the particle came in, counted from 1; 0: it was there at the start"),
@@ -60,9 +64,9 @@ class Frames(Task):
     def write(self, time: float, numbers: np.ndarray, particles: Values, fields: Values) -> None:
         """Write the frame of `time` [s] (collective).
 
-        numbers: (n,) of this rank's particles; particles: name of `PARTICLES`, `IDENTITIES`, `SPECIES` -> (n,) or
-        (n, 3); fields: name of `FIELDS` -> (cells, components) of this rank's cells; of a mesh of polyhedra the file
-        has the cells at the places of the regular grid.
+        numbers: (n,) of this rank's particles; particles: name of `PARTICLES`, `PARCELS`, `IDENTITIES`, `SPECIES` ->
+        (n,) or (n, 3); fields: name of `FIELDS` -> (cells, components) of this rank's cells; of a mesh of polyhedra the
+        file has the cells at the places of the regular grid.
         """
         lean = [{name: values.astype(np.float32) for name, values in part.items()} for part in (particles, fields)]
         gathered = self._comm.gather((np.array(numbers, dtype=np.int64), self._cells.owned, *lean))
@@ -72,7 +76,7 @@ class Frames(Task):
             data: dict[str, Any] = {}
             for name in particles:
                 column = np.concatenate([part[name] for part in rows])[order]
-                about = _describe((PARTICLES | IDENTITIES | SPECIES)[name])
+                about = _describe((PARTICLES | PARCELS | IDENTITIES | SPECIES)[name])
                 data[name] = (("particle", "component")[: column.ndim], column, about)
             if IDENTITIES.keys() <= particles.keys():
                 data["number"] = ("particle", np.concatenate(all_numbers)[order], _NUMBER)
@@ -138,6 +142,9 @@ def look_at(sim: Simulation) -> tuple[np.ndarray, Values, Values]:
     liggghts = sim.liggghts
     particles = {"position": liggghts.positions, "velocity": liggghts.velocities, "diameter": 2.0 * liggghts.radii}
     fields = {}
+    if sim.case.particles and sim.case.particles.coarse_graining:
+        particles["parcel_diameter"] = particles["diameter"]
+        particles["diameter"] = particles["diameter"] / find_ratio(sim.case.particles)
     if sim.is_coupled:
         fields = {"voidage": sim.coupling.voidage[:, None], "gas_velocity": sim.gas.velocity}
     if liggghts.identifies:

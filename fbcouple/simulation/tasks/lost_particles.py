@@ -46,8 +46,9 @@ class LostParticles:
             for n in missing[:_MOST_NAMED]
         ]
         lost = expected - sim.conservation.particles
+        what = "parcels" if sim.case.particles and sim.case.particles.coarse_graining else "particles"
         raise DivergedError(
-            f"at t = {sim.time:.6g} s {lost} of {expected} particles are lost, they left the box: "
+            f"at t = {sim.time:.6g} s {lost} of {expected} {what} are lost, they left the box: "
             f"particle {'; particle '.join(named)}; use more DEM steps per contact or a stiffer contact"
         )
 

@@ -1,0 +1,57 @@
+"""Pre-flight numbers of a coarse-grained bed: how far its parcels are from the grains that they stand for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from fbcouple.case.bed.contact_coefficients import find_largest_ratio, find_pair, find_wall
+from fbcouple.case.bed.number import Number, judge
+from fbcouple.case.bed.particle_types import find_ratio, largest_diameter, list_kinds, particle_count, solids_volume
+from fbcouple.case.bed.region import Region
+from fbcouple.case.bed.speeds import SETTLED
+from fbcouple.case.schema.sections import Case
+
+FEWEST_ACROSS, FEWEST_DEEP = 5.0, 10.0
+"""Parcels between two walls, and in the height of the bed at rest, below which walls and surface order most of them."""
+
+
+def describe_parcels(case: Case, region: Region) -> Iterator[Number]:
+    """Number of parcels, their ratio against what restitution allows, and how many the bed is wide, deep and high;
+    nothing of a bed that is not coarse-grained."""
+    particles, contact = case.particles, case.contact
+    assert particles is not None
+    if particles.coarse_graining is None:
+        return
+    ratio, diameter = find_ratio(particles), largest_diameter(particles)
+    meaning = "What LIGGGHTS has; the largest is {:.4g} m."
+    yield Number("parcels", particle_count(particles), "1", None, None, meaning.format(diameter))
+    if contact and contact.scale_restitution and ratio > 1.0:
+        limit = find_largest_ratio(contact)
+        meaning = "Length ratio l: from 1/(1 - e^2) on parcels cannot lose as much as their grains do."
+        wanted = f"below {limit:.4g}" if np.isfinite(limit) else None
+        yield Number("coarse graining", ratio, "1", wanted, judge(ratio <= limit) if wanted else None, meaning)
+        kinds = list_kinds(particles)
+        least = min(min(find_pair(contact, k, k).restitution, find_wall(contact, k).restitution) for k in kinds)
+        meaning = "Restitution of parcels, e_l^2 = 1 - l (1 - e^2), the least; low ones want more DEM steps a contact."
+        yield Number("parcel restitution", least, "1", None, None, meaning)
+    elif contact:
+        meaning = "Length ratio l, with the restitution of grains: the bed loses l times less than it should."
+        yield Number("coarse graining", ratio, "1", None, None, meaning)
+    yield from _measure_bed(case, region, diameter)
+
+
+def _measure_bed(case: Case, region: Region, diameter: float) -> Iterator[Number]:
+    assert case.particles is not None
+    across = [size for axis, size in zip("xy", case.domain.size, strict=False) if axis not in case.domain.periodic]
+    if across:
+        count = min(across) / diameter
+        meaning = "Parcels between the nearest walls: next to a wall they lie in layers, two diameters deep at each."
+        fits = judge(count >= FEWEST_ACROSS)
+        yield Number("parcels across", float(count), "1", f"at least {FEWEST_ACROSS:g}", fits, meaning)
+    if solids := solids_volume(case.particles):
+        count = region.find_level(solids / SETTLED) / diameter
+        meaning = "Parcels in the height of the bed at rest; bubbles are made of many, and the surface is one thick."
+        fits = judge(count >= FEWEST_DEEP)
+        yield Number("parcels deep", float(count), "1", f"at least {FEWEST_DEEP:g}", fits, meaning)
