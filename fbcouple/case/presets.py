@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pydantic import ValidationError
-
+from fbcouple.case.bed.adopt_parcels import resolve_parcels
 from fbcouple.case.bed.adopt_spring import OVERLAP, SPRINGS, gives_spring, try_spring
 from fbcouple.case.bed.derived import steps_per_contact
 from fbcouple.case.checks.contact import is_hertz
@@ -64,9 +63,10 @@ def apply_preset(raw: dict[str, Any]) -> None:
 def _find_steps(raw: dict[str, Any]) -> int:
     """DEM steps in a contact that the packed bed of a case file needs; 0 if they cannot be told from what is there."""
     try:
-        contact, particles = Contact.model_validate(try_spring(raw)), Particles.model_validate(raw["particles"])
+        contact = Contact.model_validate(try_spring(raw))
+        particles, _ = resolve_parcels(Particles.model_validate(raw["particles"]))
         return steps_per_contact(contact, particles) if contact.model == "hooke" or is_hertz(contact) else 0
-    except (KeyError, ValidationError, ArithmeticError):
+    except (KeyError, ValueError, ArithmeticError):  # of the schema, of a restitution that parcels cannot have
         return 0  # the schema and the checks say what is wrong
 
 

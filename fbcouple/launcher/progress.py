@@ -101,7 +101,7 @@ class RunProgress:
         warnings = []
         if self._at_outlet:
             text = "reached the outlet, which lets gas through and is a wall for particles: they gather below it"
-            warnings.append(f"up to {self._at_outlet} particles {text}; use a higher region or less gas")
+            warnings.append(f"up to {self._at_outlet:.10g} particles {text}; use a higher region or less gas")
         if self._backflow > _BACKFLOW:
             where = f", most of it by outlet {self._worst}" if self._worst else ""
             text = f"of the gas at the outlets came back in by them{where}, with the voidage of the cells there"
@@ -154,8 +154,8 @@ def format_clock(seconds: float) -> str:
 
 def _describe(row: dict[str, Any], pace: float) -> list[str]:
     """What is told of a row beside its time, the most important first; `pace`: wall time over simulated time."""
-    parts = [f"{row['particles_at_outlet']} at the outlet"] if row.get("particles_at_outlet") else []
-    parts += [f"{row['particles_owed']} wait to be fed"] if row.get("particles_owed") else []
+    parts = [f"{row['particles_at_outlet']:.10g} at the outlet"] if row.get("particles_at_outlet") else []
+    parts += [f"{row['particles_owed']:.10g} wait to be fed"] if row.get("particles_owed") else []
     if math.isnan(row.get("averages_start", 0.0)):
         parts.append("start-up not over")
     if math.isfinite(row.get("averages_error", math.nan)):

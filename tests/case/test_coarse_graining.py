@@ -120,6 +120,22 @@ def test_low_restitution_of_parcels_wants_more_steps():
     assert find_number(parcels, "parcel restitution").value == pytest.approx(math.sqrt(1 - 3.5 * (1 - 0.86**2)))
 
 
+def test_presets_give_parcels_the_steps_that_they_need():
+    hard = ["contact.tangential=history", "contact.restitution=0.86", "contact.wall_restitution=0.86"]
+    fine = ["accuracy=draft", *hard]
+    ratio = (9240 / 216) ** (1 / 3)
+    for sets in ([f"particles.coarse_graining={ratio}"], ["particles.parcels=216"]):
+        assert load(*fine, *sets).contact.steps_per_contact == 9
+    assert load(*fine).contact.steps_per_contact == 6
+    (problem,) = problems_of(*fine, "particles.coarse_graining=3.9")
+    assert "1/(1 - e^2)" in problem
+
+
+def test_a_number_of_parcels_of_a_bed_that_is_wrong_is_no_further_problem():
+    problems = problems_of("particles.parcels=100", "particles.mixture=[[1e-3,1e3,0.6],[2e-3,1e3,0.6]]")
+    assert problems and not any("parcels" in problem for problem in problems)
+
+
 def test_max_overlap_gives_parcels_the_overlap_that_was_asked_for():
     case = load("contact.max_overlap=0.02", ratio=2.0)
     assert 0.0198 < find_number(case, "overlap").value <= 0.02
@@ -188,7 +204,7 @@ def test_more_parcels_than_grains_are_refused():
     assert "particles.parcels: 9241 is given and the bed has 9240 particles" in problem
     feed = "particles.feeds=[{low=[0.0,0.0,0.08],high=[0.044,0.01,0.1],rate=800.0}]"
     (problem,) = problems_of("particles.parcels=5", "particles.count=0", feed)
-    assert "no ratio follows; give coarse_graining" in problem
+    assert "the bed starts with no particles; give coarse_graining" in problem
     (problem,) = problems_of("particles.coarse_graining=0.5")
     assert "particles.coarse_graining" in problem and "1" in problem
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from fbcouple.case.bed.particle_types import list_kinds
+from fbcouple.case.checks.mixture import find_unsound
 from fbcouple.case.problems import Problem
 from fbcouple.case.schema.particles import Particles
 from fbcouple.case.schema.sections import Case
@@ -17,39 +18,35 @@ def adopt_parcels(case: Case) -> tuple[Case, list[Problem]]:
 
     With it what is wrong; then the case has neither.
     """
-    particles = case.particles
-    if particles is None or particles.parcels is None:
+    if case.particles is None or case.particles.parcels is None:
         return case, []
+    particles, text = resolve_parcels(case.particles)
+    problems = [Problem(f"particles.{NUMBER}", f"{case.particles.parcels} is given and {text}")] if text else []
+    return case.model_copy(update={"particles": particles}), problems
+
+
+def resolve_parcels(particles: Particles) -> tuple[Particles, str]:
+    """The particles with a ratio in place of a number of parcels; with neither, and the reason, where none follows. The
+    reason is empty where other checks tell it."""
+    if particles.parcels is None:
+        return particles, ""
     plain = particles.model_copy(update={RATIO: None, NUMBER: None})
-    without = case.model_copy(update={"particles": plain})
-    if text := _find_fault(particles, plain):
-        return without, [Problem(f"particles.{NUMBER}", f"{particles.parcels} is given and {text}")]
-    count = _count_grains(plain)
-    if count is None:
-        return without, []  # told by other checks
-    ratio = (count / particles.parcels) ** (1.0 / 3.0)
-    return case.model_copy(update={"particles": plain.model_copy(update={RATIO: ratio})}), []
-
-
-def _find_fault(particles: Particles, plain: Particles) -> str | None:
-    """Why no ratio follows from the number of parcels that `particles` gives; `plain` has none of the two."""
-    assert particles.parcels is not None
     if particles.coarse_graining is not None:
-        return f"{RATIO} = {particles.coarse_graining:g} too; give one of them."
+        return plain, f"{RATIO} = {particles.coarse_graining:g} too; give one of them."
+    if not find_unsound(plain, ())[1] or (plain.mass is None) == (plain.count is None):
+        return plain, ""
     if plain.sizes and plain.count is None:
-        return f"the file of positions says how large each parcel is, so that no ratio follows; give {RATIO}, or count."
+        text = "the file of positions says how large each parcel is, so that no ratio follows"
+        return plain, f"{text}; give {RATIO}, or count."
     count = _count_grains(plain)
-    if count is not None and count < 1.0:
-        return f"the bed has no particles at its start, so that no ratio follows; give {RATIO}."
-    if count is not None and count < particles.parcels:
-        return f"the bed has {count:.10g} particles; a parcel stands for one at least: give no more, or remove it."
-    return None
+    if count < particles.parcels:
+        text = f"the bed has {count:.10g} particles; a parcel stands for one at least: give no more"
+        return plain, f"{text}, or {RATIO}." if count >= 1.0 else f"the bed starts with no particles; give {RATIO}."
+    return plain.model_copy(update={RATIO: (count / particles.parcels) ** (1.0 / 3.0)}), ""
 
 
-def _count_grains(plain: Particles) -> float | None:
-    """Particles of a bed that is not coarse-grained, unrounded; None where the case does not say it."""
-    if (plain.mass is None) == (plain.count is None):
-        return None
+def _count_grains(plain: Particles) -> float:
+    """Particles of a bed that is not coarse-grained, unrounded."""
     if plain.count is not None:
         return float(plain.count)
     assert plain.mass is not None
