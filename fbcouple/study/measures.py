@@ -252,6 +252,19 @@ def _read_lines(run: Finished, measure: str, quantity: str) -> list[np.ndarray]:
 def compare_means(run: Finished, argument: str, reference: Finished | None) -> Error:
     """Root mean square distance of a time mean over width and height from the finest member's, depth means both, over
     the range of that one; `stderr` is the distance that the block errors of the two alone would make."""
+    return _compare_maps(run, argument, reference, lambda there: float(there.max() - there.min()))
+
+
+@measure("maps", arguments=tuple(QUANTITIES), needs_reference=True)
+def compare_maps(run: Finished, argument: str, reference: Finished | None) -> Error:
+    """As `means`, over the root mean square of the finest member's map in place of its range: so the standard error of
+    a map is told, `averages.until_error`."""
+    return _compare_maps(run, argument, reference, lambda there: math.sqrt(float((there**2).mean())))
+
+
+def _compare_maps(
+    run: Finished, argument: str, reference: Finished | None, find_scale: Callable[[xr.DataArray], float]
+) -> Error:
     assert reference is not None
     there = _average(reference.results, argument)
     here, own = (
@@ -259,7 +272,7 @@ def compare_means(run: Finished, argument: str, reference: Finished | None) -> E
     )
     away = here - there
     noise = own**2 + _average(reference.results, f"{argument}_stderr") ** 2
-    scale = float(there.max() - there.min())
+    scale = find_scale(there)
     rms = math.sqrt(float((away**2).mean()))
     chance = math.sqrt(float(noise.where(np.isfinite(away)).mean()))
     return Error(float(here.mean()), float(there.mean()), QUANTITIES[argument], rms / scale, chance / scale)
