@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from fbcouple.version import __version__
 
 if TYPE_CHECKING:
-    from fbcouple.api import Run, Status, load_case, pool, report, setup
+    from fbcouple.api import Run, Status, load_case, plan_case, pool, report, setup
     from fbcouple.batch.sets import run_set, start_replicas
     from fbcouple.live import Simulation
     from fbcouple.simulation.tasks.task import Saved, Task
@@ -27,6 +27,7 @@ __all__ = [
     "Task",
     "__version__",
     "load_case",
+    "plan_case",
     "pool",
     "report",
     "run_set",
@@ -34,7 +35,7 @@ __all__ = [
     "start_replicas",
 ]
 
-_FACE = dict.fromkeys(("Run", "Status", "load_case", "pool", "report", "setup"), "fbcouple.api")
+_FACE = dict.fromkeys(("Run", "Status", "load_case", "plan_case", "pool", "report", "setup"), "fbcouple.api")
 _FACE |= dict.fromkeys(("run_set", "start_replicas"), "fbcouple.batch.sets")
 _FACE |= {"Simulation": "fbcouple.live"} | dict.fromkeys(("Saved", "Task"), "fbcouple.simulation.tasks.task")
 """Name -> module that has it, imported when it is first asked for: mpi4py starts MPI as it is imported."""

@@ -1,7 +1,7 @@
 """fbcouple from Python: cases, run folders and their results.
 
-`import fbcouple` has all of it: `load_case`, `setup`, `Run`, `report`, `Simulation`, `Task`. Errors are those of the
-command line: `CaseError`, `SolverError`, `DivergedError`, `StoppedError` of `fbcouple.errors`.
+`import fbcouple` has all of it: `load_case`, `plan_case`, `setup`, `Run`, `report`, `Simulation`, `Task`. Errors are
+those of the command line: `CaseError`, `SolverError`, `DivergedError`, `StoppedError` of `fbcouple.errors`.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from rich.console import Console
 
 from fbcouple.arguments import in_python, say_in_python
 from fbcouple.case.load import load_case as load
+from fbcouple.case.plan.choice import Plan, make_plan
 from fbcouple.case.schema.sections import Case
 from fbcouple.case.source import list_sets
 from fbcouple.decks import set_up
@@ -103,15 +104,18 @@ def setup(
 
     Raises: CaseError, before anything is written, if the case is wrong or unfit, or `path` holds a run.
     """
-    if isinstance(case, Case):
-        name, sets = case.origin
-    else:
-        name, sets = os.fspath(case), ()
+    name, sets = _find_origin(case)
+    (run,) = set_up.lay_out(name, Path(path), [*sets, *_format_sets(values)], trust, force, _warn, overwrite)
+    return Run(run)
+
+
+def _find_origin(case: Case | str | os.PathLike[str]) -> tuple[str, tuple[str, ...]]:
+    """The name that `case` was read by, and the settings on top of it. Raises: CaseError if it has none."""
+    name, sets = case.origin if isinstance(case, Case) else (os.fspath(case), ())
     if not name or name in list_sets():
         what = f"{name} is a set of cases" if name else "the case was not read by fbcouple.load_case"
         raise CaseError([f"{what}; give one that was, or a name or path."])
-    (run,) = set_up.lay_out(name, Path(path), [*sets, *_format_sets(values)], trust, force, _warn, overwrite)
-    return Run(run)
+    return name, sets
 
 
 class Run:
@@ -221,6 +225,28 @@ class Run:
         from fbcouple.postproc import draw  # noqa: PLC0415  (loads matplotlib)
 
         return draw(self.path, Path(folder) if folder else None)
+
+
+@in_python()
+def plan_case(
+    case: Case | str | os.PathLike[str],
+    error: float,
+    *,
+    within: float | None = None,
+    ranks: int = 1,
+    values: Mapping[str, Any] | None = None,
+) -> Plan:
+    """Find the numerics, length of the means, replicas and ranks that reach an error of the mean map at least cost.
+
+    case: what `load_case` gave, or a name for it; error: of the mean map of vertical solids flux over the map,
+    numerical and statistical in squares; within: wall time [s] in which it is to end; ranks: cores for all replicas
+    together; values: key -> value, on top of the case, which the plan leaves as they are.
+
+    Returns: the plan; `chosen` is None where nothing reaches the error. Raises: CaseError if nothing is known of the
+    error of such a case.
+    """
+    name, sets = _find_origin(case)
+    return make_plan(name, error, within, ranks, [*sets, *_format_sets(values)])
 
 
 @in_python()

@@ -17,6 +17,7 @@ import click
 from sphinx.application import Sphinx
 
 from fbcouple.case.base import read_case
+from fbcouple.case.plan.measured_errors import MEASURED
 from fbcouple.case.presets import PRESETS
 from fbcouple.case.schema.option import Section
 from fbcouple.case.schema.reference import Option, list_options, list_sections, list_tables
@@ -127,6 +128,19 @@ def presets() -> str:
     keys = list(dict.fromkeys(key for values in PRESETS.values() for key in values))
     rows = [(f"`{key}`", *(f"{values[key]:g}" for values in PRESETS.values())) for key in keys]
     return table(("option", *(f"`{name}`" for name in PRESETS)), rows)
+
+
+@part
+def measured_errors() -> str:
+    """What numerics err, as plans have it: the numbers of the studies."""
+    rows = []
+    for knob in dict.fromkeys(row.knob for row in MEASURED):
+        found = [row for row in MEASURED if row.knob == knob]
+        for value in dict.fromkeys(row.value for row in found):
+            one = [row for row in found if row.value == value]
+            source = "; ".join(f"{row.bed} {row.over_map:.2g} (`{row.study}`, `{row.measure}`)" for row in one)
+            rows.append((knob, value, f"{max(row.over_map for row in one):.2g}", source))
+    return table(("knob", "value", "the larger", "bed (study, measure)"), rows)
 
 
 @part

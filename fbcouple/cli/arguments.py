@@ -13,6 +13,19 @@ from click.shell_completion import CompletionItem
 Command = Callable[..., Any]
 
 
+def read_clock(ctx: click.Context, parameter: click.Parameter, value: str | None) -> int | None:
+    """Seconds of a time given as HH:MM:SS; None of none."""
+    if value is None:
+        return None
+    parts = value.split(":")
+    if len(parts) != 3 or not all(part.isascii() and part.isdigit() and len(part) <= 4 for part in parts):
+        raise click.BadParameter("write it as HH:MM:SS")
+    hours, minutes, seconds = map(int, parts)
+    if minutes > 59 or seconds > 59 or hours + minutes + seconds == 0:
+        raise click.BadParameter("minutes and seconds go to 59, and the limit is above 0")
+    return 3600 * hours + 60 * minutes + seconds
+
+
 def complete_case(ctx: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
     """Shipped cases that begin with `incomplete`; the shell adds files where there is none."""
     from fbcouple.case.source import list_shipped

@@ -18,7 +18,7 @@ NO_READER = 128 + signal.SIGPIPE
 
 
 WORKFLOW = {
-    "Prepare": ("cases", "options", "init", "check", "setup"),
+    "Prepare": ("cases", "options", "init", "check", "plan", "setup"),
     "Run": ("run", "status", "batch"),
     "Results": ("pool", "post", "report", "claims"),
     "Studies and checks": ("study", "bench", "verify", "validate"),

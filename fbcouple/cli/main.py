@@ -20,7 +20,7 @@ import click
 from rich.text import Text
 
 from fbcouple.batch.schedulers import SCHEDULERS
-from fbcouple.cli.arguments import take_case, take_case_or_set, take_ranks, take_settings, take_trust
+from fbcouple.cli.arguments import read_clock, take_case, take_case_or_set, take_ranks, take_settings, take_trust
 from fbcouple.cli.bench import bench
 from fbcouple.cli.doctor import doctor
 from fbcouple.cli.group import Commands, finish
@@ -28,6 +28,7 @@ from fbcouple.cli.init import init
 from fbcouple.cli.options import options
 from fbcouple.cli.pictures import claims, post, report
 from fbcouple.cli.placement import take_placement
+from fbcouple.cli.plan import plan
 from fbcouple.cli.pool import pool
 from fbcouple.cli.run import run as run_command
 from fbcouple.cli.status import status
@@ -39,17 +40,6 @@ from fbcouple.errors import CaseError
 from fbcouple.machine.output import open_standard_streams
 
 COLOURS = {"fit": "green", "warn": "yellow", "unfit": "bold red"}
-
-
-def read_clock(ctx: click.Context, parameter: click.Parameter, value: str) -> int:
-    """Seconds of a time given as HH:MM:SS."""
-    parts = value.split(":")
-    if len(parts) != 3 or not all(part.isascii() and part.isdigit() and len(part) <= 4 for part in parts):
-        raise click.BadParameter("write it as HH:MM:SS")
-    hours, minutes, seconds = map(int, parts)
-    if minutes > 59 or seconds > 59 or hours + minutes + seconds == 0:
-        raise click.BadParameter("minutes and seconds go to 59, and the limit is above 0")
-    return 3600 * hours + 60 * minutes + seconds
 
 
 def print_version(ctx: click.Context, parameter: click.Parameter, is_asked: bool) -> None:
@@ -213,7 +203,22 @@ def batch(folder: Path, scheduler: str, count: int | None, placement: Any, **req
     click.echo(f"{job}: read it, then submit it with {submit}")
 
 
-for command in (options, init, run_command, status, pool, post, report, claims, study, bench, verify, validate, doctor):
+for command in (
+    options,
+    init,
+    plan,
+    run_command,
+    status,
+    pool,
+    post,
+    report,
+    claims,
+    study,
+    bench,
+    verify,
+    validate,
+    doctor,
+):
     cli.add_command(command)
 
 

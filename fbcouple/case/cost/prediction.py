@@ -77,15 +77,23 @@ class Prediction:
         }
 
 
-def predict(case: Case, ranks: int, found: Coefficients, folder: Path = Path(), law: Law | None = None) -> Prediction:
+def predict(
+    case: Case,
+    ranks: int,
+    found: Coefficients,
+    folder: Path = Path(),
+    law: Law | None = None,
+    touching: float | None = None,
+) -> Prediction:
     """Predict what `case` costs on `ranks` ranks, from its start to its end.
 
-    found: what this machine takes for a step; folder: where the case's own files lie; law: the case's own drag law.
+    found: what this machine takes for a step; folder: where the case's own files lie; law: the case's own drag law;
+    touching: as `count_work`.
 
     Raises: CaseError if the values of the case are too large or small to calculate with.
     """
     try:
-        return _predict(case, ranks, found, folder, law)
+        return _predict(case, ranks, found, folder, law, touching)
     except ArithmeticError:
         text = "the values are too large or too small to calculate with; give every one in SI units."
         raise CaseError([f"case: {text}"]) from None
@@ -101,9 +109,11 @@ def predict_run(run: Path, ranks: int, say: Callable[[str], None]) -> dict[str, 
         return None
 
 
-def _predict(case: Case, ranks: int, found: Coefficients, folder: Path, law: Law | None) -> Prediction:
+def _predict(
+    case: Case, ranks: int, found: Coefficients, folder: Path, law: Law | None, touching: float | None
+) -> Prediction:
     means = predict_means(case, folder)
-    work = count_work(case, folder, law, means.end if means else None)
+    work = count_work(case, folder, law, means.end if means else None, touching)
     stages = {"start-up": found.start_up + found.start_cell * work.cells}
     stages |= time_stages(work, found, ranks, share_ghosts(case, ranks))
     particles = found.particle_memory * work.particles

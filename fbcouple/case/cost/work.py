@@ -64,17 +64,25 @@ class Work:
         return self.particles > 0.0 and self.cells > 0
 
 
-def count_work(case: Case, folder: Path = Path(), law: Law | None = None, end: float | None = None) -> Work:
+def count_work(
+    case: Case,
+    folder: Path = Path(),
+    law: Law | None = None,
+    end: float | None = None,
+    touching: float | None = None,
+) -> Work:
     """What a run of `case` up to `end` [s], by default its end_time, has to do.
 
-    folder: where the case's own files lie; law: the case's own drag law, if it brings one that is trusted.
+    folder: where the case's own files lie; law: the case's own drag law, if it brings one that is trusted; touching:
+    contacts a particle, where they are known; by default by the state that the bed will be in.
     """
     seconds, region = end or case.end_time, find_region(case, folder)
     particles, steps, contacts, name, rebuilds = 0.0, 0, 0.0, "", 0.0
     if case.particles and case.contact:
         particles = _average_particles(case, seconds)
         steps = count_dem_steps(case, seconds)
-        contacts, name = _guess_contacts(case, region, law), name_law(case)
+        contacts = _guess_contacts(case, region, law) if touching is None else touching
+        name = name_law(case)
         rebuilds = min(steps, seconds * _guess_speed(case, region, contacts) / (0.5 * _find_skin(case)))
     gas = case.gas
     return Work(
@@ -103,10 +111,11 @@ def count_fluid_steps(case: Case, seconds: float, thinnest: float | None = None)
     """Fluid steps of a run of `seconds` [s]: those of the case's limits at the inlet's speed of each time, `LIVELY` as
     long, in whole DEM steps, and one a DEM step at least."""
     assert case.gas is not None
-    fastest, width = fastest_inlet(case.gas), seconds / _PIECES
+    pieces = _PIECES if len(inlet_ramp(case.gas)) > 1 else 1
+    fastest, width = fastest_inlet(case.gas), seconds / pieces
     held = dem_step(case.contact, case.particles) if case.particles and case.contact else 0.0
     steps = 0.0
-    for number in range(_PIECES):
+    for number in range(pieces):
         speed = abs(_find_speed(case, (number + 0.5) * width))
         step = LIVELY * gas_step(case, speed / fastest if fastest else 0.0, thinnest)
         if held:
