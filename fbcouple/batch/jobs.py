@@ -15,6 +15,7 @@ from fbcouple.batch.schedulers import SCHEDULERS, Scheduler
 from fbcouple.case.bed.particle_types import particle_count
 from fbcouple.case.bed.region import find_region
 from fbcouple.case.checks.registry import needed_memory
+from fbcouple.case.cost.ranks import count_worked
 from fbcouple.case.load import load_case
 from fbcouple.case.problems import show
 from fbcouple.case.schema.sections import Case
@@ -29,9 +30,6 @@ from fbcouple.run_folder.plain_files import require_plain
 _RANK_MEMORY = 400
 _MARGIN = 1.5
 _SHORTEST = 60
-# Share of a rank below which messages and waiting take longer than another rank saves.
-_FEW_CELLS = 500
-_FEW_PARTICLES = 3000
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._/+:=@-]{0,99}")
 _PATH = re.compile(r"/[A-Za-z0-9._/+:=@,-]{1,3000}")
 
@@ -122,7 +120,7 @@ def list_warnings(folder: Path, request: Request) -> list[str]:
         case = load_case(str(run))
         cells = find_region(case, run).cells if case.gas else 0
         particles = particle_count(case.particles) if case.particles else 0
-        useful = max(cells // _FEW_CELLS, particles // _FEW_PARTICLES, 1)
+        useful = count_worked(cells, particles)
         if request.ranks > useful:
             work = f"{cells} cells and {particles} particles on {request.ranks} ranks"
             share = f"{cells // request.ranks} and {particles // request.ranks} a rank"

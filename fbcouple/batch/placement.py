@@ -36,10 +36,20 @@ class Placement:
     mail: str | None = None
     container: str | None = None
 
+    @property
+    def places(self) -> int | None:
+        """Ranks that there is a place for, None where nothing says how many there are on a node."""
+        return self.tasks_per_node and self.tasks_per_node * self.nodes
+
 
 def count_tasks(placement: Placement, ranks: int) -> int:
     """Ranks on each node."""
     return placement.tasks_per_node or math.ceil(ranks / placement.nodes)
+
+
+def fill_nodes(placement: Placement, ranks: int) -> int:
+    """`ranks`, or as many more as make each node have the same number of them."""
+    return placement.nodes * math.ceil(ranks / placement.nodes)
 
 
 def list_placement_problems(placement: Placement, ranks: int, system: Scheduler, scheduler: str) -> list[str]:

@@ -46,6 +46,9 @@ def complete_case_or_set(ctx: click.Context, parameter: click.Parameter, incompl
 take_case = click.argument("case", shell_complete=complete_case)
 take_case_or_set = click.argument("case", shell_complete=complete_case_or_set)
 take_ranks = click.option("-n", "--ranks", type=click.IntRange(min=1), default=1, show_default=True, help="MPI ranks.")
+take_ranks_or_none = click.option(
+    "-n", "--ranks", type=click.IntRange(min=1), help="MPI ranks; by default those that `check` proposes."
+)
 
 
 def take_settings(command: Command) -> Command:

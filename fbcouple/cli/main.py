@@ -20,7 +20,15 @@ import click
 from rich.text import Text
 
 from fbcouple.batch.schedulers import SCHEDULERS
-from fbcouple.cli.arguments import read_clock, take_case, take_case_or_set, take_ranks, take_settings, take_trust
+from fbcouple.cli.arguments import (
+    read_clock,
+    take_case,
+    take_case_or_set,
+    take_ranks,
+    take_ranks_or_none,
+    take_settings,
+    take_trust,
+)
 from fbcouple.cli.bench import bench
 from fbcouple.cli.doctor import doctor
 from fbcouple.cli.group import Commands, finish
@@ -88,10 +96,11 @@ def check(case: str, ranks: int, sets: tuple[str, ...], trusted: bool) -> None:
     """
     from fbcouple.case.cost.coefficients import load_coefficients
     from fbcouple.case.cost.prediction import predict
+    from fbcouple.case.cost.ranks import propose_ranks
     from fbcouple.case.load import load_case
     from fbcouple.case.preflight import estimate
     from fbcouple.case.source import find_case
-    from fbcouple.cli.prediction import print_prediction
+    from fbcouple.cli.prediction import format_proposal, print_prediction
 
     folder = find_case(case).parent
     loaded = load_case(case, sets, click.echo)
@@ -107,7 +116,9 @@ def check(case: str, ranks: int, sets: tuple[str, ...], trusted: bool) -> None:
 
             loaded = make_start(loaded, folder, Path(scratch), click.echo, pours=False)
         numbers = estimate(loaded, law, folder)
-        predicted = predict(loaded, ranks, load_coefficients(), folder, law)
+        costs = load_coefficients()
+        predicted = predict(loaded, ranks, costs, folder, law)
+        proposal = propose_ranks(loaded, costs, predicted)
     rows = [
         (
             number.name,
@@ -122,6 +133,7 @@ def check(case: str, ranks: int, sets: tuple[str, ...], trusted: bool) -> None:
     print_explained(["number", "value", "unit", "wanted", "verdict", "meaning"], rows)
     click.echo()
     print_prediction(predicted)
+    click.echo(format_proposal(proposal))
     if unfit := [number for number in numbers if number.verdict == "unfit"]:
         mend = "fix the case; `setup` refuses it without --force."
         raise CaseError(
@@ -163,7 +175,7 @@ def setup(case: str, output: Path | None, sets: tuple[str, ...], explained: bool
 @click.option(
     "--time", "limit", required=True, metavar="HH:MM:SS", callback=read_clock, help="Wall-time limit of a job."
 )
-@take_ranks
+@take_ranks_or_none
 @click.option(
     "--notice",
     type=click.IntRange(min=1),
@@ -188,7 +200,7 @@ def setup(case: str, output: Path | None, sets: tuple[str, ...], explained: bool
 )
 @take_trust
 @take_placement
-def batch(folder: Path, scheduler: str, count: int | None, placement: Any, **request: Any) -> None:
+def batch(folder: Path, scheduler: str, ranks: int | None, count: int | None, placement: Any, **request: Any) -> None:
     """Write the job script of RUN for a batch system; an array job for a folder of runs."""
     from fbcouple.batch.jobs import Request, list_warnings, write_job
 
@@ -196,7 +208,16 @@ def batch(folder: Path, scheduler: str, count: int | None, placement: Any, **req
         from fbcouple.decks.replicas import make_replicas
 
         make_replicas(folder, count, click.echo)
-    asked = Request(**request, placement=placement)
+    if ranks is None:
+        from fbcouple.batch.placement import fill_nodes
+        from fbcouple.batch.proposal import propose_for
+        from fbcouple.cli.prediction import format_proposal
+
+        if (ranks := placement.places) is None:
+            run, proposal = propose_for(folder)
+            click.echo(f"{run}: {format_proposal(proposal)}")
+            ranks = fill_nodes(placement, proposal.ranks)
+    asked = Request(ranks, **request, placement=placement)
     job, submit = write_job(folder, scheduler, asked)
     for warning in list_warnings(folder, asked):
         click.echo(f"warning: {warning}")

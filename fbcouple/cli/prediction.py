@@ -10,6 +10,7 @@ import click
 
 from fbcouple.case.cost.coefficients import load_coefficients
 from fbcouple.case.cost.prediction import PHASES, Prediction, predict
+from fbcouple.case.cost.ranks import WORTH, Proposal
 from fbcouple.case.schema.sections import Case
 from fbcouple.cli.table import print_explained
 from fbcouple.errors import CaseError
@@ -56,6 +57,16 @@ def tell_source(found: Prediction) -> str:
     if not found.measured:
         return f"by the costs of a step that are shipped, of another machine; {MEASURE}"
     return f"by the costs of a step of {found.measured}"
+
+
+def format_proposal(found: Proposal) -> str:
+    """The ranks that are proposed, how sure that is, and why not twice as many."""
+    ranks, twice = f"{found.ranks} rank{'s are' if found.ranks > 1 else ' is'}", 2 * found.ranks
+    unsure = f" ({found.least} to {found.most} within what is unsure)" if found.least < found.most else ""
+    why = f"{twice} would be {found.gain:.3g} times as fast, {2.0 * WORTH:.2g} is asked for"
+    if twice > found.limit:
+        why = f"{twice} would have too little work each"
+    return f"{ranks} proposed{unsure}, {format_time(found.walls[found.ranks])}: {why}"
 
 
 def format_line(case: Case, folder: Path) -> str:

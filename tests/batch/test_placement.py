@@ -11,6 +11,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from fbcouple.batch.schedulers import SCHEDULERS
+from fbcouple.case.cost.coefficients import SHIPPED, save_coefficients
 from fbcouple.case.load import load_case, write_case
 from fbcouple.cli.main import cli
 from fbcouple.machine.environment import find_package
@@ -26,7 +27,9 @@ PRELUDE = "source /opt/openfoam2512/etc/bashrc"
 
 
 @pytest.fixture
-def run(tmp_path: Path) -> Path:
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A run folder, where the costs of a step are those that are shipped."""
+    monkeypatch.setenv("FBCOUPLE_CACHE", str(tmp_path / "cache"))
     (tmp_path / "bed").mkdir()
     write_case(load_case("patil/c2"), tmp_path / "bed/case.toml")
     return tmp_path / "bed"
@@ -155,7 +158,40 @@ def test_a_site_is_taken_by_name_and_the_command_line_wins(run: Path, site: Path
 def test_of_a_site_file_that_is_not_named_nothing_is_taken(run: Path, site: Path) -> None:
     site.write_text(SITE)
     assert call(run).exit_code == 2
-    assert batch(run).exit_code == 0 and "partition" not in read(run) and "--ntasks=1\n" in read(run)
+    assert batch(run).exit_code == 0 and "partition" not in read(run) and "--ntasks=4\n" not in read(run)
+
+
+@pytest.mark.parametrize(
+    ("words", "ranks", "is_told"),
+    [
+        ((), 32, True),
+        (("--nodes", "3"), 33, True),
+        (("--nodes", "2", "--tasks-per-node", "12"), 24, False),
+        (("-n", "5"), 5, False),
+    ],
+)
+def test_ranks_that_nobody_names_are_proposed(run: Path, words: tuple[str, ...], ranks: int, is_told: bool) -> None:
+    """23 100 cells, 500 a rank at least: 46 have work, 32 by doubling, 33 where each of three nodes has as many."""
+    done = batch(run, *words)
+    assert done.exit_code == 0, done.stderr
+    assert f"--ntasks={ranks}\n" in read(run) and f'run "$run" -n {ranks} ' in read(run)
+    told = f"{run}: 32 ranks are proposed (16 to 64 within what is unsure), "
+    assert (told in done.output and "64 would have too little work each" in done.output) is is_told
+
+
+def test_ranks_of_a_set_are_those_of_its_dearest_run(run: Path) -> None:
+    (run.parent / "small").mkdir()
+    write_case(load_case("patil/demo"), run.parent / "small/case.toml")
+    done = batch(run.parent)
+    assert done.exit_code == 0, done.stderr
+    assert f"{run}: 32 ranks are proposed" in done.output and "--ntasks=32\n" in read(run.parent)
+
+
+def test_without_a_prediction_the_ranks_have_to_be_named(run: Path) -> None:
+    save_coefficients(SHIPPED, {}).write_text("{}")
+    done = batch(run)
+    assert done.exit_code == 1 and "bench calibrate" in done.stderr
+    assert batch(run, "-n", "4").exit_code == 0
 
 
 @pytest.mark.parametrize(

@@ -270,6 +270,6 @@ def test_check_tells_what_a_run_will_cost():
     start = next(number for number, line in enumerate(lines) if line.startswith("predicted on 2 ranks"))
     names = [line.split("  ")[0] for line in lines[start:] if line[:1].strip()]
     assert names[1:5] == ["wall time", "core-hours", "memory", "error of the means"]
-    assert "of another machine" in lines[-1] and "bench calibrate" in lines[-1]
+    assert "of another machine" in lines[-2] and "bench calibrate" in lines[-2]
     case = load_case("patil/c2")
     assert f"{count_dem_steps(case, 8.0)} DEM steps" in "\n".join(lines)
