@@ -15,14 +15,14 @@ CAPABILITIES = """
 import ctypes, pathlib, re, sys
 library = ctypes.CDLL(sys.argv[1], ctypes.RTLD_GLOBAL)
 if missing := [name for name in sys.argv[2:] if not hasattr(library, name)]:
-    sys.exit(print(f"has no function {', '.join(missing)}"))
+    sys.exit(f"has no function {', '.join(missing)}")
 address = ctypes.cast(library.lammps_open, ctypes.c_void_p).value
 for line in pathlib.Path("/proc/self/maps").read_text(encoding="utf-8", errors="surrogateescape").splitlines():
     start, end = (int(one, 16) for one in line.split()[0].split("-"))
     if start <= address < end:
         content = pathlib.Path(line.split(None, 5)[5]).read_bytes()
         version = re.search(rb"LIGGGHTS-[A-Z]+ \\d[\\w.]*", content)
-        print(version[0].decode() if version else "LIGGGHTS" if b"LIGGGHTS" in content else "is not LIGGGHTS")
+        print(version[0].decode() if version else "LIGGGHTS" if b"LIGGGHTS" in content else "not LIGGGHTS by its name")
 """
 """A program that says, in a process of its own, what the library named first is and which functions it lacks."""
 

@@ -9,7 +9,7 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import xarray as xr
@@ -19,6 +19,7 @@ from fbcouple.case.cost.prediction import predict_run
 from fbcouple.case.load import load_case
 from fbcouple.case.schema.sections import Case
 from fbcouple.case.user_code import require_trust
+from fbcouple.decks.abilities import Answers, require_able, tell_able
 from fbcouple.decks.unchanged import require_own_decks, require_unchanged
 from fbcouple.errors import CaseError, SolverError, StoppedError
 from fbcouple.launcher.change_case import ask, change_case, changes_inlet
@@ -97,6 +98,8 @@ class Start:
     updates: tuple[str, ...] = ()
     changed: tuple[str, ...] = ()
     """Decks and files that were changed since set-up, and trusted."""
+    liggghts: Answers = field(default_factory=dict)
+    """What LIGGGHTS can do, and what it cannot."""
 
 
 @dataclass(frozen=True)
@@ -144,11 +147,12 @@ def _make_ready(run: Path, ranks: int, choice: Choice, guard: Guard) -> Start | 
         return None
     if choice.sets:
         case = change_case(run, case, asked, start.checkpoint)
+    able = require_able(case, start.versions.get("LIGGGHTS", ""), choice.say)
     choice.begin()
     _prepare(run, case, ranks, start.checkpoint, guard)
     if not choice.trusted:
         require_own_decks(case, run)
-    return replace(start, changed=tuple(changed))
+    return replace(start, changed=tuple(changed), liggghts=able)
 
 
 def _prepare(run: Path, case: Case, ranks: int, checkpoint: Checkpoint | None, guard: Guard) -> None:
@@ -280,6 +284,7 @@ def note_run(run: Path, ranks: int, command: list[str], start: Start, say: Say =
         "changed": list(start.changed),
         "updates": list(start.updates),
         "predicted": predict_run(run, ranks, say),
+        "liggghts": tell_able(start.liggghts),
     }
     try:
         write_manifest(run, read_manifest(run) | {"run": about, "run_with": start.versions})

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from fbcouple.decks.abilities import PROBED, probe
 from fbcouple.doctor import checks as doctor
 from fbcouple.solvers.openfoam import build
 
@@ -23,6 +24,7 @@ NEEDED = {
     "mpi4py's MPI",
     "mpirun",
     "libliggghts.so.3",
+    "LIGGGHTS' models",
     "libOpenFOAM.so",
     "libfiniteVolume.so",
     "libincompressibleTurbulenceModels.so",
@@ -42,9 +44,10 @@ NEEDED = {
 
 
 @pytest.fixture(autouse=True)
-def without_pictures(monkeypatch):
-    """The picture takes a second and is tried once, in the test of everything."""
+def without_what_takes_long(monkeypatch):
+    """The picture takes a second and is tried once, in the test of everything; so are the questions to LIGGGHTS."""
     monkeypatch.setattr(doctor, "_PICTURE", "print('not tried')")
+    monkeypatch.setattr("fbcouple.doctor.abilities.probe", lambda: dict.fromkeys(PROBED, ""))
 
 
 def row(name: str) -> doctor.Row:
@@ -53,6 +56,7 @@ def row(name: str) -> doctor.Row:
 
 def test_everything_is_examined_and_set_up_here(monkeypatch):
     monkeypatch.setattr(doctor, "_PICTURE", PICTURE)
+    monkeypatch.setattr("fbcouple.doctor.abilities.probe", probe)
     rows = doctor.examine()
     assert {row.name for row in rows} >= NEEDED
     assert len({row.name for row in rows}) == len(rows)

@@ -112,6 +112,10 @@ def test_a_run_ends_with_results_and_every_row_was_seen(finished):
 def test_the_manifest_says_how_it_was_run(finished):
     manifest = json.loads((finished[0] / "manifest.json").read_text())
     assert manifest["run"]["ranks"] == 2 and manifest["run"]["command"][0] == "mpirun"
+    assert (
+        set(manifest["run"]["liggghts"]["can"]) >= {"particles", "coupling"}
+        and not manifest["run"]["liggghts"]["cannot"]
+    )
     assert manifest["particles"] == 50 and "couple" not in manifest["left_out"]
 
 
