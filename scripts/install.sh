@@ -108,7 +108,11 @@ system_packages() {
 python_packages() {
     local python mark=.venv/installed-from stamp versions=(-c scripts/constraints.txt)
     if ! [ -x .venv/bin/python ]; then
-        python=$(find_python) || { echo "install.sh: no Python >= 3.11 with venv; name one in PYTHON" >&2; exit 1; }
+        python=$(find_python) || {
+            tell_administrator
+            echo "install.sh: no Python >= 3.11 with venv here; or name one in PYTHON" >&2
+            exit 1
+        }
         step ".venv with $python" "$python" -m venv .venv
     fi
     if [ "${NEWEST:-0}" = 1 ]; then versions=(--upgrade --upgrade-strategy eager); fi
@@ -121,11 +125,18 @@ python_packages() {
     printf '%s\n' "$stamp" >"$mark"
 }
 
+# What is left where there is neither root nor sudo.
+tell_administrator() {
+    if [ -n "$administrator" ]; then
+        echo "install.sh: one command is left for an administrator, then run this again: $administrator" >&2
+    fi
+}
+
 administrator=
 system_packages
 python_packages
 if [ -n "$administrator" ]; then
-    echo "install.sh: one command is left for an administrator, then run this again: $administrator" >&2
+    tell_administrator
     exit 1
 fi
 step "adapter for OpenFOAM" .venv/bin/python -m fbcouple.solvers.openfoam.build

@@ -43,3 +43,22 @@ def test_without_root_the_rest_is_done_and_one_command_is_left(tmp_path):
     assert ran.returncode == 1 and ran.stdout.splitlines()[-1] == "python packages: done", ran.stdout + ran.stderr
     words = "for an administrator, then run this again: apt-get install -y --no-install-recommends openmpi-bin liggghts"
     assert words in ran.stderr and len(ran.stderr.splitlines()) == 1
+
+
+def test_without_root_and_python_the_command_that_brings_it_is_told(tmp_path):
+    """Nothing can be done on such a system before the administrator has been there."""
+    (tmp_path / "scripts").mkdir()
+    (tmp_path / "fbcouple/doctor").mkdir(parents=True)
+    listed = "fbcouple/doctor/system_packages.txt"
+    (tmp_path / listed).write_bytes((ROOT / listed).read_bytes())
+    bare = "find_python() { return 1; }\nid() { echo 1000; }\nmissing_packages() { wanted_packages; }\n"
+    script = tmp_path / "scripts/install.sh"
+    parts = (ROOT / "scripts/install.sh").read_text()
+    script.write_text(
+        parts.replace("administrator=\n", f"{bare}command() {{ [ $2 = dpkg-query ]; }}\nadministrator=\n", 1)
+    )
+    ran = subprocess.run(["/bin/bash", script], capture_output=True, text=True, check=False)
+    assert ran.returncode == 1 and "what needs none is done now" in ran.stdout
+    first, second = ran.stderr.splitlines()
+    assert "apt-get install -y --no-install-recommends python3 python3-venv openmpi-bin" in first
+    assert "no Python >= 3.11 with venv here" in second and not (tmp_path / ".venv").exists()
