@@ -101,6 +101,14 @@ def list_lacking(case: Case, answers: Answers) -> Answers:
     return {part: words for part, words in answers.items() if REFUSAL in words and needs[part]}
 
 
+def format_lacking(lacking: Answers) -> str:
+    """The parts that are lacking, those with the same words together."""
+    alike: dict[str, list[str]] = {}
+    for part, words in lacking.items():
+        alike.setdefault(words, []).append(part)
+    return "; ".join(f"{', '.join(parts)} ({words})" for words, parts in alike.items())
+
+
 def tell_able(answers: Answers) -> dict[str, Any]:
     """What a manifest says of `answers`: the parts that LIGGGHTS can do, and those that it cannot, each with why."""
     can = [part for part, words in answers.items() if not words]
@@ -124,7 +132,7 @@ def require_able(case: Case, library: str, say: Callable[[str], None]) -> Answer
             return {}
         _keep(library, answers)
     if lacking := list_lacking(case, answers):
-        told = "; ".join(f"{part} ({words})" for part, words in lacking.items())
+        told = format_lacking(lacking)
         raise SolverError(f"{library} lacks what this case needs: {told}; name another library in {LIGGGHTS}")
     return answers
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fbcouple.decks.abilities import PROBED, probe
+from fbcouple.decks.abilities import PROBED, format_lacking, probe
 from fbcouple.doctor.row import Row
 from fbcouple.errors import SolverError
 from fbcouple.solvers.site_files import LIGGGHTS
@@ -22,6 +22,5 @@ def rate_abilities() -> Row:
     lacking = {part: words for part, words in answers.items() if words}
     if not lacking:
         return Row(name, f"all {len(PROBED)} that decks use", wanted, True, mend)
-    told = "; ".join(f"{part} ({words})" for part, words in lacking.items())
-    found = f"{len(PROBED) - len(lacking)} of {len(PROBED)} that decks use; cases are refused that need {told}"
+    found = f"{len(PROBED) - len(lacking)} of {len(PROBED)} that decks use; no {format_lacking(lacking)}"
     return Row(name, found, wanted, not any(part in lacking for part in NEEDED), mend)

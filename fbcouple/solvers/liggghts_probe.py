@@ -22,6 +22,7 @@ mpi4py.rc.initialize = False
 
 from mpi4py import MPI  # noqa: E402  (MPI begins in the forks)
 
+from fbcouple.errors import SolverError  # noqa: E402
 from fbcouple.solvers.c_library import load_library  # noqa: E402
 from fbcouple.solvers.liggghts import Liggghts  # noqa: E402
 from fbcouple.solvers.site_files import find_liggghts  # noqa: E402
@@ -47,8 +48,11 @@ class _Asked(Liggghts):
 
 
 def main() -> None:
-    """Ask every question in the folder. Raises: SolverError if the library cannot be loaded."""
-    load_library(find_liggghts(), {}, "name LIGGGHTS' library")
+    """Ask every question in the folder; a library that cannot be loaded ends it with the loader's words on stderr."""
+    try:
+        load_library(find_liggghts(), {}, "name LIGGGHTS' library")
+    except SolverError as error:
+        sys.exit(str(error))
     folder = Path(sys.argv[1]).resolve()
     answers = {one.name: _ask(one) for one in sorted(folder.iterdir()) if (one / TASK).is_file()}
     print(json.dumps(answers))

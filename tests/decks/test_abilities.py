@@ -71,8 +71,8 @@ def test_a_library_that_lacks_a_model_is_told_by_the_command_that_it_refuses(lac
 def test_doctor_is_content_with_a_library_that_runs_some_cases(monkeypatch):
     for lacking, ok, found in (
         ({}, True, f"all {len(PROBED)}"),
-        ({"hertz": "x: y"}, True, "refused that need hertz (x: y)"),
-        ({"coupling": "x: y"}, False, "need coupling"),
+        ({"hertz": "x: y"}, True, "no hertz (x: y)"),
+        ({"coupling": "x: y"}, False, "no coupling"),
     ):
         monkeypatch.setattr("fbcouple.doctor.abilities.probe", lambda lacking=lacking: ANSWERS | lacking)
         row = rate_abilities()
@@ -85,7 +85,7 @@ def test_without_the_coupling_no_run_works(lacking, tmp_path, monkeypatch):
     monkeypatch.setenv("FBCOUPLE_CACHE", str(tmp_path / "cache"))
     said: list[str] = []
     with pytest.raises(
-        SolverError, match=r"a fork lacks what this case needs: coupling \(fix gas all couple/cfd/force: "
+        SolverError, match=r"a fork lacks what this case needs: coupling\b.* \(fix gas all couple/cfd/force: "
     ):
         require_able(load_case("patil/c2"), "a fork", said.append)
     assert not require_able(load_case("anand/hopper"), "a fork", said.append)["particles"] and said == []
@@ -140,6 +140,11 @@ def test_questions_have_every_style_that_decks_may_have():
     assert {one for one in commands if not re.search(rf"^{one}\b", asked, re.MULTILINE)} == set()
     parts = set(re.findall(r"needs\.(\w+)", template)) - {"gravity"}
     assert parts <= set(PROBED)
+
+
+def test_parts_that_fail_by_the_same_command_are_told_together():
+    told = {"particles": "atom_style granular: no", "hertz": "pair: no", "coupling": "atom_style granular: no"}
+    assert abilities.format_lacking(told) == "particles, coupling (atom_style granular: no); hertz (pair: no)"
 
 
 def test_what_a_manifest_says():
