@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-SCRIPTS = ("run-demo.sh", "run-tests.sh", "scripts/install.sh", ".ci/run")
+SCRIPTS = ("run-demo.sh", "run-tests.sh", "scripts/install.sh", ".ci/run", ".ci/newest")
 
 
 @pytest.mark.parametrize("name", SCRIPTS)
