@@ -80,11 +80,11 @@ class Plan:
         ranks = f"{self.ranks} rank{'s' if self.ranks > 1 else ''}"
         text = f"an error of {self.error:g} is not reached{limits} on {ranks}"
         if self.best is None:
-            return f"{text}, and no run that has means ends by then; give more time, or more ranks by -n."
+            return f"{text}, and no run that has means ends by then; give more time, or more ranks."
         least = f"{self.best.error:.2g} ({self.best.numerics.format()})"
         if self.within is None:
             return f"{text} by any numerics that were measured; the least is about {least}."
-        return f"{text}; the least error is {least}; give more time, more ranks by -n, or a larger error."
+        return f"{text}; the least error is {least}; give more time, more ranks, or a larger error."
 
     def describe(self) -> dict[str, Any]:
         """The numbers as files have them."""
