@@ -13,6 +13,7 @@ from pydantic import ValidationError
 import fbcouple.case.checks.bed
 import fbcouple.case.checks.contact
 import fbcouple.case.checks.feeds
+import fbcouple.case.checks.heat
 import fbcouple.case.checks.inlets
 import fbcouple.case.checks.outlets
 import fbcouple.case.checks.output

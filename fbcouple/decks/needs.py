@@ -286,6 +286,11 @@ def _accelerated_drag(case: Case) -> tuple[bool, str]:
 
 
 @_part
+def _heat(case: Case) -> tuple[bool, str]:
+    return case.heat is not None, "[heat] in the case" if case.heat else "no [heat]: nothing has a temperature"
+
+
+@_part
 def _averages(case: Case) -> tuple[bool, str]:
     return case.averages is not None, "[averages] in the case" if case.averages else "no [averages]"
 

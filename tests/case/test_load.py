@@ -164,6 +164,7 @@ def test_written_case_says_every_default(tmp_path):
         "exchange.accelerated",
     }
     unset |= {"averages.error_of"}
+    unset |= {key for key in list_options() if key.startswith("heat.")}  # a section that the case does not have
     unset |= {f"domain.{key}" for key in ("elements", "mesh", "scale", "inlet", "outlet")}
     unset |= {f"particles.{key}" for key in ("spread", "deviation", "smallest", "largest")}
     unset |= {"particles.coarse_graining", "particles.parcels"}
@@ -394,7 +395,7 @@ def test_spoiled_key_of_each_option_is_named():
 def test_section_that_is_no_table_or_misspelt_is_told_once(section, spoil):
     (problem,) = problems_of("patil/c2", f"{section}=1")
     assert problem.startswith(f"--set: {section}: 1 is given, a section is allowed")
-    if section not in ("output", "checkpoint", "monitors"):
+    if section not in ("output", "checkpoint", "monitors", "heat"):
         (problem,) = problems_of(spoil((f"[{section}]", f"[{section}x]")))
         assert f"case.toml: {section}x: a case file has no such key" in problem
 

@@ -1,7 +1,7 @@
 """A case file: its sections, with the options of its top and of [exchange].
 
 Every option stands once, with type, default, range, unit and a sentence: those of the other sections in gas.py,
-particles.py and output.py beside this file, those of tables in lists in inlets.py and feeds.py.
+particles.py, heat.py and output.py beside this file, those of tables in lists in inlets.py and feeds.py.
 
 A section that a case does not need is left out of the file: no `[gas]`, and OpenFOAM never starts; no
 `[particles]`, and LIGGGHTS never starts; no `filter_passes`, no filter.
@@ -16,6 +16,7 @@ from typing import Annotated, Literal
 from pydantic import Field, PrivateAttr, WithJsonSchema
 
 from fbcouple.case.schema.gas import Domain, Gas
+from fbcouple.case.schema.heat import Heat
 from fbcouple.case.schema.option import NonNegative, Positive, Section, option
 from fbcouple.case.schema.output import Averages, Checkpoint, Monitors, Output
 from fbcouple.case.schema.particles import Contact, Particles, Start
@@ -102,6 +103,7 @@ class Case(Section):
     contact: Contact | None = None
     start: Start | None = None
     exchange: Exchange | None = None
+    heat: Heat | None = None
     averages: Averages | None = None
     output: Output = Field(default_factory=Output)
     checkpoint: Checkpoint = Field(default_factory=Checkpoint)

@@ -1,0 +1,112 @@
+"""Whether [heat] has what its phases and laws need, and nothing that they do not look at."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+
+from fbcouple.case.checks.registry import check
+from fbcouple.case.problems import Problem
+from fbcouple.case.schema.heat import Heat, HeatWall
+from fbcouple.case.schema.sections import Case
+from fbcouple.geometry.sides import SIDES
+
+_GAS_KEYS = {
+    "gas_temperature": "the temperature in K at which it starts and comes in",
+    "gas_specific_heat": "the specific heat in J/(kg K), of air 1006",
+}
+_PARTICLE_KEYS = {
+    "particle_temperature": "the temperature in K at which they start",
+    "particle_specific_heat": "the specific heat in J/(kg K), of glass 840",
+}
+_WALLS = "heat.walls"
+_KEYS = tuple(f"heat.{key}" for key in Heat.model_fields)
+_CONDUCTIVITY = "the thermal conductivity in W/(m K), of glass 1.4"
+
+
+@check(*_KEYS, "gas", "particles")
+def check_phases_of_heat(case: Case, folder: Path) -> Iterator[Problem]:
+    """Each phase has its temperature and its properties, and a phase that is not there has none."""
+    heat = case.heat
+    if heat is None:
+        return
+    for phase, there, keys in (("gas", case.gas, _GAS_KEYS), ("particles", case.particles, _PARTICLE_KEYS)):
+        for key, meaning in keys.items():
+            if there and getattr(heat, key) is None:
+                yield Problem(f"heat.{key}", f"nothing is given and [{phase}] with [heat] needs it; give {meaning}.")
+    more = ("gas_conductivity", "prandtl", "wall_coefficient", "bed_conduction")
+    yield from _find_idle(heat, "gas", case.gas is not None, (*_GAS_KEYS, *more))
+    more = ("particle_conductivity", "contact_conduction", "bed_conduction")
+    yield from _find_idle(heat, "particles", case.particles is not None, (*_PARTICLE_KEYS, *more))
+
+
+def _find_idle(heat: Heat, phase: str, is_there: bool, keys: tuple[str, ...]) -> Iterator[Problem]:
+    """Options of a phase that the case does not have."""
+    for key in () if is_there else keys:
+        if getattr(heat, key) not in (None, "none"):
+            yield Problem(f"heat.{key}", f"the case has no [{phase}]; remove it, or add [{phase}].")
+
+
+@check("heat.gas_conductivity", "heat.prandtl", "gas")
+def check_gas_conductivity(case: Case, folder: Path) -> Iterator[Problem]:
+    """The gas conducts by its conductivity or by its Prandtl number."""
+    if case.heat is None or case.gas is None:
+        return
+    given = [key for key in ("gas_conductivity", "prandtl") if getattr(case.heat, key) is not None]
+    if len(given) != 1:
+        words = "both are given" if given else "neither is given"
+        text = f"{words} of gas_conductivity and prandtl, exactly one is allowed"
+        yield Problem("heat.gas_conductivity", f"{text}; give the conductivity in W/(m K), or the number (air: 0.7).")
+
+
+@check(*_KEYS, "gas", "particles")
+def check_conduction(case: Case, folder: Path) -> Iterator[Problem]:
+    """What conducts through particles has their conductivity, and what changes contacts has conduction there."""
+    heat = case.heat
+    if heat is None or case.particles is None:
+        return
+    for key in ("contact_conduction", "bed_conduction"):
+        word = getattr(heat, key)
+        if word != "none" and heat.particle_conductivity is None:
+            text = f'nothing is given and {key} = "{word}" needs it'
+            yield Problem("heat.particle_conductivity", f"{text}; give {_CONDUCTIVITY}.")
+            break
+    if heat.conduction_modulus is not None and heat.contact_conduction == "none":
+        text = f'{heat.conduction_modulus:g} Pa is given and contact_conduction = "none" does not look at it'
+        yield Problem("heat.conduction_modulus", f"{text}; remove it, or let contacts conduct.")
+
+
+@check(*_KEYS, "gas", "particles", "domain")
+def check_heat_walls(case: Case, folder: Path) -> Iterator[Problem]:
+    """Somebody meets a wall's temperature, a coefficient goes with one, and a wall is one and named once."""
+    heat = case.heat
+    if heat is None:
+        return
+    is_hot = heat.wall_temperature is not None or any(wall.temperature is not None for wall in heat.walls)
+    if heat.wall_coefficient is not None and not is_hot:
+        text = f"{heat.wall_coefficient:g} W/(m2 K) is given and no wall has a temperature"
+        yield Problem("heat.wall_coefficient", f"{text}; give heat.wall_temperature in K, or remove it.")
+    if is_hot and case.gas is None and heat.contact_conduction == "none":
+        text = 'a wall has one, but the case has no [gas] and contact_conduction = "none"'
+        yield Problem("heat.wall_temperature", f"{text}: nothing meets it; let contacts conduct, or remove it.")
+    for face, count in Counter(wall.face for wall in heat.walls).items():
+        if count > 1:
+            yield Problem(_WALLS, f"face {face} is named {count} times; name it once.")
+    for number, wall in enumerate(heat.walls, start=1):
+        for text in _examine_wall(case, wall):
+            yield Problem(_WALLS, f"wall {number}: {text}")
+
+
+def _examine_wall(case: Case, wall: HeatWall) -> Iterator[str]:
+    axis = "xyz"[SIDES[wall.face][0]]
+    if axis in case.domain.periodic:
+        yield f"face {wall.face} is given, and the bed repeats itself there; give another face."
+    if case.domain.shape != "box" and axis != "z":
+        text = f'face {wall.face} is given and domain.shape = "{case.domain.shape}", where floor and top are faces'
+        yield f"{text}; give heat.wall_temperature for the wall around it."
+    if wall.coefficient is not None and wall.temperature is None:
+        text = f"a coefficient of {wall.coefficient:g} W/(m2 K) is given and no temperature"
+        yield f"{text}; give both, or neither for an adiabatic wall."
+    if wall.coefficient is not None and case.gas is None:
+        yield "a coefficient is given and the case has no [gas]; remove it, or add [gas]."

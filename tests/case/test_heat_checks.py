@@ -1,0 +1,97 @@
+"""[heat] that lacks what its phases and laws need, or has what nothing looks at, is refused in words."""
+
+from __future__ import annotations
+
+import pytest
+
+from fbcouple.case.load import load_case, write_case
+from fbcouple.errors import CaseError
+
+GAS = {"gas_temperature": 293.15, "gas_specific_heat": 1010.0, "prandtl": 0.8}
+PARTICLES = {"particle_temperature": 363.15, "particle_specific_heat": 840.0}
+ALL = GAS | PARTICLES
+
+
+def settings(values):
+    return [f"heat.{key}={value!r}" for key, value in values.items()]
+
+
+def problems_of(values, sets=(), case="patil/c2"):
+    with pytest.raises(CaseError) as caught:
+        load_case(case, [*sets, *settings(values)])
+    return caught.value.problems
+
+
+def test_heat_of_both_phases_is_written_and_read_again(tmp_path):
+    walls = "[{face='top',temperature=326.15},{face='floor',temperature=293.15,coefficient=50.0},{face='left'}]"
+    more = {"wall_temperature": 300.0, "wall_coefficient": 350.0}
+    case = load_case("patil/c2", [*settings(ALL | more), f"heat.walls={walls}"])
+    assert case.heat is not None and case.heat.nusselt == "gunn" and case.heat.contact_conduction == "none"
+    assert case.heat.find_wall("top") == (326.15, None) and case.heat.find_wall("floor") == (293.15, 50.0)
+    assert case.heat.find_wall("left") == (None, None) and case.heat.find_wall("right") == (300.0, 350.0)
+    write_case(case, tmp_path / "case.toml")
+    assert load_case(str(tmp_path)) == case
+
+
+def test_a_case_without_heat_has_no_section_of_it():
+    assert load_case("patil/c2").heat is None
+
+
+@pytest.mark.parametrize("key", [*GAS, *PARTICLES])
+def test_what_a_phase_needs_is_asked_for(key):
+    (problem,) = problems_of({name: value for name, value in ALL.items() if name != key})
+    name, words = (key, "nothing is given") if key != "prandtl" else ("gas_conductivity", "neither is given")
+    assert f"heat.{name}: {words}" in problem and "; give" in problem
+
+
+@pytest.mark.parametrize(
+    ("values", "problem"),
+    [
+        ({"gas_conductivity": 0.026}, "heat.gas_conductivity: both are given of gas_conductivity and prandtl"),
+        (
+            {"contact_conduction": "liggghts"},
+            'heat.particle_conductivity: nothing is given and contact_conduction = "l',
+        ),
+        ({"bed_conduction": "zehner-schlunder"}, "heat.particle_conductivity: nothing is given and bed_conduction"),
+        ({"conduction_modulus": 2e11}, "heat.conduction_modulus: 2e+11 Pa is given and contact_conduction"),
+        ({"wall_coefficient": 350.0}, "heat.wall_coefficient: 350 W/(m2 K) is given and no wall has a temperature"),
+        ({"gas_temperature": -20.0}, "heat.gas_temperature: -20.0 is given, a number above 0"),
+        ({"nusselt": "wakao"}, 'heat.nusselt: "wakao" is given, "gunn" or "ranz-marshall" is allowed'),
+    ],
+)
+def test_laws_that_lack_a_number_and_numbers_without_a_law(values, problem):
+    (found,) = problems_of(ALL | values)
+    assert problem in found
+
+
+@pytest.mark.parametrize(
+    ("walls", "words"),
+    [
+        ("{face='top',temperature=300.0},{face='top'}", "face top is named 2 times; name it once"),
+        ("{face='left',coefficient=10.0}", "wall 1: a coefficient of 10 W/(m2 K) is given and no temperature"),
+        ("{face='roof'}", "face"),
+    ],
+)
+def test_walls_of_heat(walls, words):
+    (problem,) = problems_of(ALL, [f"heat.walls=[{walls}]"])
+    assert "heat.walls" in problem and words in problem
+
+
+@pytest.mark.parametrize(
+    ("sets", "words"),
+    [
+        (["domain.periodic=['x']"], "face left is given, and the bed repeats itself there"),
+        (["domain.shape='cylinder'", "domain.size=[0.044,0.044,0.1]", "domain.cells=[17,17,40]"], "floor and top"),
+    ],
+)
+def test_walls_that_are_none(sets, words):
+    problems = problems_of(ALL, [*sets, "heat.walls=[{face='left',temperature=300.0}]"])
+    assert any("heat.walls: wall 1" in problem and words in problem for problem in problems)
+
+
+def test_without_gas_nothing_of_gas_is_given():
+    problems = problems_of(ALL | {"wall_temperature": 293.15}, case="single-impact")
+    for key in GAS:
+        assert any(f"heat.{key}: the case has no [gas]; remove it" in problem for problem in problems)
+    assert any("heat.wall_temperature: a wall has one, but" in problem for problem in problems)
+    assert len(problems) == len(GAS) + 1
