@@ -35,10 +35,10 @@ def check_phases_of_heat(case: Case, folder: Path) -> Iterator[Problem]:
         for key, meaning in keys.items():
             if there and getattr(heat, key) is None:
                 yield Problem(f"heat.{key}", f"nothing is given and [{phase}] with [heat] needs it; give {meaning}.")
-    more = ("gas_conductivity", "prandtl", "wall_coefficient", "bed_conduction")
-    yield from _find_idle(heat, "gas", case.gas is not None, (*_GAS_KEYS, *more))
-    more = ("particle_conductivity", "contact_conduction", "bed_conduction")
-    yield from _find_idle(heat, "particles", case.particles is not None, (*_PARTICLE_KEYS, *more))
+    of_gas = ("gas_conductivity", "prandtl", "wall_coefficient", "bed_conduction")
+    yield from _find_idle(heat, "gas", case.gas is not None, (*_GAS_KEYS, *of_gas))
+    of_particles = ("particle_conductivity", "contact_conduction", "bed_conduction")
+    yield from _find_idle(heat, "particles", case.particles is not None, (*_PARTICLE_KEYS, *of_particles))
 
 
 def _find_idle(heat: Heat, phase: str, is_there: bool, keys: tuple[str, ...]) -> Iterator[Problem]:
