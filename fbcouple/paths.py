@@ -20,6 +20,8 @@ TEMPLATES = _find("templates")
 CASES = _find("cases")
 START = "DEM/particles.data"
 """In a run folder: the particles as they start."""
+TEMPERATURES = "DEM/temperatures.txt"
+"""In a run folder: temperature [K] of each particle at the start, a line each in their order, where they differ."""
 WALLS = "DEM/walls.stl"
 """In a run folder: the surface that the particles have for a wall, where the region is no plain box."""
 HEARTBEAT = "logs/heartbeat"

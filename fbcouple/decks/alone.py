@@ -36,11 +36,13 @@ _SHOWN = 5
 
 @dataclass(frozen=True)
 class Particles:
-    """Of each particle: centre [m] (n, 3), velocities [m/s] and angular velocities [rad/s] (n, 6), kind from 0 (n,)."""
+    """Of each particle: centre [m] (n, 3), velocities [m/s] and angular velocities [rad/s] (n, 6), kind from 0 (n,);
+    temperature [K] (n,), None where it is not known."""
 
     positions: np.ndarray
     motion: np.ndarray
     kinds: np.ndarray
+    temperatures: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -90,7 +92,7 @@ def read_restart(case: Case, folder: Path, restart: Path) -> Particles:
     """
     with tempfile.TemporaryDirectory(prefix="fbcouple-restart-") as name:
         directory = Path(name)
-        _lay_out(remove_gas(case), folder, directory, None)
+        _lay_out(_keep_temperatures(case), folder, directory, None)
         shutil.copyfile(restart, directory / _RESTART)
         return _pick(_run(directory, {"restart": _RESTART, "rest": None}, lambda steps, speed: None))
 
@@ -110,8 +112,15 @@ def read_foreign_restart(restart: Path) -> dict[str, np.ndarray]:
 
 
 def remove_gas(case: Case) -> Case:
-    """The case with its particles alone."""
-    return case.model_copy(update={"gas": None, "exchange": None, "averages": None})
+    """The case with its particles alone, and no heat."""
+    return case.model_copy(update={"gas": None, "exchange": None, "averages": None, "heat": None})
+
+
+def _keep_temperatures(case: Case) -> Case:
+    """The case with its particles alone, and a place for their temperatures if they have some."""
+    held = {"contact_conduction": "none", "conduction_modulus": None, "bed_conduction": "none"}
+    heat = case.heat.model_copy(update=held) if case.heat else None
+    return remove_gas(case).model_copy(update={"heat": heat})
 
 
 def _lay_out(dry: Case, folder: Path, directory: Path, start: Particles | None) -> None:
@@ -127,7 +136,7 @@ def _lay_out(dry: Case, folder: Path, directory: Path, start: Particles | None) 
 
 def _pick(found: dict[str, np.ndarray]) -> Particles:
     motion = np.hstack([found["velocities"], found["spins"]])
-    return Particles(found["positions"], motion, found["types"].astype(int) - 1)
+    return Particles(found["positions"], motion, found["types"].astype(int) - 1, found.get("temperatures"))
 
 
 def _run(directory: Path, task: dict[str, Any], watch: Watch) -> dict[str, np.ndarray]:

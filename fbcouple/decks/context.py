@@ -18,6 +18,7 @@ from fbcouple.case.bed.streams import list_outlets, list_streams, list_tables
 from fbcouple.case.schema.gas import Gas
 from fbcouple.case.schema.particles import Contact, Particles
 from fbcouple.case.schema.sections import Case
+from fbcouple.decks.conduction import describe_conduction
 from fbcouple.geometry.polymesh import PolyMesh
 from fbcouple.geometry.sides import SIDES
 from fbcouple.physics.contact import normal_damping
@@ -54,6 +55,9 @@ def build_context(case: Case, needs: dict[str, bool], folder: Path = Path()) -> 
     if case.particles and case.contact:
         context |= _grains_context(case.particles, case.contact)
         context["boundary"] = " ".join("p" if wrapped else "f" for wrapped in derived.wraps(case.domain))
+    if needs["contact_conduction"]:
+        # With newton on LIGGGHTS' fix for conduction adds up an array that it does not have, and ends.
+        context |= describe_conduction(case, folder) | {"newton": "off"}
     if needs["empty_start"]:
         mesh = None if case.domain.shape == "box" else read_mesh(case, folder)
         context["box"] = find_box(case, mesh).T.ravel().tolist()

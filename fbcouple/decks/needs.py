@@ -291,6 +291,18 @@ def _heat(case: Case) -> tuple[bool, str]:
 
 
 @_part
+def _particle_heat(case: Case) -> tuple[bool, str]:
+    both = case.heat is not None and case.particles is not None
+    return both, "[heat] and [particles]" if both else "no particle has a temperature"
+
+
+@_part
+def _contact_conduction(case: Case) -> tuple[bool, str]:
+    law = case.heat.contact_conduction if case.heat and case.particles else "none"
+    return law != "none", f"heat.contact_conduction = {law}"
+
+
+@_part
 def _averages(case: Case) -> tuple[bool, str]:
     return case.averages is not None, "[averages] in the case" if case.averages else "no [averages]"
 

@@ -107,7 +107,7 @@ def read_particles(case: Case, run: Path, other: Case, source: Source) -> Partic
     )
     kinds = match_kinds(case.particles, start)
     assert kinds is not None
-    return Particles(held.positions, held.motion, kinds)
+    return Particles(held.positions, held.motion, kinds, held.temperatures)
 
 
 def _read_frame(frame: Frame, diameters: np.ndarray, run: Path, name: str) -> Particles:
@@ -122,7 +122,8 @@ def _read_frame(frame: Frame, diameters: np.ndarray, run: Path, name: str) -> Pa
         text = f"{run} has kinds of one diameter, which frames do not tell apart"
         raise CaseError([f"{text}; take a checkpoint (without start.time the newest)."])
     motion = np.hstack([frame.velocities.astype(float), np.zeros_like(frame.velocities, float)])
-    return Particles(frame.positions.astype(float), motion, kinds)
+    warmth = None if frame.temperatures is None else frame.temperatures.astype(float)
+    return Particles(frame.positions.astype(float), motion, kinds, warmth)
 
 
 def describe(run: Path, other: Case, source: Source) -> str:

@@ -25,7 +25,7 @@ from fbcouple.decks.open_walls import list_openings, name_opening, name_surface
 from fbcouple.decks.replace import put_in_place, refuse_foreign
 from fbcouple.errors import CaseError
 from fbcouple.geometry.stl import list_walls, write_surface
-from fbcouple.paths import START, TEMPLATES, WALLS
+from fbcouple.paths import START, TEMPERATURES, TEMPLATES, WALLS
 from fbcouple.run_folder.manifest import hash_file, write_manifest
 from fbcouple.solvers.versions import list_own_versions
 from fbcouple.version import __version__
@@ -121,6 +121,7 @@ def set_up(
     read_positions: Read = lattice_positions,
     read_kinds: Read = lattice_kinds,
     read_motion: Callable[[Case], np.ndarray | None] = lambda case: None,
+    read_temperatures: Callable[[Case], np.ndarray | None] = lambda case: None,
     folder: Path | None = None,
 ) -> None:
     """Write the run folder `run` of `case`, whose own files lie in `folder` and are copied: effective case, manifest,
@@ -146,6 +147,8 @@ def set_up(
             _write(fresh / name, text)
         if case.particles:
             _write(fresh / START, "".join(lines))
+            if (temperatures := read_temperatures(case)) is not None:
+                _write(fresh / TEMPERATURES, "".join(f"{value!r}\n" for value in temperatures.tolist()))
         if mesh and find_needs(case)["surface_walls"]:
             _write(fresh / WALLS, "".join(write_surface(list_walls(mesh))))
         write_case(case, fresh / "case.toml")

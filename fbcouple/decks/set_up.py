@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from fbcouple.case.bed.positions import start_kinds, start_motion, start_positions
+from fbcouple.case.bed.positions import start_kinds, start_motion, start_positions, start_temperatures
 from fbcouple.case.load import load_case
 from fbcouple.case.preflight import require_fit
 from fbcouple.case.schema.sections import Case
@@ -95,6 +95,7 @@ def lay_out_run(case: Case, folder: Path, run: Path) -> None:
     """Set up `run`, with the case's own files (which lie in `folder`) beside the effective case."""
     try:
         read = partial(start_positions, folder=folder), partial(start_kinds, folder=folder)
-        set_up(case, run, *read, partial(start_motion, folder=folder), folder)
+        more = partial(start_motion, folder=folder), partial(start_temperatures, folder=folder)
+        set_up(case, run, *read, *more, folder)
     except OSError as error:
         raise CaseError([f"{run}: cannot be written ({error.strerror}); give another folder with -o."]) from error

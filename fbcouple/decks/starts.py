@@ -9,7 +9,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
+
+import numpy as np
 
 from fbcouple.case.bed.region import read_mesh
 from fbcouple.case.checks.registry import find_problems
@@ -125,6 +128,8 @@ def _take_over(case: Case, folder: Path, scratch: Path, say: Say) -> tuple[str, 
         particles = read_particles(case, run, other, source)
     except CaseError as error:
         raise CaseError([f"start.run: {problem}" for problem in error.problems]) from None
+    if case.heat is None:
+        particles = replace(particles, temperatures=None)
     return _write(particles, about, _name("run", about), scratch, say)
 
 
@@ -174,8 +179,11 @@ _NAMES: dict[str, Callable[[Case, Path], str]] = {
 def _write_table(particles: Particles, about: str) -> Iterator[str]:
     """Lines of a file of start positions; every digit is kept, and what all are without is left out."""
     yield f"# {about if about.isprintable() else ascii(about)}\n"
-    moving = particles.motion.any()
-    yield f"{','.join((*POSITIONS, *(VELOCITIES + SPINS if moving else ()), 'kind'))}\n"
-    rows = zip(particles.positions.tolist(), particles.motion.tolist(), particles.kinds.tolist(), strict=True)
-    for position, motion, kind in rows:
-        yield f"{','.join(map(repr, [*position, *(motion if moving else [])]))},{kind + 1}\n"
+    columns, parts = [*POSITIONS], [particles.positions]
+    if particles.motion.any():
+        columns, parts = [*columns, *VELOCITIES, *SPINS], [*parts, particles.motion]
+    if particles.temperatures is not None:
+        columns, parts = [*columns, "temperature"], [*parts, particles.temperatures[:, None]]
+    yield f"{','.join((*columns, 'kind'))}\n"
+    for row, kind in zip(np.hstack(parts).tolist(), particles.kinds.tolist(), strict=True):
+        yield f"{','.join(map(repr, row))},{kind + 1}\n"

@@ -22,13 +22,13 @@ from fbcouple.case.user_code import list_code
 from fbcouple.decks.context import find_box
 from fbcouple.decks.render import format_particles, render_decks
 from fbcouple.errors import CaseError
-from fbcouple.paths import START, WALLS
+from fbcouple.paths import START, TEMPERATURES, WALLS
 from fbcouple.run_folder.manifest import hash_file, read_manifest
 from fbcouple.run_folder.plain_files import format_path, require_plain
 
 # Where solvers look for decks, and what a run itself puts there.
 _DECK_FOLDERS = ("CFD/system", "CFD/constant", "CFD/0", "DEM")
-_WRITTEN_LATER = ("CFD/system/decomposeParDict", "CFD/constant/polyMesh", START, WALLS)
+_WRITTEN_LATER = ("CFD/system/decomposeParDict", "CFD/constant/polyMesh", START, TEMPERATURES, WALLS)
 _GAS_FOLDER = re.compile(r"system|constant|0|processor\d+|(?=.*[1-9])\d+(\.\d+)?(e[+-]?\d+)?")
 """What OpenFOAM may find in CFD/: times later than 0 are removed before a run. It takes more for a time, as 0x10."""
 INLET_DECK = "CFD/0/U"
@@ -87,7 +87,8 @@ def _require_same_case(before: dict[str, Any], case: Case, run: Path, until: flo
 def _find_changed_files(sums: dict[str, str], case: Case, run: Path) -> dict[str, str]:
     """Files beside the decks that a run reads, and what is wrong with each that is not the one that was set up."""
     problems = {}
-    for name in _list_read(case, run):
+    written = (TEMPERATURES,) if TEMPERATURES in sums or (run / TEMPERATURES).exists() else ()
+    for name in (*_list_read(case, run), *written):
         if not (run / name).is_file():
             problems[name] = "is missing; set the run up again."
         elif sums.get(name) != hash_file(run / name):

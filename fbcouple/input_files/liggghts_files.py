@@ -19,7 +19,7 @@ SUFFIXES = (".dump", ".liggghts", ".lammpstrj", ".data", RESTART)
 POSITIONS = ("x", "y", "z")
 VELOCITIES = ("vx", "vy", "vz")
 SPINS = ("omegax", "omegay", "omegaz")
-COLUMNS = (*POSITIONS, *VELOCITIES, *SPINS, "radius", "diameter", "density", "type", "id")
+COLUMNS = (*POSITIONS, *VELOCITIES, *SPINS, "radius", "diameter", "density", "type", "id", "temperature")
 """Columns of particles that are read."""
 _LOOKED_AT = 4096
 _LONGEST = 100_000

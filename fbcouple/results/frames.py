@@ -14,7 +14,7 @@ from fbcouple.results.stored import load
 
 _PARTICLES = ("position", "velocity", "diameter")
 _GAS = ("voidage", "gas_velocity")
-_MARKS = ("species", "feed")
+_MARKS = ("species", "feed", "temperature")
 _PARCEL = "parcel_diameter"
 _SHAPES: dict[str, tuple[str, ...]] = {
     "time": (),
@@ -25,6 +25,7 @@ _SHAPES: dict[str, tuple[str, ...]] = {
     "number": ("particle",),
     "species": ("particle",),
     "feed": ("particle",),
+    "temperature": ("particle",),
     "voidage": ("z", "y", "x"),
     "gas_velocity": ("component", "z", "y", "x"),
 }
@@ -37,7 +38,8 @@ class Frame:
     without gas.
 
     `species` and `feeds` (n,): which species each particle is of, and by which feed it came in, 0 of those of the
-    start; None where there is one species, or no particles come or go.
+    start; None where there is one species, or no particles come or go. `temperatures` [K] (n,): None in a case without
+    heat.
     """
 
     time: float
@@ -49,6 +51,7 @@ class Frame:
     numbers: np.ndarray
     species: np.ndarray | None = None
     feeds: np.ndarray | None = None
+    temperatures: np.ndarray | None = None
 
     @property
     def speeds(self) -> np.ndarray:
@@ -68,10 +71,10 @@ def read_frame(path: Path) -> Frame:
         raise NotDrawableError([f"{text}; remove it, or run the case again."])
     voidage, velocity = (data[name].values if name in data else None for name in _GAS)
     numbers = data["number"].values if "number" in data else np.arange(1, data.sizes["particle"] + 1)
-    species, feeds = (data[name].values if name in data else None for name in _MARKS)
+    marks = [data[name].values if name in data else None for name in _MARKS]
     positions, velocities, diameters = (data[name].values for name in _PARTICLES)
     diameters = data[_PARCEL].values if _PARCEL in data else diameters
-    return Frame(float(data["time"]), positions, velocities, diameters, voidage, velocity, numbers, species, feeds)
+    return Frame(float(data["time"]), positions, velocities, diameters, voidage, velocity, numbers, *marks)
 
 
 def _has(data: xr.Dataset, name: str, dims: tuple[str, ...]) -> bool:

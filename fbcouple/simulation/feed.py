@@ -38,6 +38,8 @@ class FeedSource:
         self._feed = case.particles.feeds[number - 1]
         self._key = np.array([self._feed.seed, number], dtype=np.uint64)
         self.number, self.velocity = number, np.array(self._feed.velocity)
+        self.temperature = self._feed.temperature or (case.heat.particle_temperature if case.heat else None)
+        """Temperature [K] of what it feeds; None in a case without heat."""
         self._kinds = [(kind, about) for kind, about, _ in list_feed_kinds(case.particles, self._feed)]
         self._shares = np.cumsum([share for *_, share in list_feed_kinds(case.particles, self._feed)])
         self._boxes = [find_inner_box(case, self._feed, 0.5 * about.diameter) for _, about in self._kinds]

@@ -13,11 +13,12 @@ from fbcouple.solvers.liggghts import Liggghts
 
 @dataclass
 class Amount:
-    """Particles, their mass [kg] and momentum [kg m/s]."""
+    """Particles, their mass [kg], momentum [kg m/s] and, in a case with heat, heat m c T [J]."""
 
     count: int = 0
     mass: float = 0.0
     momentum: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    heat: float = 0.0
 
     def add(self, masses: np.ndarray, velocities: np.ndarray) -> None:
         """Particles of `masses` (n,) [kg] and `velocities` (n, 3) [m/s] more."""
@@ -46,6 +47,7 @@ class Ledger:
         """So much came in and so much went out."""
         for total, more in ((self.fed, fed), (self.removed, removed)):
             total.count, total.mass = total.count + more.count, total.mass + more.mass
+            total.heat += more.heat
             total.momentum = [one + other for one, other in zip(total.momentum, more.momentum, strict=True)]
 
     def save(self) -> dict[str, Any]:

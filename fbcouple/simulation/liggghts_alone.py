@@ -43,6 +43,8 @@ def main() -> None:
         "radii": liggghts.radii,
         "densities": liggghts.densities,
     }
+    if liggghts.has_temperatures():
+        columns["temperatures"] = liggghts.temperatures
     found: dict[str, Any] = {name: values[order] for name, values in columns.items()}
     np.savez(PARTICLES, steps=taken, speed=speed, **found)
     liggghts.close()

@@ -21,6 +21,7 @@ from fbcouple.results.writer import STAGES
 from fbcouple.simulation.conservation import Conservation
 from fbcouple.simulation.opening import start_solvers
 from fbcouple.simulation.soundness import require_closed_ledger, require_finite_gas, require_sound_exchange
+from fbcouple.simulation.temperatures import set_start_temperatures
 from fbcouple.simulation.timers import Timers
 from fbcouple.simulation.traffic import Traffic
 from fbcouple.solvers.liggghts import Liggghts
@@ -40,7 +41,7 @@ class Simulation:
         parts = start_solvers(case, run, comm, end, restart)
         self.case, self.comm, self.clock, self.cells = case, comm, parts.clock, parts.cells
         self._gas, self._liggghts, self._coupling = parts.gas, parts.liggghts, parts.coupling
-        self._accelerated = parts.accelerated
+        self._run, self._accelerated = run, parts.accelerated
         self.conservation, self.timers = Conservation(comm), Timers(STAGES)
         self.traffic: Traffic | None = None
         """Particles that come and go; None where the case has neither feeds nor outlets of particles."""
@@ -69,6 +70,8 @@ class Simulation:
                 self.liggghts.advance(0, first=True)
                 if self.traffic and self.clock.steps == 0:
                     self.traffic.number_start()
+                if self.case.heat and self.clock.steps == 0:
+                    set_start_temperatures(self.case, self._run, self.comm, self.liggghts)
             self.look_at_particles()
             self.conservation.count(self.liggghts.count)
         self.map_solids()

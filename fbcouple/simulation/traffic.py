@@ -59,6 +59,7 @@ class Traffic:
         self._outlets, inside = case.particles.outlets, _read_inside(case, run)
         self._exits = make_exits(case, grid, run, inside)
         self._thickness = np.array([find_thickness(case, outlet) for outlet in self._outlets])
+        self._specific_heat = case.heat.particle_specific_heat if case.heat else None
         self._stages, self._opened = list_stages(case), 0
         self._sides = {outlet.face for outlet in self._outlets if outlet.face}
         self._space = FreeSpace(case, comm, inside.is_clear if inside else None)
@@ -176,6 +177,9 @@ class Traffic:
         gone = np.column_stack(
             [own.identity[rows], np.full(len(rows), clock.time), outlets, own.own_masses[rows], own.velocities[rows]]
         )
+        if self._specific_heat is not None:
+            heat = self._specific_heat * float(own.own_masses[rows] @ own.temperatures[rows])
+            removed.heat += self._comm.allreduce(heat)
         gone = np.concatenate(self._comm.allgather(gone))
         gone = gone[np.argsort(gone[:, 0])]
         if len(gone):
@@ -216,6 +220,10 @@ class Traffic:
             own.drag_only_velocities[rows] = velocities
         own.identity[rows] = np.column_stack([first + mine, np.full(len(mine), clock.time), coming.feeds[mine]])
         fed.add(masses, coming.velocities)
+        if self._specific_heat is not None:
+            temperatures = np.array([self._feeds[feed - 1].temperature for feed in coming.feeds])
+            own.temperatures[rows] = temperatures[mine]
+            fed.heat += self._specific_heat * float(masses @ temperatures)
 
 
 def _read_inside(case: Case, run: Path) -> Inside | None:

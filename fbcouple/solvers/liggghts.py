@@ -181,6 +181,13 @@ class Liggghts:
         return self._view(pointer, ctypes.c_double, self.count, len(IDENTITY))
 
     @property
+    def temperatures(self) -> np.ndarray:
+        """Temperatures [K] of the particles, shape (count,), writable, which travel with them and into checkpoints;
+        only if the deck has a place for them. Where contacts conduct the DEM steps change them."""
+        pointer = self._library.lammps_extract_fix(self._lammps, b"Temp", 1, 1, 0, 0)
+        return self._view(pointer, ctypes.c_double, self.count)
+
+    @property
     def own_masses(self) -> np.ndarray:
         """Masses [kg], shape (count,), without gas that they carry along."""
         return 4.0 / 3.0 * np.pi * self.radii**3 * self.densities
@@ -240,6 +247,10 @@ class Liggghts:
     def has_own_gravity(self) -> bool:
         """Has the deck a fix for gravity, by the name that fbcouple gives it (collective)?"""
         return bool(self._library.lammps_extract_fix(self._lammps, b"gravity", 0, 0, 0, 0))
+
+    def has_temperatures(self) -> bool:
+        """Has the deck a place for temperatures of the particles (collective)?"""
+        return bool(self._library.lammps_extract_fix(self._lammps, b"Temp", 1, 1, 0, 0))
 
     def command(self, line: str) -> None:
         """Give one LIGGGHTS command; an error in it ends the process, the words are in its log."""

@@ -48,6 +48,7 @@ MODULES = (
     "replicas",
     "cost",
     "start_up",
+    "heat_contacts",
 )
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 from fbcouple.case.load import load_case, write_case
@@ -55,6 +57,10 @@ def test_what_a_phase_needs_is_asked_for(key):
         ({"bed_conduction": "zehner-schlunder"}, "heat.particle_conductivity: nothing is given and bed_conduction"),
         ({"conduction_modulus": 2e11}, "heat.conduction_modulus: 2e+11 Pa is given and contact_conduction"),
         ({"wall_coefficient": 350.0}, "heat.wall_coefficient: 350 W/(m2 K) is given and no wall has a temperature"),
+        (
+            {"contact_conduction": "liggghts", "particle_conductivity": 1e9},
+            'heat.contact_conduction: "liggghts" is given and 12 contacts of 0.01 d would change a particle of 0.001 m',
+        ),
         ({"gas_temperature": -20.0}, "heat.gas_temperature: -20.0 is given, a number above 0"),
         ({"nusselt": "wakao"}, 'heat.nusselt: "wakao" is given, "gunn" or "ranz-marshall" is allowed'),
     ],
@@ -95,3 +101,32 @@ def test_without_gas_nothing_of_gas_is_given():
         assert any(f"heat.{key}: the case has no [gas]; remove it" in problem for problem in problems)
     assert any("heat.wall_temperature: a wall has one, but" in problem for problem in problems)
     assert len(problems) == len(GAS) + 1
+
+
+CONDUCTING = ALL | {"contact_conduction": "batchelor-obrien", "particle_conductivity": 1.4}
+
+
+@pytest.mark.parametrize(
+    ("sets", "values", "problem"),
+    [
+        (["exchange.virtual_mass=true"], {}, "heat.contact_conduction: .batchelor-obrien. is given and exchange.virt"),
+        (["gravity=0.0"], {"conduction_modulus": 2e11}, "heat.conduction_modulus: 2e.11 Pa .*, and gravity is 0; give"),
+    ],
+)
+def test_conduction_that_liggghts_cannot_do(sets, values, problem):
+    (found,) = problems_of(CONDUCTING | values, sets)
+    assert re.search(problem, found)
+
+
+def test_a_surface_has_one_temperature_for_contacts():
+    sets = ["domain.shape='cylinder'", "domain.size=[0.044,0.044,0.1]", "domain.cells=[17,17,40]"]
+    problems = problems_of(CONDUCTING, [*sets, "heat.walls=[{face='top',temperature=300.0}]"])
+    assert any("heat.contact_conduction: " in problem and "its walls are one" in problem for problem in problems)
+
+
+def test_a_feed_has_a_temperature_with_heat_only():
+    feed = "particles.feeds=[{low=[0.0,0.0,0.2],high=[0.044,0.01,0.22],rate=5.0,temperature=400.0}]"
+    (problem,) = problems_of({}, [feed])
+    assert "particles.feeds: feed 1: temperature = 400 K is given and the case has no [heat]" in problem
+    case = load_case("patil/c2", [*settings(ALL), feed])
+    assert case.particles.feeds[0].temperature == 400.0

@@ -135,7 +135,7 @@ OTHER_OPTIONS = {
     "diffusion": "test_voidage_parts.py",
     "polydisperse_drag": "test_voidage_parts.py",
     "probes": "tests/simulation/test_probes.py",
-    "heat": "test_heat_decks.py",
+    **dict.fromkeys(("heat", "particle_heat", "contact_conduction"), "test_heat_decks.py"),
 }
 OTHER_OPTIONS |= dict.fromkeys(GAS_OPTIONS, "test_gas_decks.py")
 

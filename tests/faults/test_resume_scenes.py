@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import pytest
-from small_bed import BED, find_differences, prepare, stop_at_next_moment
+from small_bed import BED, compare_frames, find_differences, prepare, stop_at_next_moment
 
 from fbcouple.launcher.launch import launch
+from fbcouple.results.frames import read_frame
 from fbcouple.results.reader import open_results
 
 SHORT = ["end_time=3e-3", "averages.start=0.0", "output.record_every=5e-4"]
@@ -31,7 +32,7 @@ PARCELS = [
     "output.tracked=[7]",
 ]
 ROUGH = ["particles.rotation=true", "contact.tangential=history", "contact.rolling_friction=0.01"]
-FAST = ("together", "traffic", "parcels", "stiff", "forces", "rough")
+FAST = ("together", "traffic", "parcels", "stiff", "forces", "rough", "heat")
 OPENINGS = [
     "particles.feeds=[{low=[0.001,0.0,0.001],high=[0.004,0.006,0.005],rate=3e4,velocity=[-1.5,0.0,0.0]},"
     "{low=[0.003,0.001,0.0],high=[0.007,0.005,0.004],rate=3e4,velocity=[0.0,0.0,-1.5]}]",
@@ -49,9 +50,16 @@ INLETS = [
     "gas.outlets=[{rectangle=[[0.0, 0.0], [0.008, 0.006]]}, {rectangle=[[0.0, 0.01], [0.006, 0.016]], face='right'}]",
 ]
 SHORT_FORM = "inlet_velocity = 1.2\n"
+HEAT = [
+    *("heat.gas_temperature=300.0", "heat.gas_specific_heat=1010.0", "heat.prandtl=0.8"),
+    *("heat.particle_temperature=350.0", "heat.particle_specific_heat=840.0", "heat.particle_conductivity=1.4"),
+    *("heat.contact_conduction=liggghts", "heat.wall_temperature=293.15", "output.particles_every=5e-4"),
+    "particles.feeds=[{low=[0.0,0.0,0.012],high=[0.01,0.006,0.016],rate=2e4,velocity=[0.0,0.0,-0.5],temperature=400.0}]",
+]
 # Settings and ranks.
 SCENES: dict[str, tuple[list[str], int]] = {
     "together": ([*HERTZ, *MIXTURE, *KERNEL, *RAMP, "domain.periodic=['x']", "gas.turbulence=keqn"], 3),
+    "heat": (HEAT, 2),
     "stiff": (["exchange.accelerated=true"], 2),
     "forces": (["exchange.lift_force=true", "exchange.virtual_mass=true"], 2),
     "rough": ([*ROUGH, "gas.turbulence=smagorinsky"], 2),
@@ -98,6 +106,9 @@ def test_resumed_run_is_the_uninterrupted_one(tmp_path, scene):
         ledger = [rows[-1][name] / 1.2**3 for name in ("particles", "particles_fed", "particles_removed")]
         assert ledger == pytest.approx([round(count) for count in ledger], rel=1e-12)
         assert round(ledger[0]) == round(rows[0]["particles"] / 1.2**3) + round(ledger[1]) - round(ledger[2])
+    if HEAT[0] in sets:
+        last = read_frame(max((one / "frames").iterdir())).temperatures
+        assert compare_frames(one, other) == [] and last.max() > 399.0 and last.min() < 350.0
     if TRAFFIC[0] in sets:
         assert rows[-1]["particles_fed"] > 50 and rows[-1]["particles_owed"] > 0
     if OPENINGS[0] in sets:

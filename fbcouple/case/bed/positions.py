@@ -60,6 +60,12 @@ def start_kinds(case: Case, folder: Path) -> np.ndarray:
     return lattice_kinds(case, folder) if kinds is None else kinds
 
 
+def start_temperatures(case: Case, folder: Path) -> np.ndarray | None:
+    """Return the temperatures [K] at the start, shape (particles,); None if all are alike, or the case has no heat."""
+    start = find_start_file(case, folder) if case.heat else None
+    return None if start is None else start.temperatures
+
+
 def start_motion(case: Case, folder: Path) -> np.ndarray | None:
     """Return velocities [m/s] and angular velocities [rad/s] at the start, shape (particles, 6); None if all are at
     rest. Where the case has no rotation nothing spins."""

@@ -26,16 +26,23 @@ def estimate_rest_overlap(case: Case, region: Region) -> Iterator[Number]:
 def find_rest_overlap(case: Case, region: Region) -> float:
     """Overlap over diameter of the mean contact at the bottom of a bed at rest that no wall carries.
 
-    Its force is pi d^2 p/(phi Z), p the weight less buoyancy over the cross-section, of phi = 0.60 and Z = 6 contacts
-    a particle (Rumpf 1958, Chem. Ing. Tech. 30:144, with p for the strength); the springs are eq. 17 of the paper, or
-    Hertz's.
+    Its force is that of `find_rest_force`; the springs are eq. 17 of the paper, or Hertz's.
     """
     assert case.particles is not None and case.contact is not None
-    height = region.find_level(solids_volume(case.particles) / SETTLED)
-    heavier = mean_density(case.particles) - (case.gas.density if case.gas else 0.0)
-    diameter = largest_diameter(case.particles)
-    force = math.pi * diameter**2 * height * abs(heavier) * case.gravity / CONTACTS
+    diameter, force = largest_diameter(case.particles), find_rest_force(case, region)
     if case.contact.model == "hooke":
         return force / find_spring(case.contact, mean_kind(case.particles)) / diameter
     radius = diameter / 4.0
     return float((0.75 * force / (hertz_modulus(case.contact) * math.sqrt(radius))) ** (2.0 / 3.0) / diameter)
+
+
+def find_rest_force(case: Case, region: Region) -> float:
+    """Force [N] of the mean contact at the bottom of a bed at rest that no wall carries.
+
+    It is pi d^2 p/(phi Z), p the weight less buoyancy over the cross-section, of phi = 0.60 and Z = 6 contacts a
+    particle (Rumpf 1958, Chem. Ing. Tech. 30:144, with p for the strength).
+    """
+    assert case.particles is not None
+    height = region.find_level(solids_volume(case.particles) / SETTLED)
+    heavier = mean_density(case.particles) - (case.gas.density if case.gas else 0.0)
+    return math.pi * largest_diameter(case.particles) ** 2 * height * abs(heavier) * case.gravity / CONTACTS

@@ -21,6 +21,7 @@ from fbcouple.input_files.units import DENSITIES, LENGTHS, SPEEDS
 ENDINGS = (".csv", *SUFFIXES)
 """What a file of start positions is called."""
 RATES = {"rad/s": 1.0, "1/s": 1.0, "rad s-1": 1.0, "s-1": 1.0}
+KELVIN = {"K": 1.0}
 LARGEST = 2_000_000_000
 """Bytes that a file of start positions may have."""
 SAME_SIZE = 1e-5
@@ -55,6 +56,7 @@ FORM = Form(
         "radius": LENGTHS,
         "diameter": LENGTHS,
         "density": DENSITIES,
+        "temperature": KELVIN,
         "kind": {},
     },
     needed=POSITIONS,
@@ -70,7 +72,7 @@ FORM = Form(
 @dataclass(frozen=True)
 class StartFile:
     """Of each particle: centre [m], velocity [m/s] and angular velocity [rad/s] (n, 3), kind from 1, LIGGGHTS' type,
-    diameter [m], density [kg m-3] (n,).
+    diameter [m], density [kg m-3], temperature [K] (n,).
 
     None where the file does not say it; `unread`: heads of columns that are not looked at.
     """
@@ -82,6 +84,7 @@ class StartFile:
     types: np.ndarray | None = None
     diameters: np.ndarray | None = None
     densities: np.ndarray | None = None
+    temperatures: np.ndarray | None = None
     unread: tuple[str, ...] = ()
 
 
@@ -113,6 +116,7 @@ def _read(path: Path, step: int | None) -> StartFile:
         _require_whole(name, "type", columns.get("type")),
         _find_diameters(name, columns),
         _require_positive(name, "density", columns.get("density")),
+        _require_positive(name, "temperature", columns.get("temperature")),
         table.unread,
     )
 

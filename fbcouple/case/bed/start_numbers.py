@@ -37,6 +37,9 @@ def describe_start(case: Case, folder: Path) -> Iterator[Told]:
         start = find_start_file(case, folder)
     except CaseError:
         return  # told by check_positions
-    if start is not None and start.unread:
-        meaning = f"Columns of {particles.positions} that nothing is read from: {', '.join(start.unread)[:200]}."
-        yield "unread columns", len(start.unread), "1", "0", False, meaning
+    if start is None:
+        return
+    idle = ("temperature",) if start.temperatures is not None and case.heat is None else ()
+    if unread := (*start.unread, *idle):
+        meaning = f"Columns of {particles.positions} that nothing is read from: {', '.join(unread)[:200]}."
+        yield "unread columns", len(unread), "1", "0", False, meaning

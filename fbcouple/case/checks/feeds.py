@@ -31,6 +31,9 @@ def check_feeds(case: Case, folder: Path) -> Iterator[Problem]:
     for number, feed in enumerate(case.particles.feeds, start=1):
         for text in _examine_feed(case, folder, feed):
             yield Problem(FEEDS, f"feed {number}: {text}")
+        if feed.temperature is not None and case.heat is None:
+            text = f"{feed.temperature:g} K is given and the case has no [heat]; remove it, or add [heat]."
+            yield Problem(FEEDS, f"feed {number}: temperature = {text}")
 
 
 @check("gas.top", "gas.outlets", FEEDS, "particles.outlets")

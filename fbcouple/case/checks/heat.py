@@ -6,11 +6,14 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
-from fbcouple.case.checks.registry import check
+from fbcouple.case.bed.derived import dem_step
+from fbcouple.case.bed.particle_types import list_kinds
+from fbcouple.case.checks.registry import BED, check
 from fbcouple.case.problems import Problem
 from fbcouple.case.schema.heat import Heat, HeatWall
 from fbcouple.case.schema.sections import Case
 from fbcouple.geometry.sides import SIDES
+from fbcouple.physics.heat.contact_conduction import find_conductance, find_overlap_radius
 
 _GAS_KEYS = {
     "gas_temperature": "the temperature in K at which it starts and comes in",
@@ -20,7 +23,10 @@ _PARTICLE_KEYS = {
     "particle_temperature": "the temperature in K at which they start",
     "particle_specific_heat": "the specific heat in J/(kg K), of glass 840",
 }
-_WALLS = "heat.walls"
+_WALLS, _CONTACT = "heat.walls", "heat.contact_conduction"
+_CONTACTS, _DEEP = 12, 0.01
+"""Contacts that a sphere can have, and their overlap over its diameter, in a step that has to be stable."""
+_SIZES = ("particles.mixture", "particles.spread", "particles.sizes")
 _KEYS = tuple(f"heat.{key}" for key in Heat.model_fields)
 _CONDUCTIVITY = "the thermal conductivity in W/(m K), of glass 1.4"
 
@@ -110,3 +116,54 @@ def _examine_wall(case: Case, wall: HeatWall) -> Iterator[str]:
         yield f"{text}; give both, or neither for an adiabatic wall."
     if wall.coefficient is not None and case.gas is None:
         yield "a coefficient is given and the case has no [gas]; remove it, or add [gas]."
+
+
+@check(*_KEYS, "particles", "exchange", "domain", "domain.shape")
+def check_contact_conduction(case: Case, folder: Path) -> Iterator[Problem]:
+    """LIGGGHTS has the heat capacity of a particle from its mass, and one temperature for a wall that is no plane."""
+    heat = case.heat
+    if heat is None or heat.contact_conduction == "none":
+        return
+    if case.exchange is not None and case.exchange.virtual_mass:
+        text = f'"{heat.contact_conduction}" is given and exchange.virtual_mass, and the mass of particles in LIGGGHTS'
+        yield Problem(_CONTACT, f"{text} then has gas in it that carries no heat; remove one of them.")
+    if heat.walls and case.domain.shape != "box":
+        text = (
+            f'"{heat.contact_conduction}" is given, domain.shape = "{case.domain.shape}" and heat.walls: to particles'
+        )
+        yield Problem(_CONTACT, f"{text} its walls are one, with wall_temperature; remove heat.walls or this.")
+
+
+@check(*_KEYS, *BED, "contact", "start", "gravity", "domain", *_SIZES)
+def check_conduction_modulus(case: Case, folder: Path) -> Iterator[Problem]:
+    """Under linear springs the modulus is brought in at the force of a bed at rest, which there has to be."""
+    heat, contact, particles = case.heat, case.contact, case.particles
+    if heat is None or heat.conduction_modulus is None or contact is None or particles is None:
+        return
+    if contact.model == "hooke" and (case.gravity == 0.0 or particles.count == 0):
+        missing = "gravity is 0" if case.gravity == 0.0 else "there are no particles at the start"
+        text = f'{heat.conduction_modulus:g} Pa is given, contact.model = "hooke", whose contacts are corrected at the'
+        yield Problem(
+            "heat.conduction_modulus", f'{text} force of the bed at rest, and {missing}; give contact.model = "hertz".'
+        )
+
+
+@check(*_KEYS, *BED[:2], "contact", *_SIZES)
+def check_conduction_step(case: Case, folder: Path) -> Iterator[Problem]:
+    """LIGGGHTS conducts explicitly: in a DEM step a particle that is touched all around takes less than it has."""
+    heat, contact, particles = case.heat, case.contact, case.particles
+    if heat is None or heat.contact_conduction == "none" or contact is None or particles is None:
+        return
+    if heat.particle_conductivity is None or heat.particle_specific_heat is None:
+        return
+    least = min(list_kinds(particles), key=lambda kind: kind.diameter)
+    radius = find_overlap_radius(least.diameter / 4.0, _DEEP * least.diameter)
+    conductivity = heat.particle_conductivity
+    rate = _CONTACTS * find_conductance(heat.contact_conduction, conductivity, conductivity, radius)
+    share = rate * dem_step(contact, particles) / (least.mass * heat.particle_specific_heat)
+    if share > 1.0:
+        text = (
+            f'"{heat.contact_conduction}" is given and {_CONTACTS} contacts of {_DEEP:g} d would change a particle of'
+        )
+        text += f" {least.diameter:g} m by {share:.3g} of the difference in a DEM step, 1 is stable"
+        yield Problem(_CONTACT, f"{text}; take more contact.steps_per_contact, or none.")

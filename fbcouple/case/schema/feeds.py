@@ -41,6 +41,14 @@ class Feed(Section):
         le=1000,
     )
     velocity: Vector = option("Velocity with which they appear.", "m s-1", (0.0, 0.0, 0.0))
+    temperature: float | None = option(
+        "Temperature with which they appear, in a case with [heat]; absent: heat.particle_temperature.",
+        "K",
+        None,
+        gt=0.0,
+        le=1e5,
+        allow_inf_nan=False,
+    )
     start: float = option("Time from which it feeds.", "s", 0.0, **NonNegative)
     end: float | None = option("Time until which it feeds; absent: to the end.", "s", None, **Positive)
     seed: int = option("Seed of the random places.", default=1, ge=0, le=2**63 - 1)

@@ -43,6 +43,8 @@ IDENTITIES: dict[str, tuple[str, str]] = {
 """Of particles that come and go, beside their numbers."""
 SPECIES: dict[str, tuple[str, str]] = {"species": ("1", "species of the particle, counted from 1")}
 """Of particles of a mixture."""
+TEMPERATURE: dict[str, tuple[str, str]] = {"temperature": ("K", "temperature of the particle")}
+"""Of particles of a case with heat."""
 _NUMBER = {"long_name": "number of the particle; no other one has it, in this frame or another"}
 FIELDS: dict[str, tuple[str, str]] = {
     "voidage": ("1", "voidage that the gas has"),
@@ -64,9 +66,9 @@ class Frames(Task):
     def write(self, time: float, numbers: np.ndarray, particles: Values, fields: Values) -> None:
         """Write the frame of `time` [s] (collective).
 
-        numbers: (n,) of this rank's particles; particles: name of `PARTICLES`, `PARCELS`, `IDENTITIES`, `SPECIES` ->
-        (n,) or (n, 3); fields: name of `FIELDS` -> (cells, components) of this rank's cells; of a mesh of polyhedra the
-        file has the cells at the places of the regular grid.
+        numbers: (n,) of this rank's particles; particles: name of `PARTICLES`, `PARCELS`, `IDENTITIES`, `SPECIES`,
+        `TEMPERATURE` -> (n,) or (n, 3); fields: name of `FIELDS` -> (cells, components) of this rank's cells; of a mesh
+        of polyhedra the file has the cells at the places of the regular grid.
         """
         lean = [{name: values.astype(np.float32) for name, values in part.items()} for part in (particles, fields)]
         gathered = self._comm.gather((np.array(numbers, dtype=np.int64), self._cells.owned, *lean))
@@ -76,7 +78,7 @@ class Frames(Task):
             data: dict[str, Any] = {}
             for name in particles:
                 column = np.concatenate([part[name] for part in rows])[order]
-                about = _describe((PARTICLES | PARCELS | IDENTITIES | SPECIES)[name])
+                about = _describe((PARTICLES | PARCELS | IDENTITIES | SPECIES | TEMPERATURE)[name])
                 data[name] = (("particle", "component")[: column.ndim], column, about)
             if IDENTITIES.keys() <= particles.keys():
                 data["number"] = ("particle", np.concatenate(all_numbers)[order], _NUMBER)
@@ -151,6 +153,8 @@ def look_at(sim: Simulation) -> tuple[np.ndarray, Values, Values]:
         particles |= {name: liggghts.identity[:, IDENTITY.index(name)] for name in IDENTITIES}
     if sim.case.particles and sim.case.particles.mixture:
         particles["species"] = np.array(list_species(sim.case.particles))[liggghts.types - 1]
+    if sim.case.heat:
+        particles["temperature"] = liggghts.temperatures
     return liggghts.numbers, particles, fields
 
 

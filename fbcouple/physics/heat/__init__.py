@@ -1,0 +1,1 @@
+"""Laws of heat transfer: closed formulas."""
