@@ -22,6 +22,8 @@ LAW = types.void(VECTOR, VECTOR, VECTOR, f8, f8, VECTOR)
 """Drag law: voidage, slip, diameter (n,), gas density and viscosity, beta (n,) to fill."""
 SCHEME = types.void(VECTOR, VECTOR, f8)
 """Drag over a step: beta (n,) to change, masses (n,), step."""
+NUSSELT = types.void(VECTOR, VECTOR, f8, VECTOR)
+"""Heat transfer law: voidage, Reynolds number (n,), Prandtl number, Nusselt number (n,) to fill."""
 
 
 def compile_as(signature, cache: bool = True):
@@ -64,3 +66,13 @@ def call_scheme(typingctx: Any, scheme: Any, beta: Any, masses: Any, dt: Any) ->
         return _call(context, builder, SCHEME, args)
 
     return types.void(types.uintp, *SCHEME.args), generate
+
+
+@compiled_in
+def call_nusselt(typingctx: Any, law: Any, voidage: Any, reynolds: Any, prandtl: Any, nusselt: Any) -> Any:
+    """Call the heat transfer law at the address `law`, see NUSSELT."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return _call(context, builder, NUSSELT, args)
+
+    return types.void(types.uintp, *NUSSELT.args), generate
