@@ -13,6 +13,7 @@ from fbcouple.case.user_drag_law import choose_law
 from fbcouple.coupling import kernels
 from fbcouple.coupling.discretisation import Space
 from fbcouple.coupling.forces import Forces, choose_forces
+from fbcouple.coupling.heat import HeatExchange
 from fbcouple.coupling.kernels import DRAG_SCHEMES, Bed, Drag, GasForce, Prediction
 from fbcouple.coupling.particles import Particles
 from fbcouple.physics.jit import find_address
@@ -45,6 +46,7 @@ class Coupling:
         if names := choose_forces(case):
             self.forces = Forces(case, names, space)
             self._buoyancy += self.forces.weight
+        self._heat = HeatExchange(case, space) if case.heat else None
         cells = self.halo.owned_count
         self.voidage, self._solids, self.drag_sums = np.ones(cells), np.zeros((cells, 1)), np.zeros((cells, 4))
         self._fields = {c: space.make_field(c) for c in (1, 4, 6)}
@@ -98,6 +100,7 @@ class Coupling:
         self.beta = self._beta[: len(particles.positions)]
         field = self._fields[4][: self._layers]
         rows, gas_rows = self.mapping.open(field), self.mapping.read(self._gas_rows, 8 if self._polydisperse else 4)
+        self._seen = gas_rows
         drag_only, effective = self._nobody, particles.velocities
         if particles.drag_only_velocities is not None:
             drag_only, effective = particles.drag_only_velocities, self._effectives[: len(particles.positions)]
@@ -134,6 +137,22 @@ class Coupling:
                 self.mapping, self.mapping.read(self._gas_rows, 4), coupling_force, total_force
             )
         return drag
+
+    def deposit_heat(self, particles: Particles, heat: tuple[np.ndarray, np.ndarray], dt: float) -> None:
+        """The heat of the next gas step, averaged over `dt` [s], by the gas that the drag has seen; heat: masses (n,)
+        [kg] and temperatures (n,) [K] of the particles (collective)."""
+        if self._heat:
+            self._heat.deposit(particles, heat, (self.mapping, self._layers), self._seen, dt)
+
+    def give_heat(self, temperatures: np.ndarray, heat: tuple[np.ndarray, np.ndarray]) -> float:
+        """Give the particles what the gas, of the new `temperatures` (cells,) [K], loses to them in the step: masses
+        and temperatures as in `deposit_heat`, which change. Returns the heat [J] (collective)."""
+        return self._heat.give(temperatures, heat, (self.mapping, self._layers)) if self._heat else 0.0
+
+    @property
+    def heat_sums(self) -> np.ndarray:
+        """Sums (cells, 2) of H [W/K] and H T_p [W] over the particles of each cell, for the next gas step."""
+        return self._heat.sums if self._heat else np.zeros((len(self.voidage), 2))
 
     def read_gas(self, gas: np.ndarray) -> None:
         """Bring velocity and pressure gradient (cells, 6) to the particles' local grid, filtered (collective)."""

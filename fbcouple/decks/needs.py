@@ -9,6 +9,7 @@ from fbcouple.case.bed.acceleration import choose_acceleration
 from fbcouple.case.bed.contact_coefficients import list_coefficients
 from fbcouple.case.bed.derived import has_ramp, tangential_law
 from fbcouple.case.bed.feeds import has_traffic
+from fbcouple.case.bed.gas_heat import has_hot_walls
 from fbcouple.case.bed.outlets import list_openings
 from fbcouple.case.bed.particle_types import count_kinds, grains_per_parcel, list_kinds, particle_count
 from fbcouple.case.bed.region import has_own_mesh
@@ -300,6 +301,18 @@ def _particle_heat(case: Case) -> tuple[bool, str]:
 def _contact_conduction(case: Case) -> tuple[bool, str]:
     law = case.heat.contact_conduction if case.heat and case.particles else "none"
     return law != "none", f"heat.contact_conduction = {law}"
+
+
+@_part
+def _gas_heat(case: Case) -> tuple[bool, str]:
+    needed = case.heat is not None and case.gas is not None
+    return needed, "[heat] and [gas]" if needed else "no [heat], or no [gas]"
+
+
+@_part
+def _hot_gas_walls(case: Case) -> tuple[bool, str]:
+    hot = case.heat is not None and case.gas is not None and has_hot_walls(case.heat)
+    return hot, "a wall has a temperature" if hot else "walls are adiabatic to gas, or there is no heat"
 
 
 @_part

@@ -45,6 +45,7 @@ DECKS: dict[str, tuple[str, str]] = {
     "CFD/0/U": ("openfoam/0/U", "gas"),
     "CFD/0/p": ("openfoam/0/p", "gas"),
     "CFD/0/voidage": ("openfoam/0/voidage", "gas"),
+    "CFD/0/T": ("openfoam/0/T", "gas_heat"),
     "CFD/0/nut": ("openfoam/0/nut", "turbulence"),
     "CFD/0/k": ("openfoam/0/k", "subgrid_energy"),
     "CFD/0/flm": ("openfoam/0/flm", "lagrangian_averages"),

@@ -94,6 +94,18 @@ HISTORIES: dict[str, tuple[str, str]] = {
     "cells_over_packed": ("1", "cells with a solids fraction above 0.74, the closest packing of equal spheres"),
     "max_overlap": ("1", "largest overlap of two particles over their mean diameter"),
     "substeps": ("1", "DEM steps in the last fluid step"),
+    "gas_temperature": ("K", "mean temperature of the gas, over its volume"),
+    "particle_temperature": ("K", "mean temperature of the particles, over their mass"),
+    "heat_given": ("W", "heat from the gas to the particles, mean since the last row"),
+    "heat_by_walls": ("W", "heat that came to the gas by walls, mean since the last row"),
+    "heat_by_inlets": (
+        "W",
+        "heat that came in by inlets, counted from the temperature of the inlet's gas, mean since the last row",
+    ),
+    "heat_by_outlets": ("W", "heat that came in by outlets, counted in the same way, mean since the last row"),
+    "heat_by_contacts": ("W", "heat that came to the particles by contacts with walls, mean since the last row"),
+    "heat_by_continuity": ("W", "heat that errors of the gas' continuity made, mean since the last row"),
+    "heat_error": ("1", "largest error of a step's ledger of heat over the heat held, since the last row"),
 }
 
 

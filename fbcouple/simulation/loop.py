@@ -26,11 +26,13 @@ def step(sim: Simulation, tasks: Sequence[Task] = ()) -> None:
     """One coupling step, and the tasks look at it."""
     sim.step_gas()  # one PISO step, under voidage and drag as the last step left them
     sim.apply_gas_force()  # what the gas lost is the particles' impulse
+    sim.apply_gas_heat()  # what heat the gas lost is theirs at once, where the case has heat
     sim.move_particles()  # the DEM steps of this step
     sim.choose_step()  # how long the next one is
     sim.exchange_particles()  # who leaves and who comes in, where the case has feeds or outlets of particles
     sim.map_solids()  # its voidage
     sim.deposit_drag()  # its drag
+    sim.deposit_heat()  # its heat
     for task in tasks:
         task.after_step(sim)
 

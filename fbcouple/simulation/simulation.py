@@ -19,6 +19,7 @@ from fbcouple.errors import CaseError
 from fbcouple.geometry.grid import Grid
 from fbcouple.results.writer import STAGES
 from fbcouple.simulation.conservation import Conservation
+from fbcouple.simulation.heat import Heat
 from fbcouple.simulation.opening import start_solvers
 from fbcouple.simulation.soundness import require_closed_ledger, require_finite_gas, require_sound_exchange
 from fbcouple.simulation.temperatures import set_start_temperatures
@@ -47,6 +48,10 @@ class Simulation:
         """Particles that come and go; None where the case has neither feeds nor outlets of particles."""
         if has_traffic(case):
             self.traffic = Traffic(case, run, comm, self.grid, self.liggghts, self._accelerated)
+        self.heat: Heat | None = None
+        """Temperatures, and the ledger of heat; None where the case has no heat."""
+        if case.heat:
+            self.heat = Heat(case, comm, self._gas, self._liggghts, self._coupling)
         self.particles: Particles = NOBODY
         """This rank's particles as they are now; valid until the next move."""
         self.gas_report: GasReport | None = None
@@ -82,6 +87,7 @@ class Simulation:
             self.coupling.read_gas(self.gas.state)
             self._derive_fields()
         self.deposit_drag()
+        self.deposit_heat()
 
     @property
     def proceed(self) -> bool:
@@ -100,6 +106,8 @@ class Simulation:
             given = self.coupling.gas_input if self.is_coupled else self.gas.clean_input
             self.gas.step(self.dt, *given, moved=self.moved)
             self.gas_report = self.gas.measure()
+            if self.heat:
+                self.heat.step_gas(self.time, self.gas.voidage)
         require_finite_gas(self.time, self.owned, self.gas)
 
     def apply_gas_force(self) -> None:
@@ -112,6 +120,12 @@ class Simulation:
             self.conservation.give(self.coupling.find_gas_loss(self.gas.momentum_loss), drag, self.dt)
             self._derive_fields()
 
+    def apply_gas_heat(self) -> None:
+        """What heat the gas lost to the particles in the step they have at once."""
+        if self.heat:
+            with self.timers("react"):
+                self.heat.give()
+
     def move_particles(self) -> None:
         """The particles take the DEM steps of the step under the force of the gas."""
         if not self.has_particles:
@@ -122,6 +136,8 @@ class Simulation:
         with self.timers("wait"):
             self.comm.Barrier()
         with self.timers("react"):
+            if self.heat:
+                self.heat.close_ledger()
             if self.is_coupled:
                 own = self.liggghts
                 weight = float(own.weights.sum()) if own.held_gravity else 0.0
@@ -159,6 +175,12 @@ class Simulation:
             with self.timers("drag"):
                 self.coupling.deposit_drag(self.particles, self.clock.dt, self.clock.last_dt)
                 require_sound_exchange(self.time, self.case.monitors, self.owned, self.gas, self.coupling)
+
+    def deposit_heat(self) -> None:
+        """The heat that each particle is to get from the gas in the next step, to the cells."""
+        if self.heat:
+            with self.timers("drag"):
+                self.heat.deposit(self.particles, self.clock.dt)
 
     @property
     def stopped_early(self) -> bool:

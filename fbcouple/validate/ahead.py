@@ -25,6 +25,9 @@ _HAS: dict[str, Callable[[Case], bool]] = {
     "a mixture of two species": lambda case: case.particles is not None and len(case.particles.mixture) == 1,
     'averages.start = "auto"': lambda case: case.averages is not None and case.averages.start == AUTO,
     "averages.until_error": lambda case: case.averages is not None and case.averages.until_error is not None,
+    "[heat]": lambda case: case.heat is not None,
+    "[heat] and [gas]": lambda case: case.heat is not None and case.gas is not None,
+    "[heat] and [particles]": lambda case: case.heat is not None and case.particles is not None,
     "output.tracked": lambda case: case.particles is not None and bool(case.output.tracked),
 }
 """What a case may have."""
@@ -49,6 +52,12 @@ _OF: dict[str, tuple[str, ...]] = {
     "a mixture of two species": ("species_centre_z",),
     'averages.start = "auto"': ("averages_start",),
     "averages.until_error": ("averages_error", "expected_end"),
+    "[heat]": (
+        *("heat_error", "heat_given", "heat_by_walls", "heat_by_inlets", "heat_by_outlets", "heat_by_contacts"),
+        "heat_by_continuity",
+    ),
+    "[heat] and [gas]": ("gas_temperature",),
+    "[heat] and [particles]": ("particle_temperature",),
     "output.tracked": ("rebound_angle", "tangential_restitution"),
 }
 NEEDED: dict[str, str] = {name: need for need, names in _OF.items() for name in names}

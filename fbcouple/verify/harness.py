@@ -94,10 +94,12 @@ def take_same_step(bench: Simulation) -> None:
     """One coupling step; the next is as long (collective)."""
     bench.step_gas()
     bench.apply_gas_force()
+    bench.apply_gas_heat()
     bench.move_particles()
     bench.clock.tick()
     bench.map_solids()
     bench.deposit_drag()
+    bench.deposit_heat()
 
 
 def take_steps(bench: Simulation, substeps: Iterable[int]) -> Iterator[None]:

@@ -49,6 +49,7 @@ MODULES = (
     "cost",
     "start_up",
     "heat_contacts",
+    "heat_gas",
 )
 
 

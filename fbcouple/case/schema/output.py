@@ -159,6 +159,11 @@ class Monitors(Section):
         default=1e-9,
         **Positive,
     )
+    heat: float = option(
+        "Heat of gas and particles after a step against that before it and what came in, over what they hold.",
+        default=1e-9,
+        **Positive,
+    )
     gas_flux: float = option(
         "Error of the gas flux at a height against continuity, over the fastest inflow.", default=1e-2, **Positive
     )

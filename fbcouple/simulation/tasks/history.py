@@ -15,6 +15,7 @@ from fbcouple.paths import LOG
 from fbcouple.results.inlet_speed import find_mean
 from fbcouple.results.writer import append_line, read_log
 from fbcouple.simulation.clock import Cadence
+from fbcouple.simulation.heat import FLOWS
 from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.tasks.averages import Averages
 from fbcouple.simulation.tasks.diagnostics import find_weight
@@ -41,7 +42,7 @@ class History(Task):
         self.recorded_at = -1
         """The step of the last row."""
         self._cadence = Cadence(sim.case.output.record_every)
-        self._since = dict.fromkeys(_SINCE, 0.0)
+        self._since = dict.fromkeys((*_SINCE, *(_SINCE_HEAT if sim.heat else ())), 0.0)
         self._outlets = len(list_outlets(sim.case)) if sim.case.gas and has_openings(sim.case) else 1
         self._flows = np.zeros((self._outlets, 2))
         self._log = (run / LOG).open("a", encoding="utf-8") if sim.comm.rank == 0 else None
@@ -74,6 +75,11 @@ class History(Task):
                 self._flows += sim.gas.measure_outlets(self._outlets) * sim.dt
             since["support_time"] += sim.conservation.support * sim.dt
             since["displaced_wrongly"] += report.displaced_wrongly
+        if sim.heat:
+            since["heat_error"] = max(since["heat_error"], sim.heat.error)
+            since["heat_time"] += sim.dt
+            for name, heat in sim.heat.flows.items():
+                since[name] += heat
         since["momentum_error"] = max(since["momentum_error"], sim.conservation.momentum_error)
 
     def _looks_next(self, sim: Simulation) -> bool:
@@ -118,7 +124,11 @@ class History(Task):
             row["momentum_error"] = since["momentum_error"]
             row["displaced_gas_error"] = since["displaced_wrongly"] / (row["solids_volume"] or math.inf)
             row["gas_support"] = since["support_time"] / elapsed / find_weight(sim) if elapsed else 0.0
-        self._since = dict.fromkeys(_SINCE, 0.0)
+        if sim.heat:
+            row |= sim.heat.measure(sim.gas.voidage if sim.has_gas else None)
+            row["heat_error"] = since["heat_error"]
+            row |= {name: since[name] / since["heat_time"] if since["heat_time"] else 0.0 for name in sim.heat.flows}
+        self._since = dict.fromkeys(since, 0.0)
         self._flows[:] = 0.0
         return row
 
@@ -134,7 +144,7 @@ class History(Task):
     def load(self, sim: Simulation, saved: Saved, folder: Path) -> None:
         """Go on from `saved`."""
         self._cadence.next = saved.numbers["next"]
-        self._since = {name: saved.numbers[name] for name in _SINCE}
+        self._since = {name: saved.numbers[name] for name in self._since}
         self._flows[:] = saved.numbers["outlets"]
         self.rows = read_log(folder / _ROWS)
         if sim.case.gas and has_ramp(sim.case.gas):
@@ -170,3 +180,5 @@ _SINCE = (
     "displaced_wrongly",
 )
 """What is followed from row to row."""
+_SINCE_HEAT = ("heat_error", "heat_time", *FLOWS)
+"""The same of a case with heat."""

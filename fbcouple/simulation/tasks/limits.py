@@ -145,6 +145,10 @@ MONITORS: dict[str, Monitor] = {
         "solids_error", "the solids that the gas sees are {solids_error:.3g} of their volume off, allowed {limit:g}"
     ),
     "ledger": Monitor("ledger_error", LEDGER),
+    "heat": Monitor(
+        "heat_error",
+        "heat of gas and particles does not add up over a step: {heat_error:.3g} of what they hold, allowed {limit:g}",
+    ),
     "gas_flux": Monitor(
         "gas_flux_error",
         "the gas flux at z = {gas_flux_height:.4g} m is {gas_flux_error:.3g} of the inflow off, allowed {limit:g}",

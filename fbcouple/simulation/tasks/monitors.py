@@ -40,6 +40,8 @@ class Monitors(Task):
         self._lost.require_all(sim)
         if sim.is_coupled:
             numbers |= {"momentum_error": sim.conservation.momentum_error, "substeps": sim.substeps}
+        if sim.heat:
+            numbers["heat_error"] = sim.heat.error
         if find_breaches(sim, numbers):
             self.inspect(sim)  # what is wrong with the state says more than what came of it
             judge(sim, numbers)

@@ -95,7 +95,7 @@ class Gas:
         self._check(self._library.gas_open(len(words), arguments, os.fsencode(log), density, correctors))
         n = self._library.gas_cell_count()
         self.centres, self.volumes = np.empty((n, 3)), np.empty(n)
-        self._check(self._library.gas_cells(_pointer(self.centres), _pointer(self.volumes)))
+        self._check(self._library.gas_cells(point_to(self.centres), point_to(self.volumes)))
         self.state, self.pressure, self.voidage = np.empty((n, 6)), np.empty(n), np.empty(n)
         self.velocity, self.pressure_gradient = self.state[:, :3], self.state[:, 3:]
         self._totals = np.zeros(8)
@@ -122,7 +122,7 @@ class Gas:
         counts = faces, corners, faces, inner, len(self.volumes), points
         lengths, values, owner, neighbour, cells, ids = (np.empty(count, np.int64) for count in counts)
         wholes = map(_point_whole, (lengths, values, owner, neighbour, cells, ids))
-        self._check(self._library.gas_mesh(_pointer(coordinates), *wholes))
+        self._check(self._library.gas_mesh(point_to(coordinates), *wholes))
         mesh = PolyMesh(coordinates, pile_up(lengths, values), owner, neighbour, {})
         return take_apart(mesh, self.centres, cells, ids)
 
@@ -131,11 +131,11 @@ class Gas:
         gas that goes on from a checkpoint, which has the tables that it was written with."""
         lengths = np.array([len(rows) for rows in tables], np.int64)
         rows = np.concatenate([np.array(rows, np.float64) for rows in tables]).ravel()
-        self._check(self._library.gas_set_inlet(len(tables), _point_whole(lengths), _pointer(rows)))
+        self._check(self._library.gas_set_inlet(len(tables), _point_whole(lengths), point_to(rows)))
 
     def start(self, voidage: np.ndarray) -> None:
         """Give the voidage (n,) at time zero, so that d(eps)/dt of the first step is the particles' own."""
-        self._check(self._library.gas_start(_pointer(voidage)))
+        self._check(self._library.gas_start(point_to(voidage)))
         self._read_fields()
 
     def step(self, dt: float, voidage: np.ndarray, drag: np.ndarray, moved: float = 0.0) -> None:
@@ -147,7 +147,7 @@ class Gas:
 
         Raises DivergedError if the solution is not finite, SolverError if OpenFOAM fails otherwise.
         """
-        status = self._library.gas_step(dt, moved or dt, _pointer(voidage), _pointer(drag))
+        status = self._library.gas_step(dt, moved or dt, point_to(voidage), point_to(drag))
         if status and re.search(r"'-?(nan|inf)'", words := self._library.gas_error().decode(errors="replace")):
             raise DivergedError(f"the gas step of {dt:.6g} s gave numbers that are none; OpenFOAM: {words}")
         self._check(status)
@@ -156,7 +156,7 @@ class Gas:
     def measure(self) -> GasReport:
         """What the last step was like (collective)."""
         values = np.empty(len(fields(GasReport)))
-        self._check(self._library.gas_measure(_pointer(values)))
+        self._check(self._library.gas_measure(point_to(values)))
         courant, fourier, lost, inflow, pressure, iterations, *others = values.tolist()
         return GasReport(courant, fourier, lost, inflow, pressure, int(iterations), *others)
 
@@ -164,7 +164,7 @@ class Gas:
         """Gas volume [m3/s] that went out by each of the `count` outlets of the mesh in the last step, and that came in
         by it, (count, 2) (collective)."""
         flows = np.empty((count, 2))
-        self._check(self._library.gas_outlets(_pointer(flows)))
+        self._check(self._library.gas_outlets(point_to(flows)))
         return flows
 
     def derive(self, names: Sequence[str]) -> np.ndarray:
@@ -172,7 +172,7 @@ class Gas:
         "viscous" div(tau)/rho [m/s2] (collective)."""
         fields = [np.empty((len(self.volumes), 3)) for _ in names]
         for name, field in zip(names, fields, strict=True):
-            self._check(self._library.gas_derive(name.encode(), _pointer(field)))
+            self._check(self._library.gas_derive(name.encode(), point_to(field)))
         return np.concatenate(fields, axis=1)
 
     def write(self) -> Path:
@@ -204,14 +204,15 @@ class Gas:
         raise SolverError(format_moved(self._place.parent))
 
     def _read_fields(self) -> None:
-        self._check(self._library.gas_fields(*map(_pointer, (self.state, self.pressure, self.voidage, self._totals))))
+        self._check(self._library.gas_fields(*map(point_to, (self.state, self.pressure, self.voidage, self._totals))))
 
     def _check(self, status: int) -> None:
         if status:
             raise SolverError(f"OpenFOAM: {self._library.gas_error().decode(errors='replace')}")
 
 
-def _pointer(array: np.ndarray) -> ctypes._Pointer:
+def point_to(array: np.ndarray) -> ctypes._Pointer:
+    """The start of an array, as C takes it. Raises TypeError for one that it would read wrongly."""
     if array.dtype != np.float64 or not array.flags.c_contiguous:
         raise TypeError(f"the adapter takes contiguous float64 arrays, not {array.dtype}")
     return ctypes.cast(array.ctypes.data, _double)

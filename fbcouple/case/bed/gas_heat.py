@@ -1,0 +1,60 @@
+"""What the gas of a case with heat is like: conductivity, Prandtl number, capacity, and its walls."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from fbcouple.case.bed.derived import fastest_inlet
+from fbcouple.case.schema.gas import Gas
+from fbcouple.case.schema.heat import Heat
+from fbcouple.geometry.sides import SIDES
+
+TURBULENT_PRANDTL = 0.9
+"""Of what the sub-grid model mixes: its kinematic viscosity over its thermal diffusivity."""
+
+
+def find_conductivity(heat: Heat, gas: Gas) -> float:
+    """Thermal conductivity of the gas [W/(m K)]."""
+    assert heat.gas_specific_heat is not None
+    if heat.prandtl is not None:
+        return gas.viscosity * heat.gas_specific_heat / heat.prandtl
+    assert heat.gas_conductivity is not None
+    return heat.gas_conductivity
+
+
+def find_prandtl(heat: Heat, gas: Gas) -> float:
+    """Prandtl number of the gas [1]."""
+    assert heat.gas_specific_heat is not None
+    return heat.prandtl or gas.viscosity * heat.gas_specific_heat / find_conductivity(heat, gas)
+
+
+def find_capacity(heat: Heat, gas: Gas) -> float:
+    """Heat capacity of the gas [J/(m3 K)]."""
+    assert heat.gas_specific_heat is not None
+    return gas.density * heat.gas_specific_heat
+
+
+def has_hot_walls(heat: Heat) -> bool:
+    """Has a wall a temperature?"""
+    return heat.wall_temperature is not None or any(wall.temperature is not None for wall in heat.walls)
+
+
+def list_walls(heat: Heat) -> np.ndarray:
+    """Temperature [K] and coefficient [W/(m2 K)] of walls, (7, 2), nan where there is none: of those on no side of the
+    box around the region, then at its low and high x, y and z."""
+    rows = np.full((1 + len(SIDES), 2), math.nan)
+    rows[0] = _as_row(heat.wall_temperature, heat.wall_coefficient)
+    for side, (axis, end) in SIDES.items():
+        rows[1 + 2 * axis + end] = _as_row(*heat.find_wall(side))
+    return rows
+
+
+def _as_row(temperature: float | None, coefficient: float | None) -> tuple[float, float]:
+    return (math.nan if temperature is None else temperature, math.nan if coefficient is None else coefficient)
+
+
+def is_inlet_closed(gas: Gas) -> bool:
+    """Does no gas ever pass the inlet, so that it is a wall to heat?"""
+    return fastest_inlet(gas) == 0.0
