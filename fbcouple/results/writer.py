@@ -30,6 +30,8 @@ MEANS: dict[str, tuple[str, str]] = {
     "gas_velocity": ("m s-1", "time-mean interstitial gas velocity"),
     "gas_flux": ("m s-1", "time-mean superficial gas velocity, voidage times velocity"),
     "pressure": ("Pa", "time-mean dynamic pressure"),
+    "gas_temperature": ("K", "time-mean temperature of the gas, weighted by voidage"),
+    "solids_temperature": ("K", "time-mean temperature of the particles, weighted by mass"),
 }
 HISTORIES: dict[str, tuple[str, str]] = {
     "bed_height": ("m", "height above the floor of the uppermost layer whose mean solids fraction exceeds 0.2"),
@@ -94,8 +96,8 @@ HISTORIES: dict[str, tuple[str, str]] = {
     "cells_over_packed": ("1", "cells with a solids fraction above 0.74, the closest packing of equal spheres"),
     "max_overlap": ("1", "largest overlap of two particles over their mean diameter"),
     "substeps": ("1", "DEM steps in the last fluid step"),
-    "gas_temperature": ("K", "mean temperature of the gas, over its volume"),
-    "particle_temperature": ("K", "mean temperature of the particles, over their mass"),
+    "mean_gas_temperature": ("K", "mean temperature of the gas, over its volume"),
+    "mean_particle_temperature": ("K", "mean temperature of the particles, over their mass"),
     "heat_given": ("W", "heat from the gas to the particles, mean since the last row"),
     "heat_by_walls": ("W", "heat that came to the gas by walls, mean since the last row"),
     "heat_by_inlets": (

@@ -128,9 +128,9 @@ class Heat:
         gas, gas_heat, solids, solids_heat = self._comm.allreduce(sums).tolist()
         found = {}
         if self.gas:
-            found["gas_temperature"] = self._reference + gas_heat / gas
+            found["mean_gas_temperature"] = self._reference + gas_heat / gas
         if self._liggghts:
-            found["particle_temperature"] = self._reference + solids_heat / solids if solids else math.nan
+            found["mean_particle_temperature"] = self._reference + solids_heat / solids if solids else math.nan
         return found
 
     @property

@@ -56,8 +56,8 @@ _OF: dict[str, tuple[str, ...]] = {
         *("heat_error", "heat_given", "heat_by_walls", "heat_by_inlets", "heat_by_outlets", "heat_by_contacts"),
         "heat_by_continuity",
     ),
-    "[heat] and [gas]": ("gas_temperature",),
-    "[heat] and [particles]": ("particle_temperature",),
+    "[heat] and [gas]": ("mean_gas_temperature", "gas_temperature"),
+    "[heat] and [particles]": ("mean_particle_temperature", "solids_temperature"),
     "output.tracked": ("rebound_angle", "tangential_restitution"),
 }
 NEEDED: dict[str, str] = {name: need for need, names in _OF.items() for name in names}

@@ -18,7 +18,7 @@ from fbcouple.verify.registry import Number, check
 HEAT: dict[str, Any] = {"gas_temperature": 300.0, "gas_specific_heat": 1000.0, "gas_conductivity": 0.026}
 WARM: dict[str, Any] = {"particle_temperature": 350.0, "particle_specific_heat": 800.0}
 
-# One sphere in a stream, beside what it is of: conductivity and specific heat of the gas, temperatures [K] at times [s].
+# Conductivity and specific heat of the gas that a sphere is in, and its temperatures [K] at times [s].
 _STREAMS: dict[str, tuple[float, float, dict[float, float]]] = {
     "0.052 W/(m K)": (0.051865, 999.06, {0.5: 346.486, 1.0: 329.301, 2.0: 311.089}),
     "0.026 W/(m K)": (0.026, 1007.0, {1.0: 341.727, 2.0: 323.470, 5.0: 303.117}),

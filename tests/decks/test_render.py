@@ -91,7 +91,11 @@ TRACES = {
     "gas": (
         NO_GAS,
         [],
-        [deck for deck, (_, part) in DECKS.items() if deck.startswith("CFD/") and part not in GAS_OPTIONS],
+        [
+            deck
+            for deck, (_, part) in DECKS.items()
+            if deck.startswith("CFD/") and part not in (*GAS_OPTIONS, "gas_heat")
+        ],
     ),
     "particles": (NO_PARTICLES, [], ["DEM/in.liggghts"]),
     "coupling": (NO_GAS, ["couple/cfd", "map array"], []),

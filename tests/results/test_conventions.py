@@ -15,7 +15,7 @@ from fbcouple.geometry.grid import Grid
 from fbcouple.results.conventions import follow_conventions
 from fbcouple.results.writer import HISTORIES, MEANS, STAGES, write_results
 
-UNITS = {"1", "s", "m", "m3", "J", "Pa", "m s-1", "m2 s-2", "kg m-2 s-1", "kg", "kg m s-1"}
+UNITS = {"1", "s", "m", "m3", "J", "Pa", "m s-1", "m2 s-2", "kg m-2 s-1", "kg", "kg m s-1", "K", "W"}
 METHODS = {"time: mean", "time: maximum", "time: sum"}
 VECTORS = ("solids_flux", "solids_velocity", "gas_velocity", "gas_flux")
 

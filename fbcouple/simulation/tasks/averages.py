@@ -12,7 +12,14 @@ from fbcouple.simulation.clock import ALMOST, Cadence
 from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.tasks.growing_means import GrowingMeans
 from fbcouple.simulation.tasks.means import Means
-from fbcouple.simulation.tasks.samplers import CellSampler, SolidsSampler, open_sampler, sample_gas, sample_solids
+from fbcouple.simulation.tasks.samplers import (
+    CellSampler,
+    SolidsSampler,
+    open_sampler,
+    sample_gas,
+    sample_heat,
+    sample_solids,
+)
 from fbcouple.simulation.tasks.start_up import StartUp
 from fbcouple.simulation.tasks.task import Saved, Task
 from fbcouple.simulation.tasks.until_sure import UntilSure
@@ -36,6 +43,9 @@ class Averages(Task):
             self._phases["solids"] = _open_means("solids", sim, options)
         if sim.has_gas:
             self._phases["gas"] = _open_means("gas", sim, options)
+        if sim.heat:
+            present = {"solids_heat": sim.has_particles, "gas_heat": sim.has_gas}
+            self._phases |= {phase: _open_means(phase, sim, options) for phase, there in present.items() if there}
         if options.start == AUTO:
             self.start_up = StartUp(sim, self._phases)
         if options.until_error is not None:
@@ -61,10 +71,19 @@ class Averages(Task):
                 self._phases["solids"].add(sample_solids(self._sampler, sim), time)
             if sim.has_gas:
                 self._phases["gas"].add(sample_gas(sim.gas.voidage, sim.gas.velocity, sim.gas.pressure), time)
+            if sim.heat:
+                self._sample_heat(sim, time)
             if self.start_up:
                 self.start_up.judge(sim)
             if self.until_sure:
                 self.until_sure.judge(sim)
+
+    def _sample_heat(self, sim: Simulation, time: float) -> None:
+        if self._sampler:
+            self._phases["solids_heat"].add(sample_heat(self._sampler, sim), time)
+        if sim.heat and sim.heat.gas:
+            voidage = sim.gas.voidage
+            self._phases["gas_heat"].add(np.column_stack([voidage, voidage * sim.heat.gas.temperatures]), time)
 
     def collect(self, sim: Simulation) -> dict[str, np.ndarray]:
         """Name -> mean and, with `_stderr` behind it, its standard error in the cells of all ranks, on rank 0

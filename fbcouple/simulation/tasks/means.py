@@ -18,6 +18,8 @@ SOLIDS_COLUMNS = 7
 """sum V_p, sum m_p, sum m_p v (3), sum m_p v.v, sum m_p |v - cell mean|^2, each over the cell volume."""
 GAS_COLUMNS = 8
 """eps, u (3), eps u (3), p."""
+HEAT_COLUMNS = 2
+"""Of solids sum m_p, sum m_p T_p, each over the cell volume; of gas eps, eps T: they are phases of their own."""
 
 _BESIDE = 1e-9
 """Part of a block that a sample may lie behind its end by rounding."""
@@ -50,6 +52,11 @@ def _granular_temperature(rows: np.ndarray) -> np.ndarray:
         return rows[:, 6:7] / rows[:, 1:2] / 3.0
 
 
+def _temperature(rows: np.ndarray) -> np.ndarray:
+    with np.errstate(invalid="ignore"):
+        return rows[:, 1:2] / rows[:, :1]
+
+
 QUANTITIES: dict[str, Quantity] = {
     "solids_fraction": Quantity(1, "solids", lambda rows: rows[:, :1]),
     "solids_flux": Quantity(3, "solids", lambda rows: rows[:, 2:5]),
@@ -60,12 +67,14 @@ QUANTITIES: dict[str, Quantity] = {
     "gas_velocity": Quantity(3, "gas", lambda rows: rows[:, 1:4]),
     "gas_flux": Quantity(3, "gas", lambda rows: rows[:, 4:7]),
     "pressure": Quantity(1, "gas", lambda rows: rows[:, 7:8]),
+    "solids_temperature": Quantity(1, "solids_heat", _temperature),
+    "gas_temperature": Quantity(1, "gas_heat", _temperature),
 }
 
 
 def count_columns(phase: str) -> int:
-    """Columns of a row of `phase`, solids or gas."""
-    return SOLIDS_COLUMNS if phase == "solids" else GAS_COLUMNS
+    """Columns of a row of `phase`: solids or gas, or the heat of one of them."""
+    return {"solids": SOLIDS_COLUMNS, "gas": GAS_COLUMNS}.get(phase, HEAT_COLUMNS)
 
 
 class Means:

@@ -94,6 +94,17 @@ def _row_up(rows: np.ndarray) -> np.ndarray:
     return np.hstack([rows, energy - bulk])
 
 
+def sample_heat(sampler: SolidsSampler | CellSampler, sim: Simulation) -> np.ndarray:
+    """Rows (cells, HEAT_COLUMNS) of this rank's cells from the temperatures of the particles (collective)."""
+    assert sim.heat is not None
+    p, inside, temperatures = sim.particles, sim.rows_inside, sim.liggghts.temperatures
+    # A temperature goes in the place of a velocity: what the sampler adds up is m times it.
+    columns = np.zeros((len(temperatures), 3))
+    columns[:, 0] = temperatures
+    rows = sampler.sample(*(column[inside] for column in (p.positions, columns, p.radii, sim.heat.masses)))
+    return rows[:, 1:3]
+
+
 def sample_gas(voidage: np.ndarray, velocity: np.ndarray, pressure: np.ndarray) -> np.ndarray:
     """Rows (cells, GAS_COLUMNS) from voidage (cells,), velocity (cells, 3) [m/s] and pressure (cells,) [Pa]."""
     return np.column_stack([voidage, velocity, voidage[:, None] * velocity, pressure])
