@@ -101,6 +101,18 @@ def give_heat(stencil: Stencil, gas, coefficients, masses, specific_heat, refere
     return given
 
 
+@compiled
+def add_up_heat(masses, temperatures, reference):
+    """Sums over particles of m (T - reference), of its magnitude [kg K], and of m [kg]."""
+    total, magnitude, mass = 0.0, 0.0, 0.0
+    for p in range(len(masses)):
+        warm = masses[p] * (temperatures[p] - reference)
+        total += warm
+        magnitude += abs(warm)
+        mass += masses[p]
+    return total, magnitude, mass
+
+
 class HeatExchange:
     """The exchange of heat between this rank's particles and gas cells.
 

@@ -10,7 +10,7 @@ from mpi4py import MPI
 from fbcouple.case.bed.gas_heat import TURBULENT_PRANDTL, find_capacity, has_hot_walls, list_walls
 from fbcouple.case.schema.sections import Case
 from fbcouple.coupling.coupling import Coupling
-from fbcouple.coupling.heat import CellConductivity
+from fbcouple.coupling.heat import CellConductivity, add_up_heat
 from fbcouple.coupling.particles import Particles
 from fbcouple.errors import DivergedError
 from fbcouple.solvers.liggghts import Liggghts
@@ -89,10 +89,9 @@ class Heat:
         """The particles have moved, and contacts may have changed their temperatures: close the ledger of the step."""
         magnitude = 0.0
         if self._liggghts:
-            capacities = self.masses * self._specific_heat
-            warm = self._liggghts_temperatures - self._reference
-            self._totals[11], magnitude = capacities @ warm, float(capacities @ np.abs(warm))
-            magnitude = max(magnitude, _NEGLIGIBLE * self._reference * float(capacities.sum()))
+            sums = np.array(add_up_heat(self.masses, self._liggghts_temperatures, self._reference))
+            self._totals[11], magnitude, capacity = self._specific_heat * sums
+            magnitude = max(magnitude, _NEGLIGIBLE * self._reference * capacity)
         self._totals[12] = magnitude
         if self.gas:
             floor = _NEGLIGIBLE * self._reference * self._capacity * float(self._volumes.sum())
@@ -124,7 +123,8 @@ class Heat:
             volumes = voidage * self._volumes
             sums[:2] = volumes.sum(), volumes @ (self.gas.temperatures - self._reference)
         if self._liggghts:
-            sums[2:] = self.masses.sum(), self.masses @ (self._liggghts_temperatures - self._reference)
+            heat, _, mass = add_up_heat(self.masses, self._liggghts_temperatures, self._reference)
+            sums[2:] = mass, heat
         gas, gas_heat, solids, solids_heat = self._comm.allreduce(sums).tolist()
         found = {}
         if self.gas:
@@ -142,7 +142,7 @@ class Heat:
         """Heat [J] of this rank's particles."""
         if not self._liggghts:
             return 0.0
-        return self._specific_heat * float(self.masses @ (self._liggghts_temperatures - self._reference))
+        return self._specific_heat * add_up_heat(self.masses, self._liggghts_temperatures, self._reference)[0]
 
 
 _TOTALS = (

@@ -75,7 +75,8 @@ class Heat(Section):
         **Temperature,
     )
     wall_coefficient: float | None = option(
-        "Heat transfer coefficient from gas to walls; absent: the gas at the wall has the wall's temperature.",
+        "Heat transfer coefficient from the gas in the cells at walls to them; absent: the gas at the wall has the "
+        "wall's temperature.",
         "W m-2 K-1",
         None,
         **Positive,

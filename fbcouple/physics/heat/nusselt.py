@@ -13,10 +13,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fbcouple.physics.elementary import power
+from fbcouple.physics.elementary import exponential, logarithm
 from fbcouple.physics.jit import NUSSELT, compile_as
 
 Kernel = Callable[..., None]
+
+_TINY = 1e-300
 
 
 class NusseltLaw:
@@ -64,9 +66,9 @@ def gunn(voidage, reynolds, prandtl, nusselt):
     """
     root = prandtl ** (1.0 / 3.0)
     for p in range(len(nusselt)):
-        eps, re = voidage[p], reynolds[p]
-        slow = (7.0 - 10.0 * eps + 5.0 * eps * eps) * (1.0 + 0.7 * power(re, 0.2) * root)
-        nusselt[p] = slow + (1.33 - 2.4 * eps + 1.2 * eps * eps) * power(re, 0.7) * root
+        eps, log = voidage[p], logarithm(max(reynolds[p], _TINY))
+        slow = (7.0 - 10.0 * eps + 5.0 * eps * eps) * (1.0 + 0.7 * exponential(0.2 * log) * root)
+        nusselt[p] = slow + (1.33 - 2.4 * eps + 1.2 * eps * eps) * exponential(0.7 * log) * root
 
 
 @nusselt_law("ranz-marshall")
