@@ -27,14 +27,14 @@ def measure_particles(sim: Simulation) -> dict[str, Any]:
     tracked = {"tracked": track(sim)} if sim.case.output.tracked else {}
     overlap = find_max_overlap(liggghts.ghost_positions(), liggghts.ghost_radii(), liggghts.count)
     return {
-        "particles": count_grains(sim, sim.conservation.particles),
+        "particles": as_grains(sim, sim.conservation.particles),
         "solids_centre_z": float(sums[1] / sums[0]) - sim.grid.origin[2] if sums[0] else math.nan,
         "kinetic_energy": float(sums[2]),
         "max_overlap": comm.allreduce(overlap, max),
     } | tracked
 
 
-def count_grains(sim: Simulation, count: int) -> float:
+def as_grains(sim: Simulation, count: int) -> float:
     """Particles as the case has them that `count` of LIGGGHTS stand for."""
     assert sim.case.particles is not None
     return count * grains_per_parcel(sim.case.particles) if sim.case.particles.coarse_graining else count

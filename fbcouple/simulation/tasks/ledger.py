@@ -8,7 +8,7 @@ import numpy as np
 
 from fbcouple.results.writer import EXITS
 from fbcouple.simulation.simulation import Simulation
-from fbcouple.simulation.tasks.diagnostics import count_grains
+from fbcouple.simulation.tasks.diagnostics import as_grains
 from fbcouple.simulation.tasks.limits import Numbers
 from fbcouple.simulation.tasks.task import Saved, Task
 from fbcouple.simulation.traffic import Traffic
@@ -48,9 +48,9 @@ def measure_traffic(sim: Simulation) -> Numbers:
         return {}
     ledger = traffic.ledger
     return {
-        "particles_fed": count_grains(sim, ledger.fed.count),
-        "particles_removed": count_grains(sim, ledger.removed.count),
-        "particles_owed": count_grains(sim, traffic.count_owed(sim.time)),
+        "particles_fed": as_grains(sim, ledger.fed.count),
+        "particles_removed": as_grains(sim, ledger.removed.count),
+        "particles_owed": as_grains(sim, traffic.count_owed(sim.time)),
         "mass_fed": ledger.fed.mass,
         "mass_removed": ledger.removed.mass,
         "momentum_fed": list(ledger.fed.momentum),

@@ -15,7 +15,7 @@ from fbcouple.geometry.distance import Surface
 from fbcouple.geometry.imported import list_outlets
 from fbcouple.geometry.sides import SIDES, find_axes
 from fbcouple.simulation.simulation import Simulation
-from fbcouple.simulation.tasks.diagnostics import count_grains
+from fbcouple.simulation.tasks.diagnostics import as_grains
 
 _NEAR = 1e-9
 
@@ -43,7 +43,7 @@ class Outlet:
             near = self._surface.is_near(sim.liggghts.positions, reaches)
         else:
             near = sim.liggghts.positions[:, 2] > sim.case.domain.size[2] - reaches
-        return {"particles_at_outlet": count_grains(sim, int(sim.comm.allreduce(int(near.sum()))))}
+        return {"particles_at_outlet": as_grains(sim, int(sim.comm.allreduce(int(near.sum()))))}
 
 
 def _cut_outlet(case: Case, run: Path) -> np.ndarray:
