@@ -57,6 +57,8 @@ _COUPLED: dict[str, Any] = {"gas": _GAS, "exchange": {"accelerated": False}}
 _FRICTION = {"friction": 0.1, "wall_friction": 0.1}
 _HERTZ = {"model": "hertz", "youngs_modulus": 1e7, "poisson_ratio": 0.3, "impact_speed": 1.0}
 _FEED = {"low": [0.0, 0.0, 0.8 * _WIDTH], "high": [_WIDTH, _WIDTH, 0.9 * _WIDTH], "rate": 10.0}
+_HEAT = {"particle_temperature": 300.0, "particle_specific_heat": 800.0}
+_CONDUCTION = {"contact_conduction": "liggghts", "particle_conductivity": 1.0, "wall_temperature": 310.0}
 _OUTLET = {"face": "floor", "rectangle": [[0.0, 0.0], [0.5 * _WIDTH, _WIDTH]]}
 PROBED: dict[str, dict[str, Any]] = {
     "particles": {},
@@ -75,6 +77,8 @@ PROBED: dict[str, dict[str, Any]] = {
     "empty_start": {"particles": {"feeds": [_FEED], "count": 0}},
     "virtual_mass": _COUPLED | {"exchange": {"virtual_mass": True}},
     "accelerated_drag": _COUPLED | {"exchange": {"accelerated": True}},
+    "particle_heat": {"heat": _HEAT},
+    "contact_conduction": {"heat": _HEAT | _CONDUCTION},
 }
 """Part of a case, as `find_needs` names it -> what a bed of two particles has for it."""
 ARRAYS = ("tags", "types", "positions", "velocities", "angular_velocities", "forces", "radii", "densities", "masses")
@@ -83,6 +87,7 @@ _ARRAYS_OF = {
     "virtual_mass": ("last_velocities",),
     "accelerated_drag": ("drag_only_velocities",),
     "feeds_and_outlets": ("identity",),
+    "particle_heat": ("temperatures",),
 }
 """Part of a case -> what of the particles it asks for."""
 
