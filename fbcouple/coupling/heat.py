@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fbcouple.case.bed.gas_heat import find_conductivity, find_prandtl
+from fbcouple.case.bed.particle_types import find_ratio, grains_per_parcel
 from fbcouple.case.schema.sections import Case
 from fbcouple.coupling.box.corners import Stencil, corner_weights, read_four
 from fbcouple.coupling.discretisation import Space
@@ -45,6 +46,10 @@ class Transfer(NamedTuple):
     """Of the particles [J/(kg K)]."""
     reference: float
     """What temperatures count from [K]."""
+    ratio: float
+    """Diameter of a parcel over that of its grains, whose heat transfer it has; 1 where particles are no parcels."""
+    grains: float
+    """Grains of a parcel."""
 
 
 @compiled
@@ -66,12 +71,13 @@ def deposit_heat(
             ux, uy, uz, eps[q] = read_four(gas, np.uint64(0), at[q], offsets, weights)
             rx, ry, rz = ux - v[q, 0], uy - v[q, 1], uz - v[q, 2]
             slip = np.sqrt(rx * rx + ry * ry + rz * rz)
-            reynolds[q] = eps[q] * transfer.reynolds * slip * 2.0 * radii[first + q]
+            reynolds[q] = eps[q] * transfer.reynolds * slip * 2.0 * radii[first + q] / transfer.ratio
         call_nusselt(transfer.law, eps[:n], reynolds[:n], transfer.prandtl, nusselt[:n])
         own = coefficients[first : first + n]
         for q in range(n):
             capacity = masses[first + q] * transfer.specific_heat
-            conductance = nusselt[q] * transfer.conductivity * 2.0 * np.pi * radii[first + q]
+            size = 2.0 * radii[first + q] / transfer.ratio
+            conductance = transfer.grains * nusselt[q] * transfer.conductivity * np.pi * size
             own[q] = capacity / dt * decay(dt * conductance / capacity)
         for q in range(n):
             weights = corner_weights(up[q, 0], up[q, 1], up[q, 2])
@@ -132,6 +138,8 @@ class HeatExchange:
             gas.density / gas.viscosity,
             heat.particle_specific_heat,
             heat.gas_temperature,
+            find_ratio(case.particles) if case.particles else 1.0,
+            grains_per_parcel(case.particles) if case.particles else 1.0,
         )
         self._space = space
         self._written, self._read = space.make_field(2), space.make_field(1)

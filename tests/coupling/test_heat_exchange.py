@@ -67,10 +67,12 @@ def test_no_step_is_too_long(rng, method):
     assert bed.temperatures == pytest.approx(before, abs=1e-9)
 
 
+@pytest.mark.parametrize("ratio", [None, 2.0], ids=["particles", "parcels"])
 @pytest.mark.parametrize("law", NUSSELT_LAWS)
-def test_the_average_over_a_step_is_that_of_a_constant_gas(rng, law):
-    """T = T_gas + (T_0 - T_gas) exp(-h A t/(m cp)), h by the law at each particle, whatever the step."""
-    bed = HotBed(rng, law=law, voidage="centre")
+def test_the_average_over_a_step_is_that_of_a_constant_gas(rng, law, ratio):
+    """T = T_gas + (T_0 - T_gas) exp(-h A t/(m cp)), h by the law at each particle, whatever the step; parcels have the
+    rates of their grains."""
+    bed = HotBed(rng, law=law, voidage="centre", ratio=ratio)
     bed.gas[:] = 310.0
     start = bed.temperatures.copy()
     dt = 0.3
@@ -79,8 +81,9 @@ def test_the_average_over_a_step_is_that_of_a_constant_gas(rng, law):
     edges = bed.grid.spacing
     inside = np.abs(bed.particles.positions[:, None] - bed.centres[None]) <= 0.5 * edges * (1.0 + 1e-12)
     home = np.where(inside.all(axis=2), cell, np.inf).argmin(axis=1)
-    eps, diameters = bed.coupling.voidage[home], 2.0 * bed.particles.radii
+    eps, diameters = bed.coupling.voidage[home], 2.0 * bed.particles.radii / (ratio or 1.0)
     slip = np.linalg.norm(bed.velocity[home] - bed.particles.velocities, axis=1)
     nusselt = NUSSELT_LAWS[law](eps, eps * DENSITY * slip * diameters / VISCOSITY, VISCOSITY * GAS_HEAT / CONDUCTIVITY)
-    rates = nusselt * CONDUCTIVITY * math.pi * diameters / (bed.particles.masses * SPECIFIC_HEAT)
+    grain_masses = bed.particles.masses / (ratio or 1.0) ** 3
+    rates = nusselt * CONDUCTIVITY * math.pi * diameters / (grain_masses * SPECIFIC_HEAT)
     assert bed.temperatures == pytest.approx(310.0 + (start - 310.0) * np.exp(-rates * dt), rel=1e-12)

@@ -26,7 +26,7 @@ DENSITY, VISCOSITY, GRAVITY, DT = 1.165, 2e-5, 9.81, 3e-4
 class Bed:
     """Some particles in a box, a gas with random fields, and the coupling of the two in this process."""
 
-    def __init__(self, rng, cells=(6, 3, 7), gravity=GRAVITY, held_gravity=0.0, heat=None, **exchange):
+    def __init__(self, rng, cells=(6, 3, 7), gravity=GRAVITY, held_gravity=0.0, heat=None, ratio=None, **exchange):
         size = tuple(n * edge for n, edge in zip(cells, (0.002, 0.003, 0.0025), strict=True))
         self.grid = Grid(cells, size)
         case = Case.model_validate(
@@ -36,7 +36,7 @@ class Bed:
                 "gravity": gravity,
                 "domain": {"size": size, "cells": cells},
                 "gas": {"density": DENSITY, "viscosity": VISCOSITY, "inlet_velocity": 1.0},
-                "particles": {"diameter": 1e-3, "density": 2500.0, "count": 60},
+                "particles": {"diameter": 1e-3, "density": 2500.0, "count": 60, "coarse_graining": ratio},
                 "exchange": exchange,
                 "heat": heat,
             }
