@@ -25,7 +25,7 @@ from fbcouple.case.bed.fluid_step import coupling_step, gas_step
 from fbcouple.case.bed.number import Law, Number
 from fbcouple.case.bed.number import judge as _judge
 from fbcouple.case.bed.opening_numbers import describe_openings
-from fbcouple.case.bed.parcel_numbers import describe_parcels
+from fbcouple.case.bed.parcel_numbers import describe_parcels, measure_bubbles
 from fbcouple.case.bed.particle_types import (
     find_ratio,
     grain_count,
@@ -319,6 +319,7 @@ def _fluidize(case: Case, law: Law | None, region: Region) -> Iterator[Number]:
     onset, there = minimum_fluidization(case, law=law), _spread_out(case, fastest, region)
     meaning = "U_mf of the case's drag law at voidage 0.40; below it the bed stays packed."
     yield Number("minimum fluidization", onset, "m s-1", f"below U_f = {there:g}", _judge(onset < there), meaning)
+    yield from measure_bubbles(case, region, there - onset)
     above = fastest * region.inlet / region.section
     if any(outlet.face == "top" for outlet in case.particles.outlets):
         meaning = "Fall speed of a lone particle; more gas carries it out by the top, which is open to particles."

@@ -230,6 +230,11 @@ def test_check_tells_parcels_and_what_is_too_coarse():
     assert deep.value == pytest.approx(find_number(case, "settled height").value / 2.4e-3) and deep.verdict == "fit"
     cell = find_number(case, "cell size x")
     assert cell.value == pytest.approx(2.0 / 2.4) and "parcels" in cell.meaning
+    bubble = 0.54 * (0.9 - find_number(case, "minimum fluidization").value) ** 0.4 / 9.81**0.2
+    bubble *= find_number(case, "settled height").value ** 0.8
+    assert find_number(case, "parcels in a bubble").value == pytest.approx(bubble / 2.4e-3)
+    assert find_number(load(ratio=2.5), "parcels in a bubble").verdict == "warn"
+    assert find_number(load("gas.inlet_velocity=0.3", ratio=2.0), "parcels in a bubble") is None
     assert find_number(load(ratio=3.5), "parcels deep").verdict == "warn"
     kept = load("contact.scale_restitution=false", ratio=2.0)
     assert find_number(kept, "coarse graining").verdict is None and find_number(kept, "parcel restitution") is None

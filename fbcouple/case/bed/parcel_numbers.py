@@ -15,6 +15,8 @@ from fbcouple.case.schema.sections import Case
 
 FEWEST_ACROSS, FEWEST_DEEP = 5.0, 10.0
 """Parcels between two walls, and in the height of the bed at rest, below which walls and surface order most of them."""
+FEWEST_IN_BUBBLE = 7.0
+"""Parcels across a bubble below which a bed that was measured no longer turned over as that of its grains did."""
 
 
 def describe_parcels(case: Case, region: Region) -> Iterator[Number]:
@@ -40,6 +42,25 @@ def describe_parcels(case: Case, region: Region) -> Iterator[Number]:
         meaning = "Length ratio l, with the restitution of grains: the bed loses l times less than it should."
         yield Number("coarse graining", ratio, "1", None, None, meaning)
     yield from _measure_bed(case, region, diameter)
+
+
+def measure_bubbles(case: Case, region: Region, excess: float) -> Iterator[Number]:
+    """Parcels across a bubble at the surface of the bed at rest, where gas comes `excess` [m/s] faster than it needs to
+    fluidize a coarse-grained bed.
+
+    Its equivalent diameter is 0.54 (U - U_mf)^0.4 h^0.8 g^-0.2 over a porous floor (Darton et al. 1977).
+    """
+    particles = case.particles
+    if particles is None or particles.coarse_graining is None or excess <= 0.0:
+        return
+    if solids := solids_volume(particles):
+        height = region.find_level(solids / SETTLED)
+        bubble = 0.54 * excess**0.4 * height**0.8 / case.gravity**0.2
+        count = bubble / largest_diameter(particles)
+        wanted, fits = f"at least {FEWEST_IN_BUBBLE:g}", judge(count >= FEWEST_IN_BUBBLE)
+        meaning = f"Of bubbles of {bubble:.3g} m at the bed's surface (Darton et al. 1977): below it the bed's turning "
+        meaning += "dies away, as measured in one bed (study coarse-graining)."
+        yield Number("parcels in a bubble", count, "1", wanted, fits, meaning)
 
 
 def _measure_bed(case: Case, region: Region, diameter: float) -> Iterator[Number]:
