@@ -14,7 +14,8 @@ from fbcouple.batch.placement import Placement, describe_placement, list_placeme
 from fbcouple.batch.schedulers import SCHEDULERS, Scheduler
 from fbcouple.case.bed.particle_types import particle_count
 from fbcouple.case.bed.region import find_region
-from fbcouple.case.checks.registry import needed_memory
+from fbcouple.case.cost.coefficients import load_coefficients
+from fbcouple.case.cost.memory import FACTOR, find_memory
 from fbcouple.case.cost.ranks import count_worked
 from fbcouple.case.load import load_case
 from fbcouple.case.problems import show
@@ -26,9 +27,6 @@ from fbcouple.machine.environment import find_package
 from fbcouple.machine.whole_files import replacing
 from fbcouple.run_folder.plain_files import require_plain
 
-# Resident memory of a rank with Python, numba and both solvers before it holds anything (measured: 320 MB) [MiB].
-_RANK_MEMORY = 400
-_MARGIN = 1.5
 _SHORTEST = 60
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._/+:=@-]{0,99}")
 _PATH = re.compile(r"/[A-Za-z0-9._/+:=@,-]{1,3000}")
@@ -69,7 +67,8 @@ def write_job(target: Path, scheduler: str, request: Request) -> tuple[Path, Pat
     cases = [load_case(str(run)) for run in runs]
     for case in cases:
         require_trust(case, request.trusted)
-    memory = request.memory or estimate_memory(cases, request.ranks)
+    needed = (request_memory(case, run, request.ranks) for case, run in zip(cases, runs, strict=True))
+    memory = request.memory or max(needed)
     limit = "" if system.warns else f" --wall-limit {request.limit - request.notice}"
     minutes = request.limit // 60
     first, then = system.submit(shlex.quote(str(job)))
@@ -107,10 +106,10 @@ def write_job(target: Path, scheduler: str, request: Request) -> tuple[Path, Pat
     return job, submit
 
 
-def estimate_memory(cases: list[Case], ranks: int) -> int:
-    """Memory [MiB] that the largest of `cases` needs on `ranks` ranks, all of them together."""
-    largest = max(needed_memory(case) for case in cases)
-    return math.ceil(_RANK_MEMORY * ranks + _MARGIN * largest / 2**20)
+def request_memory(case: Case, folder: Path, ranks: int) -> int:
+    """Memory [MiB] to ask for all `ranks` of `case`, whose own files lie in `folder`: what is predicted, times the
+    factor that this is within."""
+    return math.ceil(FACTOR * find_memory(case, folder, ranks, load_coefficients()) / 2**20)
 
 
 def list_warnings(folder: Path, request: Request) -> list[str]:

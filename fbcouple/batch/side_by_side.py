@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from fbcouple.batch.folders import estimate_work
+from fbcouple.batch.folders import predict_wall
 from fbcouple.errors import CaseError, DivergedError, FbcoupleError, SolverError, StoppedError
 from fbcouple.launcher.stop_signals import Requests
 from fbcouple.machine.environment import child_environment
@@ -54,7 +54,7 @@ def run_all(
 
     Returns: how each ended, in the order of their ends; those that were not begun are missing.
     """
-    waiting = sorted(runs, key=estimate_work, reverse=True)
+    waiting = sorted(runs, key=predict_wall, reverse=True)
     running: dict[Path, tuple[subprocess.Popen[bytes], float]] = {}
     ended: list[Ended] = []
     heard, deadline = 0, time.monotonic() + wall_limit - TO_STOP

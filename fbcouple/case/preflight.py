@@ -42,7 +42,6 @@ from fbcouple.case.bed.speeds import SETTLED, estimate_overlap
 from fbcouple.case.bed.start_numbers import describe_start
 from fbcouple.case.bed.streams import has_openings
 from fbcouple.case.bed.thin_cells import find_widths, tell_thin_cells
-from fbcouple.case.checks.registry import machine_memory, needed_memory
 from fbcouple.case.schema.sections import Case
 from fbcouple.case.user_code import OWN
 from fbcouple.errors import CaseError
@@ -133,9 +132,6 @@ def _size_up(case: Case, folder: Path) -> Iterator[Number]:
     for name, faces in list_inner_surfaces(case, folder).items():
         meaning = f"Faces of the surface {name} between two cells: no wall; gas and particles pass through it."
         yield Number("inner faces", faces, "1", "none", "warn", meaning)
-    held, needed = machine_memory() / 1e9, needed_memory(case, folder) / 1e9
-    meaning = "1 kB a particle and 2 kB a cell, over all ranks."
-    yield Number("memory", needed, "GB", f"below {held:.3g} (this machine)", _judge(needed < held, "unfit"), meaning)
 
 
 def _as_count(value: float) -> float:

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fbcouple.batch.folders import weigh_case
+from fbcouple.case.cost.coefficients import load_coefficients
+from fbcouple.case.cost.prediction import predict
 from fbcouple.case.load import load_case
 from fbcouple.case.problems import show, suggest
 from fbcouple.case.source import find_case
@@ -68,7 +69,12 @@ def run_members(
             raise CaseError([f"{source.label}: {show(name)}: the study has no such member; {hint}."])
     done = {}
     where = find_case(base).parent
-    ordered = sorted(members, key=lambda m: weigh_case(load_case(base, format_settings(m.settings)), where))
+    here = load_coefficients()
+    costs = {
+        member.name: predict(load_case(base, format_settings(member.settings)), member.ranks, here, where).core_hours
+        for member in members
+    }
+    ordered = sorted(members, key=lambda member: costs[member.name])
     calls = [(base, m, folder / RUNS / m.name, study.wall_limit, only is None or m.name in only) for m in ordered]
     for n, (member, ending) in enumerate(zip(ordered, run_side_by_side(_run, calls, jobs), strict=True), 1):
         done[member.name] = _open(member, ending, folder / RUNS / member.name, study.cost)

@@ -12,9 +12,11 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from fbcouple.batch.folders import estimate_work, find_runs
+from fbcouple.batch.folders import find_runs, predict_wall
 from fbcouple.batch.side_by_side import CONSOLE, TO_STOP
 from fbcouple.batch.state import look_at
+from fbcouple.case.cost.coefficients import load_coefficients
+from fbcouple.case.cost.prediction import predict
 from fbcouple.case.load import load_case, write_case
 from fbcouple.cli.main import cli
 from fbcouple.decks.render import set_up
@@ -60,8 +62,10 @@ def call(*arguments):
 
 
 def test_the_longest_run_goes_first(many):
-    works = [estimate_work(run) for run in find_runs(many)]
-    assert works[0] == works[1] and works[2] == pytest.approx(2.0 * works[0])
+    walls = [predict_wall(run) for run in find_runs(many)]
+    assert walls[0] == walls[1] < walls[2]
+    case = load_case(str(many / "seed-3"))
+    assert walls[2] == predict(case, 1, load_coefficients(), many / "seed-3").wall
 
 
 def test_what_fails_does_not_stop_the_others_and_is_told(many):

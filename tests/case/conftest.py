@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner, Result
 
-from fbcouple.case import preflight
 from fbcouple.case.checks import bed as bed_checks
 from fbcouple.cli.main import cli
 from fbcouple.paths import CASES
@@ -35,8 +34,7 @@ def spoil(tmp_path: Path) -> Spoil:
 @pytest.fixture
 def on_a_cluster(monkeypatch: pytest.MonkeyPatch) -> None:
     """Memory for every shipped case, which this machine may lack."""
-    for module in (bed_checks, preflight):
-        monkeypatch.setattr(module, "machine_memory", lambda: 10**12)
+    monkeypatch.setattr(bed_checks, "machine_memory", lambda: 10**12)
 
 
 @pytest.fixture

@@ -79,7 +79,7 @@ def test_good_case_has_no_problems(good):
         ({"averages": {"start": 19.99}}, "averages.every: 0.002 s is the default, at most 0.001 s is allowed"),
         ({"exchange": {"drag": "huilin"}}, 'exchange.drag: "huilin" is given, allowed are: '),
         ({"domain": {"cells": (10_001, 1_000, 1_000)}, "gas": {"closed_nozzle": None}}, "domain.cells: 1e+10 cells"),
-        ({"particles": {"diameter": 1e-5}}, "particles.mass: 5.73e+10 particles need about 5.73e+04 GB, at most 2e+09"),
+        ({"particles": {"diameter": 1e-5}}, "particles.mass: 5.73e+10 particles need about 3.44e+04 GB, at most 2e+09"),
         ({"particles": {"diameter": 1e-200}}, "too large or too small to calculate with"),
         ({"contact": {"stiffness": 1e40}}, "contact.stiffness: 1e+40 N/m gives a DEM step of"),
     ],
@@ -97,7 +97,7 @@ def test_unknown_drag_law_is_suggested(good):
 def test_memory_is_refused_with_the_estimate(good, monkeypatch):
     monkeypatch.setattr(bed_checks, "machine_memory", lambda: 100_000_000)
     (problem,) = find_problems(good)
-    assert "particles: 2.31e+04 cells and 5.73e+04 particles need about 0.103 GB, this machine has 0.1 GB" in problem
+    assert "domain.cells: 2.31e+04 cells and 5.73e+04 particles need about 0.411 GB, this machine has 0.1 GB" in problem
 
 
 def test_largest_bed_that_fits_the_box_passes(good):

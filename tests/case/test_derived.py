@@ -62,7 +62,6 @@ def test_cell_size():
         ("cell size y", 2.5, 1e-12),
         ("bulk Reynolds number", 1.2 * 0.08 * 1.165 / 2e-5, 1e-9),
         ("DEM steps per contact", 6, 0.0),
-        ("memory", (57296 * 1000 + 23100 * 2000) / 1e9, 1e-12),
     ],
 )
 def test_preflight_number(number, value, tolerance):
@@ -109,5 +108,5 @@ def test_a_scene_gets_only_its_numbers(tmp_path):
     text = 'title = "gas alone"\nend_time = 1.0\n[domain]\nsize = [1, 1, 1]\ncells = [4, 4, 4]\n'
     (tmp_path / "case.toml").write_text(f"{text}[gas]\ndensity = 1.2\nviscosity = 2e-5\ninlet_velocity = 1\n")
     numbers = numbers_of(name=str(tmp_path))
-    assert list(numbers) == ["cells", "memory", "fluid step", "open inlet velocity"]
+    assert list(numbers) == ["cells", "fluid step", "open inlet velocity"]
     assert numbers["fluid step"].value == pytest.approx(0.2 * 0.25)

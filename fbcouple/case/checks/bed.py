@@ -12,14 +12,13 @@ from fbcouple.case.bed.region import Region, find_region
 from fbcouple.case.checks.mixture import check_counts, check_species
 from fbcouple.case.checks.registry import (
     BED,
-    BYTES_PER_CELL,
-    BYTES_PER_PARTICLE,
     MOST,
     check,
     has_bed,
     machine_memory,
-    needed_memory,
 )
+from fbcouple.case.cost.coefficients import SHIPPED
+from fbcouple.case.cost.memory import find_memory
 from fbcouple.case.problems import Problem, show
 from fbcouple.case.schema.sections import Case
 from fbcouple.errors import CaseError
@@ -159,17 +158,18 @@ def check_size(case: Case, folder: Path) -> Iterator[Problem]:
         return
     cells = region.cells
     if cells > MOST:
-        text = f"{cells:.3g} cells are given ({BYTES_PER_CELL * cells / 1e9:.3g} GB), at most {MOST:.1g} are allowed"
+        text = f"{cells:.3g} cells are given ({SHIPPED.cell_memory * cells / 1e9:.3g} GB)"
+        text = f"{text}, at most {MOST:.1g} are allowed"
         yield Problem("domain.cells", f"{text}; give fewer.")
     if case.particles is not None and (not has_bed(case) or next(check_packing(case, folder), None)):
         return
     count = particle_count(case.particles) if case.particles else 0
     if count > MOST:
         key = "particles.mass" if case.particles and case.particles.count is None else "particles.count"
-        text = f"{count:.3g} particles need about {BYTES_PER_PARTICLE * count / 1e9:.3g} GB"
+        text = f"{count:.3g} particles need about {SHIPPED.particle_memory * count / 1e9:.3g} GB"
         yield Problem(key, f"{text}, at most {MOST:.1g} are allowed; give fewer, or a larger diameter.")
-    needed, held = needed_memory(case, folder), machine_memory()
+    needed, held = find_memory(case, folder), machine_memory()
     if needed > held and max(cells, count) <= MOST:
-        key = "domain.cells" if cells * BYTES_PER_CELL > needed / 2 else "particles"
+        key = "domain.cells" if cells * SHIPPED.cell_memory > count * SHIPPED.particle_memory else "particles"
         text = f"{cells:.3g} cells and {count:.3g} particles need about {needed / 1e9:.3g} GB"
         yield Problem(key, f"{text}, this machine has {held / 1e9:.3g} GB; give fewer or take a larger machine.")

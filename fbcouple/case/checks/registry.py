@@ -13,9 +13,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from fbcouple.case.bed.derived import dem_step, inlet_rows
-from fbcouple.case.bed.feeds import count_fed
-from fbcouple.case.bed.particle_types import largest_diameter, particle_count
-from fbcouple.case.bed.region import find_region
+from fbcouple.case.bed.particle_types import largest_diameter
 from fbcouple.case.checks.coarse_graining import find_beyond
 from fbcouple.case.checks.mixture import find_unsound
 from fbcouple.case.companions import find_companion
@@ -27,8 +25,6 @@ from fbcouple.errors import CaseError
 
 MOST = 2_000_000_000
 """Cells, or particles, that 32-bit labels can number."""
-BYTES_PER_PARTICLE = 1000
-BYTES_PER_CELL = 2000
 
 COEFFICIENTS = tuple(
     f"contact.{key}" for key in ("restitution", "wall_restitution", "friction", "wall_friction", "pairs", "walls")
@@ -80,13 +76,6 @@ def list_problems(case: Case, folder: Path, spoiled: Collection[str]) -> list[Pr
 def machine_memory() -> int:
     """Return the memory of this machine [bytes]."""
     return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-
-
-def needed_memory(case: Case, folder: Path = Path()) -> int:
-    """Estimate the memory [bytes] of a run: 1 kB a particle, fed ones too, 2 kB a cell; the case's own files lie in
-    `folder`."""
-    particles = particle_count(case.particles) + count_fed(case) if case.particles else 0
-    return round(BYTES_PER_PARTICLE * particles + BYTES_PER_CELL * find_region(case, folder).cells)
 
 
 @check("title")

@@ -11,6 +11,7 @@ from typing import Any
 from fbcouple.case.bed.number import Law
 from fbcouple.case.cost.coefficients import USUAL_DIGITS, Coefficients, load_coefficients
 from fbcouple.case.cost.means import Sureness, predict_means
+from fbcouple.case.cost.memory import FACTOR, find_memory
 from fbcouple.case.cost.work import Work, count_work, share_ghosts
 from fbcouple.case.load import load_case
 from fbcouple.case.schema.sections import Case
@@ -26,8 +27,6 @@ MESH = 1.5
 """Factor of gas and exchange on a mesh that is no plain box, which nothing was measured on."""
 DOUBLING = 1.1
 """Factor for each doubling of the ranks beyond the two that are measured."""
-MEMORY = 1.2
-"""Factor of the memory."""
 PHASES = {"dem": ("dem",), "cfd": ("cfd",), "exchange": ("map", "drag", "react")}
 """What is predicted -> stages of the loop; means, records and waiting are not."""
 
@@ -116,14 +115,13 @@ def _predict(
     work = count_work(case, folder, law, means.end if means else None, touching)
     stages = {"start-up": found.start_up + found.start_cell * work.cells}
     stages |= time_stages(work, found, ranks, share_ghosts(case, ranks))
-    particles = found.particle_memory * work.particles
     return Prediction(
         ranks=ranks,
         work=work,
         stages=stages,
         factor=combine_factors(work, found, ranks, stages),
-        memory=found.rank_memory * ranks + particles + found.cell_memory * work.cells,
-        memory_factor=MEMORY,
+        memory=find_memory(case, folder, ranks, found),
+        memory_factor=FACTOR,
         means=means,
         measured=found.measured,
     )
