@@ -29,6 +29,7 @@ WORDS: tuple[tuple[str, str], ...] = (
     (r" of --set\b", " of the values"),
     (r" with --set\b", " in values"),
     (r"^--only: ", "only: "),
+    (r"^--(error|within): ", r"\1: "),
     (r"another folder with -o\b|another place with -o\b", "another path"),
     (r"give fewer ranks by -n\b", "give fewer ranks"),
 )

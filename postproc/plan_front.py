@@ -12,6 +12,8 @@ from fbcouple.errors import CaseError
 from fbcouple.postproc.style import INK, LINES, PAGE, VERMILION, journal_style, lay_out, save
 
 FORMATS = (".png", ".svg", ".pdf")
+COSTS = {"wall_seconds": "wall time [s]", "core_hours": "core-hours [h]"}
+"""What a plan without a time counts as cost, and one with a time."""
 _BODY = 3.2
 """Height of the axes [in]."""
 _NARROW = 20.0
@@ -39,18 +41,21 @@ def draw_front(plan: dict[str, Any], path: Path) -> Path:
 
 
 def _draw_curves(axes: Axes, plan: dict[str, Any]) -> None:
+    cost = "wall_seconds" if plan["within_seconds"] is None else "core_hours"
     axes.set_xscale("log")
     axes.set_yscale("log")
     for look, curve in zip(LINES * len(plan["curves"]), plan["curves"], strict=False):
         label = ", ".join(curve[0][knob] for knob in curve[0] if knob in _KNOBS)
-        axes.plot(*_list_points(curve), markersize=3, linewidth=0.8, label=label, **look)
+        axes.plot(*_list_points(curve, cost), markersize=3, linewidth=0.8, label=label, **look)
     if plan["front"]:
-        axes.plot(*_list_points(plan["front"]), "--", color=INK, linewidth=2.4, alpha=0.45, zorder=0, label="front")
+        axes.plot(
+            *_list_points(plan["front"], cost), "--", color=INK, linewidth=2.4, alpha=0.45, zorder=0, label="front"
+        )
     for key, label in (("chosen", "chosen"), ("best", "the best that can be had")):
         if plan[key]:
-            axes.plot(*_list_points([plan[key]]), "o", mfc="none", mec=VERMILION, markersize=11, label=label)
+            axes.plot(*_list_points([plan[key]], cost), "o", mfc="none", mec=VERMILION, markersize=11, label=label)
     axes.axhline(plan["error"], color=INK, linewidth=0.6, linestyle=":", label="wanted")
-    axes.set_xlabel("core-hours [h]")
+    axes.set_xlabel(COSTS[cost])
     axes.set_ylabel("error over the map [-]")
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     for axis in (axes.xaxis, axes.yaxis):
@@ -60,5 +65,5 @@ def _draw_curves(axes: Axes, plan: dict[str, Any]) -> None:
         axis.set_minor_formatter(NullFormatter())
 
 
-def _list_points(rows: list[dict[str, Any]]) -> tuple[list[float], list[float]]:
-    return [row["core_hours"] for row in rows], [row["error"] for row in rows]
+def _list_points(rows: list[dict[str, Any]], cost: str) -> tuple[list[float], list[float]]:
+    return [row[cost] for row in rows], [row["error"] for row in rows]

@@ -18,9 +18,7 @@ if TYPE_CHECKING:
     from fbcouple.case.plan.candidates import Candidate
     from fbcouple.case.plan.choice import Plan
 
-MESH_NOTE = (
-    "not told: what the case's own mesh errs, as a coarser one is only compared with it, and what the models err"
-)
+NOT_TOLD = "not told: what the case's own mesh errs, as a coarser one is only compared with it, and what models err"
 
 
 @click.command()
@@ -129,7 +127,7 @@ def _tell(made: Plan) -> list[str]:
     sentences.append(
         f"numerical errors: the larger of mueller/0.9 and patil/c2 as they are lifted, within a factor of {FACTOR:g}"
     )
-    sentences.append(MESH_NOTE)
+    sentences.append(NOT_TOLD)
     if made.left_out:
         sentences.append(f"left out: {len(made.left_out)} numerics with which it is no case that is fit (--json)")
     if best := made.chosen or made.best:

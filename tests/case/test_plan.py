@@ -209,3 +209,8 @@ def test_from_python():
     assert made.sets[:1] == ("gas.viscosity=1.9e-05",) and made.chosen.numerics.words[NUMERICS].startswith("standard")
     assert made.describe()["chosen"]["error"] <= 0.1
     assert MESH in made.describe()["chosen"]
+
+
+def test_python_is_told_of_its_arguments():
+    with pytest.raises(CaseError, match=r"^error: 2 is given, above 0"):
+        fbcouple.plan_case("mueller/0.9", 2.0)

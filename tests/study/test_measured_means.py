@@ -55,3 +55,12 @@ def test_another_mesh_is_read_at_the_finest_s_cells_and_not_beyond_its_own():
     assert find_error("means:solids_fraction", make((6, 1, 10), lambda x, z: 2.0 * x + z, 0.0), finest).error < 1e-12
     away = find_error("means:solids_fraction", make((6, 1, 10), lambda x, z: 2.0 * x + z + 0.1, 0.0), finest)
     assert away.error == pytest.approx(0.1 / (2 * 15 / 16 + 39 / 40))
+
+
+def test_over_the_map_is_over_its_root_mean_square():
+    one = make((8, 2, 10), lambda x, z: x + 0.03, 0.04)
+    finest = make((8, 2, 10), lambda x, z: x, 0.03)
+    found, over_range = (find_error(f"{measure}:solids_fraction", one, finest) for measure in ("maps", "means"))
+    scale = float(np.sqrt(np.mean(((np.arange(8) + 0.5) / 8) ** 2)))
+    assert found.error == pytest.approx(0.03 / scale) and found.stderr == pytest.approx(0.05 / scale)
+    assert over_range.error * (7 / 8) == pytest.approx(found.error * scale)

@@ -25,6 +25,8 @@ LIMIT = FACTOR**2
 """Window of the means at most, over the one told: in it an error that is `FACTOR` larger becomes the wanted one."""
 LARGEST = PERIODS / math.sqrt(2.0)
 """`averages.until_error` at most: a run tells no error of less than about one bubble period; two are room."""
+SMALLEST, HALVINGS = 1e-4, 14
+"""Least statistical error that is looked for, and how often its logarithm's range is halved."""
 FITTING = 10.0
 """`end_time` [s] at least of a case that is given means, until the plan finds its own."""
 _LONG = 1e6
@@ -127,18 +129,24 @@ class Pricing:
     found: Coefficients
     folder: Path
 
-    def make(self, member: Member, replicas: int, ranks: int, statistical: float) -> Candidate | None:
-        """The candidate whose means together have the error `statistical`, or a smaller one where a run cannot end
-        so early; None where its window has no sample for each block."""
+    def make(self, member: Member, replicas: int, ranks: int, statistical: float) -> Candidate:
+        """The candidate whose means together have the error `statistical`, or a smaller one where a run cannot end so
+        early."""
         until = min(statistical * math.sqrt(replicas), LARGEST)
+        found = self._predict(member, replicas, ranks, until)
+        assert member.case.averages is not None
+        least = member.case.averages.blocks * member.case.averages.every
+        if found.means.window < least:  # a sample in each block
+            found = self._predict(member, replicas, ranks, PERIODS * math.sqrt(found.means.period / least))
+        return found
+
+    def _predict(self, member: Member, replicas: int, ranks: int, until: float) -> Candidate:
         assert member.case.averages is not None
         averages = member.case.averages.model_copy(update={"until_error": until})
         case = member.case.model_copy(update={"averages": averages, "end_time": _LONG})
         case.remember_bases(member.case.base_folders)
         told = predict(case, ranks, self.found, self.folder, touching=member.contacts)
-        candidate = Candidate(member.numerics, replicas, ranks, until, told)
-        enough = averages.blocks * averages.every
-        return candidate if candidate.means.window >= enough else None
+        return Candidate(member.numerics, replicas, ranks, until, told)
 
     def reach(self, member: Member, replicas: int, ranks: int, error: float) -> Candidate | None:
         """The cheapest candidate of these numerics, replicas and ranks with `error`, if there is one."""
@@ -147,15 +155,16 @@ class Pricing:
         return self.make(member, replicas, ranks, math.sqrt(error**2 - member.numerics.error**2))
 
     def reach_within(self, member: Member, replicas: int, ranks: int, wall: float) -> Candidate | None:
-        """The candidate of these numerics, replicas and ranks with the least error that ends within `wall` [s]."""
-        low, high = 1e-4, LARGEST / math.sqrt(replicas)
+        """The candidate of these numerics, replicas and ranks with the least error that ends within `wall` [s], if one
+        does."""
+        low, high = SMALLEST, LARGEST / math.sqrt(replicas)
         best = self.make(member, replicas, ranks, high)
-        if best is None or best.wall > wall:
+        if best.wall > wall:
             return None
-        for _ in range(14):
+        for _ in range(HALVINGS):
             middle = math.sqrt(low * high)
             found = self.make(member, replicas, ranks, middle)
-            if found is not None and found.wall <= wall:
+            if found.wall <= wall:
                 best, high = found, middle
             else:
                 low = middle

@@ -30,6 +30,8 @@ LADDER = (4.0, 2.8, 2.0, 1.4, 1.0, 0.7, 0.5)
 """Errors over the wanted one at which the front is told."""
 WORST = 0.9
 """Largest error of the front."""
+_USUAL = 0.1
+"""Statistical error at which numerics are compared."""
 _FOUND = ("end_time", "averages.until_error")
 _KNOWN = f"errors of the mean map of {QUANTITY} are known of beds that gas moves and that keep their particles"
 
@@ -228,13 +230,12 @@ def _make_members(
 
 def _drop_dominated(pricing: Pricing, members: list[Member]) -> list[Member]:
     """Those that no other member beats in error at no more cost, on one rank and as long a run; the cheapest first."""
-    costs = [(pricing.make(member, 1, 1, 0.1), member) for member in members]
-    ordered = sorted(((c.core_hours, member.numerics.error, n) for n, (c, member) in enumerate(costs) if c is not None))
+    costs = [pricing.make(member, 1, 1, _USUAL).core_hours for member in members]
     kept, least = [], math.inf
-    for _, error, n in ordered:
-        if error < least:
+    for n in sorted(range(len(members)), key=lambda n: (costs[n], members[n].numerics.error)):
+        if members[n].numerics.error < least:
             kept.append(members[n])
-            least = error
+            least = members[n].numerics.error
     return kept
 
 
