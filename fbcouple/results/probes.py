@@ -23,6 +23,7 @@ OF_GAS: dict[str, tuple[str, str]] = {
     "voidage": ("1", "voidage that the gas had in the cell"),
     "gas_velocity": ("m s-1", "interstitial gas velocity in the cell"),
     "gas_flux": ("m s-1", "superficial gas velocity in the cell, voidage times velocity"),
+    "gas_temperature": ("K", "temperature of the gas in the cell"),
 }
 OF_SOLIDS: dict[str, tuple[str, str]] = {
     "solids_fraction": ("1", "solids fraction of the cell"),
@@ -32,7 +33,10 @@ OF_SOLIDS: dict[str, tuple[str, str]] = {
         "m2 s-2",
         "third of the mean square particle velocity about the mean of the cell; none where no particle is",
     ),
+    "solids_temperature": ("K", "temperature of the particles in the cell, mass weighted; none where no particle is"),
 }
+OF_HEAT = ("gas_temperature", "solids_temperature")
+"""Quantities of a case with heat."""
 PROBED = OF_GAS | OF_SOLIDS
 VECTORS = ("gas_velocity", "gas_flux", "solids_velocity", "solids_flux")
 COPIED = 1 << 20

@@ -24,6 +24,8 @@ LABELS = {
     "solids_velocity": "Upward solids\nvelocity [m s$^{-1}$]",
     "solids_flux": "Upward solids flux\n[kg m$^{-2}$ s$^{-1}$]",
     "granular_temperature": "Granular temp.\n[m$^2$ s$^{-2}$]",
+    "gas_temperature": "Gas temp.\n[K]",
+    "solids_temperature": "Solids temp.\n[K]",
 }
 """Of a vector its upward component is drawn."""
 MOST_LINES = len(LINES)

@@ -35,6 +35,7 @@ def test_probes_come_back_from_a_run_folder(tmp_path):
         (f"{SET}, points=[[0,0,0]], line=[[0,0,0],[0,0,0.1]]", "points and line are both given"),
         (f"{SET}, line=[[0,0,0],[0,0,0.1]]", "line is given and no count"),
         (f"{SET}, points=[[0,0,0]], count=4", "count is given and no line"),
+        (SET.replace("pressure", "gas_temperature") + ", points=[[0,0,0]]", "the case has no [heat]; remove it or add"),
         (SET.replace("tap", "Tap 1") + ", points=[[0,0,0]]", "a small letter, then small letters, digits and"),
         (f"{SET}, points=[[0,0,0]], start=99.0", "start = 99 s is given and the run ends at"),
         (SET.replace('["pressure"]', '["pressure", "pressure"]') + ", points=[[0,0,0]]", "name each quantity once"),

@@ -90,6 +90,15 @@ def test_a_linear_pressure_is_exact_at_any_point_and_the_rest_is_that_of_the_cel
     assert (away <= limit * (1 + 1e-9)).all()
 
 
+def test_temperature_of_the_gas_is_that_of_the_cell(tmp_path):
+    sim = open_simulation("box", TAP | {"quantities": ["gas_temperature"], "points": [[0.015, 0.015, 0.025]]})
+    sim.heat = SimpleNamespace(gas=SimpleNamespace(temperatures=300.0 + np.arange(len(sim.gas.centres))))
+    probes = Probes(sim, tmp_path)
+    probes.after_step(sim)
+    ((_, found),) = read_rows(probes).tolist()
+    assert sim.gas.centres[round(found - 300.0)] == pytest.approx([0.015, 0.015, 0.025])
+
+
 @pytest.mark.parametrize("kind", ["box", "bricks", "polyhedra"])
 def test_points_on_walls_are_in_the_cells_inside(tmp_path, kind):
     corners = [[0.0, 0.0, 0.0], [0.04, 0.03, 0.05], [0.04, 0.0, 0.05]]

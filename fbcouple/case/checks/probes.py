@@ -19,7 +19,7 @@ from fbcouple.case.schema.sections import Case
 from fbcouple.geometry.holders import find_holders
 from fbcouple.geometry.polyhedra import find_centres, take_apart
 from fbcouple.input_files.units import guess_frame
-from fbcouple.results.probes import OF_GAS, count_columns
+from fbcouple.results.probes import OF_GAS, OF_HEAT, count_columns
 
 KEY = "output.probes"
 MOST_POINTS = 10_000
@@ -51,6 +51,8 @@ def _check_words(case: Case, probe: Probe, names: set[str]) -> Iterator[str]:
         section = "gas" if quantity in OF_GAS else "particles"
         if getattr(case, section) is None:
             yield f"{show(quantity)} is given and the case has no [{section}]; remove it or add [{section}]."
+        if quantity in OF_HEAT and case.heat is None:
+            yield f"{show(quantity)} is given and the case has no [heat]; remove it or add [heat]."
     if probe.start >= case.end_time:
         text = f"start = {probe.start:g} s is given and the run ends at {case.end_time:g} s"
         yield f"{text}; start before end_time."

@@ -17,6 +17,8 @@ Quantity = Literal[
     "solids_velocity",
     "solids_flux",
     "granular_temperature",
+    "gas_temperature",
+    "solids_temperature",
 ]
 Quantities = Annotated[tuple[Quantity, ...], BeforeValidator(as_tuple), Field(min_length=1)]
 Points = Annotated[tuple[Point, ...], BeforeValidator(as_tuple), Field(min_length=1)]
@@ -31,7 +33,8 @@ class Probe(Section):
     )
     quantities: Quantities = option(
         "What is followed, instantaneous: pressure (linear within the cell, by its gradient there), and means over the "
-        "cell that holds the point of the others, those of solids over the particles whose centres are in it."
+        "cell that holds the point of the others, those of solids over the particles whose centres are in it; the "
+        "temperatures of a case with [heat]."
     )
     every: float = option("Time between samples.", "s", **Positive)
     start: float = option("Time from which samples are taken.", "s", 0.0, **NonNegative)

@@ -14,11 +14,18 @@ from fbcouple.case.bed.probes import list_points
 from fbcouple.case.schema.probes import Probe
 from fbcouple.errors import SolverError
 from fbcouple.paths import PROBES
-from fbcouple.results.probes import OF_SOLIDS, ProbeSet, Rows, count_columns, count_components
+from fbcouple.results.probes import OF_HEAT, OF_SOLIDS, ProbeSet, Rows, count_columns, count_components
 from fbcouple.simulation.clock import Cadence
 from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.tasks.means import QUANTITIES
-from fbcouple.simulation.tasks.samplers import CellSampler, SolidsSampler, open_sampler, sample_gas, sample_solids
+from fbcouple.simulation.tasks.samplers import (
+    CellSampler,
+    SolidsSampler,
+    open_sampler,
+    sample_gas,
+    sample_heat,
+    sample_solids,
+)
 from fbcouple.simulation.tasks.task import Saved, Task
 from fbcouple.simulation.tasks.writing import writing
 
@@ -40,7 +47,11 @@ class _Set:
 
     @property
     def needs_solids(self) -> bool:
-        return any(quantity in OF_SOLIDS for quantity in self.probe.quantities)
+        return any(quantity in OF_SOLIDS and quantity not in OF_HEAT for quantity in self.probe.quantities)
+
+    @property
+    def needs_solids_heat(self) -> bool:
+        return "solids_temperature" in self.probe.quantities
 
     def collect(self, comm: MPI.Comm, find: Values) -> np.ndarray:
         """The row of a sample, on rank 0 whole (collective)."""
@@ -63,7 +74,7 @@ class Probes(Task):
         self._run = run
         self._sets = [_open_set(sim, probe, run / PROBES) for probe in sim.case.output.probes]
         self._sampler: SolidsSampler | CellSampler | None = None
-        if any(probes.needs_solids for probes in self._sets):
+        if any(probes.needs_solids or probes.needs_solids_heat for probes in self._sets):
             self._sampler = open_sampler(sim)
 
     @property
@@ -77,11 +88,13 @@ class Probes(Task):
         if not due:
             return
         with sim.timers("record"):
-            solids = np.empty((0, 0))
+            solids = heat = np.empty((0, 0))
             if self._sampler and any(probes.needs_solids for probes in due):
                 solids = sample_solids(self._sampler, sim)
+            if self._sampler and any(probes.needs_solids_heat for probes in due):
+                heat = sample_heat(self._sampler, sim)
             for probes in due:
-                row = probes.collect(sim.comm, _open_values(sim, probes, solids))
+                row = probes.collect(sim.comm, _open_values(sim, probes, solids, heat))
                 if sim.comm.rank == 0:
                     with writing(self._run, f"{PROBES}/{probes.record.rows.path.name}"):
                         probes.record.rows.append(sim.time, row)
@@ -127,11 +140,17 @@ def _open_set(sim: Simulation, probe: Probe, folder: Path) -> _Set:
     return _Set(probe, record, Cadence(probe.every, probe.start), mine, cells[mine], points[mine] - centres)
 
 
-def _open_values(sim: Simulation, probes: _Set, solids: np.ndarray) -> Values:
-    """`solids`: the sample of this rank's cells, where one of the quantities is of solids."""
+def _open_values(sim: Simulation, probes: _Set, solids: np.ndarray, heat: np.ndarray) -> Values:
+    """`solids`, `heat`: the samples of this rank's cells, where one of the quantities is of solids, or their
+    temperature."""
     cells = probes.cells
 
     def find(quantity: str) -> np.ndarray:
+        if quantity == "solids_temperature":
+            return QUANTITIES[quantity].derive(heat[cells])
+        if quantity == "gas_temperature":
+            assert sim.heat is not None and sim.heat.gas is not None
+            return sim.heat.gas.temperatures[cells, None]
         if quantity in OF_SOLIDS:
             return QUANTITIES[quantity].derive(solids[cells])
         gas = sim.gas
