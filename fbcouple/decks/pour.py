@@ -54,19 +54,31 @@ def find_rest_speed(case: Case, start: Start) -> float:
 def pour(case: Case, folder: Path, say: Callable[[str], None] = lambda text: None) -> Poured:
     """Pour the particles of a case whose own files lie in `folder`; `say` is told now and then how far they are.
 
+    Where the last of them find no room under the lid of a box they are poured without it; whether the bed fits under
+    it in the end is for the checks of start positions to say.
+
     Raises: CaseError (one text) if there is no room for them, or they do not come to rest within `start.settle_limit`;
     SolverError if LIGGGHTS fails.
     """
     particles, start, contact = case.particles, case.start, case.contact
     assert particles is not None and start is not None and contact is not None
-    rain, step = _Rain(case, folder), dem_step(contact, particles)
+    generator = np.random.default_rng([start.seed, VERSION])
+    rain, step, is_open = _Rain(case, folder, generator), dem_step(contact, particles), False
     smallest = min(kind.diameter for kind in list_kinds(particles))
     every = max(1, math.ceil(_LOOK * math.sqrt(smallest / case.gravity) / step))
     rest = Rest(find_rest_speed(case, start), math.ceil(start.settle_limit / step), every)
     bed = Particles(np.empty((0, 3)), np.empty((0, 6)), np.empty(0, int))
     waiting, time, speed, parts = draw_kinds(particles, start.seed), 0.0, 0.0, 0
     while len(waiting):
-        placed, waiting = rain.fall(bed, waiting)
+        fallen = rain.fall(bed, waiting)
+        if fallen is None and case.domain.shape == "box" and not is_open:
+            case, is_open = _lift_lid(case), True
+            rain = _Rain(case, folder, generator)
+            fallen = rain.fall(bed, waiting)
+        if fallen is None:
+            text = f"{len(waiting)} particles find no room above the {len(bed.positions)} that have settled"
+            raise CaseError([f"start.method: {text}; give fewer, or a higher box."])
+        placed, waiting = fallen
         outcome = settle(case, folder, _join(bed, placed), rest, _Teller(say, len(waiting), step, rest.speed))
         bed, parts = outcome.particles, parts + 1
         time, speed = time + outcome.steps * step, outcome.speed
@@ -76,6 +88,13 @@ def pour(case: Case, folder: Path, say: Callable[[str], None] = lambda text: Non
             raise CaseError([f"start.settle_limit: {text}, below {rest.speed:.3g} m/s is at rest; {mend}."])
     still = Particles(bed.positions, np.zeros_like(bed.motion), bed.kinds)
     return Poured(still, time, speed, parts)
+
+
+def _lift_lid(case: Case) -> Case:
+    """The case in a box twice as high."""
+    width, depth, height = case.domain.size
+    domain = case.domain.model_copy(update={"size": (width, depth, 2.0 * height)})
+    return case.model_copy(update={"domain": domain})
 
 
 class _Teller:
@@ -99,20 +118,18 @@ def _join(bed: Particles, placed: Particles) -> Particles:
 class _Rain:
     """Particles at random places above a bed, in the order in which they wait."""
 
-    def __init__(self, case: Case, folder: Path) -> None:
-        assert case.particles is not None and case.start is not None
+    def __init__(self, case: Case, folder: Path, generator: np.random.Generator) -> None:
+        assert case.particles is not None
         self._region: Region = find_region(case, folder)
         kinds = list_kinds(case.particles)
         self._radii = np.array([kind.diameter / 2.0 for kind in kinds])
         self._period = np.where(wraps(case.domain), case.domain.size, 0.0)
         self._clear, self._bounds = _find_walls(case, folder)
-        self._generator = np.random.default_rng([case.start.seed, VERSION])
+        self._generator = generator
 
-    def fall(self, bed: Particles, waiting: np.ndarray) -> tuple[Particles, np.ndarray]:
-        """Those of the kinds `waiting` that find room above `bed`, and the kinds that go on waiting.
-
-        Raises: CaseError (one text) if none finds room.
-        """
+    def fall(self, bed: Particles, waiting: np.ndarray) -> tuple[Particles, np.ndarray] | None:
+        """Those of the kinds `waiting` that find room above `bed`, and the kinds that go on waiting; None if none finds
+        room."""
         low, high = self._bounds
         radii = self._radii[waiting]
         floor = float((bed.positions[:, 2] + self._radii[bed.kinds]).max(initial=low[2]))
@@ -127,8 +144,7 @@ class _Rain:
         positions = insert(radii[:count], bounds, self._period, self._clear, self._generator)
         found = ~np.isnan(positions[:, 0])
         if not found.any():
-            text = f"{len(waiting)} particles find no room above the {len(bed.positions)} that have settled"
-            raise CaseError([f"start.method: {text}; give fewer, or a higher box."])
+            return None
         motion = np.zeros((int(found.sum()), 6))
         rest = np.concatenate([waiting[:count][~found], waiting[count:]])
         return Particles(positions[found], motion, waiting[:count][found]), rest

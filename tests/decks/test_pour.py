@@ -103,6 +103,16 @@ def test_what_finds_no_room_at_once_is_poured_onto_the_rest(bed, tmp_path):
     assert poured.particles.positions[:, 2].max() < 0.02 - 4e-4
 
 
+def test_bed_may_reach_up_to_the_lid_and_not_beyond(bed, tmp_path):
+    """The last particles rain in from above the lid, which the bed at rest has to fit under."""
+    top = pour(bed(*HIGH), tmp_path).particles.positions[:, 2].max() + 5e-4
+    low = f"domain.size=[0.006, 0.006, {top + 5e-4}]"
+    made = starts.make_start(bed(*HIGH, low), tmp_path, tmp_path)
+    assert top - 2e-3 < start_positions(made, tmp_path)[:, 2].max() < top + 1e-4
+    with pytest.raises(CaseError, match=r"start: particles.positions: .* particles are not inside the box"):
+        starts.make_start(bed(*HIGH, f"domain.size=[0.006, 0.006, {top - 1e-3}]"), tmp_path, tmp_path)
+
+
 SPREAD = (
     'particles.spread="normal"',
     "particles.deviation=2e-4",
