@@ -61,6 +61,8 @@ HISTORIES: dict[str, tuple[str, str]] = {
     "particles_owed": ("1", "particles that are due and wait for a free place in their feed"),
     "mass_fed": ("kg", "mass that came in by feeds up to now"),
     "mass_removed": ("kg", "mass that left by outlets up to now"),
+    "heat_fed": ("J", "heat m c T that particles had as they came in, up to now"),
+    "heat_removed": ("J", "heat m c T that particles had as they left, up to now"),
     "ledger_error": (
         "1",
         "particles that came and went against those that there are: missing ones, and the part of mass or momentum",

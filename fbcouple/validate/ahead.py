@@ -28,6 +28,7 @@ _HAS: dict[str, Callable[[Case], bool]] = {
     "[heat]": lambda case: case.heat is not None,
     "[heat] and [gas]": lambda case: case.heat is not None and case.gas is not None,
     "[heat] and [particles]": lambda case: case.heat is not None and case.particles is not None,
+    "[heat] and particles.feeds or particles.outlets": lambda case: case.heat is not None and has_traffic(case),
     "output.tracked": lambda case: case.particles is not None and bool(case.output.tracked),
 }
 """What a case may have."""
@@ -58,6 +59,7 @@ _OF: dict[str, tuple[str, ...]] = {
     ),
     "[heat] and [gas]": ("mean_gas_temperature", "gas_temperature"),
     "[heat] and [particles]": ("mean_particle_temperature", "solids_temperature"),
+    "[heat] and particles.feeds or particles.outlets": ("heat_fed", "heat_removed"),
     "output.tracked": ("rebound_angle", "tangential_restitution"),
 }
 NEEDED: dict[str, str] = {name: need for need, names in _OF.items() for name in names}

@@ -111,6 +111,7 @@ def test_resumed_run_is_the_uninterrupted_one(tmp_path, scene):
     if HEAT[0] in sets:
         last = read_frame(max((one / "frames").iterdir())).temperatures
         assert compare_frames(one, other) == [] and last.max() > 399.0 and last.min() < 350.0
+        assert rows[-1]["heat_fed"] > 0.0 == rows[-1]["heat_removed"]
     if TRAFFIC[0] in sets:
         assert rows[-1]["particles_fed"] > 50 and rows[-1]["particles_owed"] > 0
     if OPENINGS[0] in sets:

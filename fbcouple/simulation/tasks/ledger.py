@@ -47,7 +47,8 @@ def measure_traffic(sim: Simulation) -> Numbers:
     if not traffic:
         return {}
     ledger = traffic.ledger
-    return {
+    heats = {"heat_fed": ledger.fed.heat, "heat_removed": ledger.removed.heat} if sim.case.heat else {}
+    return heats | {
         "particles_fed": as_grains(sim, ledger.fed.count),
         "particles_removed": as_grains(sim, ledger.removed.count),
         "particles_owed": as_grains(sim, traffic.count_owed(sim.time)),
