@@ -11,7 +11,8 @@ import math
 from pathlib import Path
 from typing import Any
 
-from fbcouple.case.bed.particle_types import largest_diameter, list_kinds
+from fbcouple.case.bed.derived import find_spring
+from fbcouple.case.bed.particle_types import largest_diameter, list_kinds, mean_kind
 from fbcouple.case.bed.region import find_region
 from fbcouple.case.bed.rest_overlap import find_rest_force
 from fbcouple.case.schema.heat import Heat
@@ -64,7 +65,7 @@ def find_radius_factor(case: Case, folder: Path) -> float:
     force = 0.5 * find_rest_force(case, find_region(case, folder))
     radius = largest_diameter(particles) / 4.0
     modulus = heat.conduction_modulus / (2.0 * (1.0 - POISSON_RATIO**2))
-    made = find_overlap_radius(radius, force / contact.stiffness)
+    made = find_overlap_radius(radius, force / find_spring(contact, mean_kind(particles)))
     return find_hertz_radius(force, radius, modulus) / made
 
 

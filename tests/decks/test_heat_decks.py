@@ -74,6 +74,19 @@ def test_linear_springs_are_corrected_at_one_force():
     assert find(1e4, 1e10) / base == pytest.approx(10.0) and find(100.0, 8e10) / base == pytest.approx(0.5)
 
 
+def test_a_bed_of_parcels_conducts_as_its_grains_do():
+    """Overlap and radius of a contact grow with the parcel, and so does Hertz's radius: their ratio stays."""
+    heat = CONDUCTING | {"conduction_modulus": 1e10}
+    grains, parcels = (
+        numbers_after(
+            render_decks(build(**NO_GAS, **more, particles__count=16, heat=heat))[DECK],
+            "fix +conductivity .* peratomtype ",
+        )
+        for more in ({}, {"particles__coarse_graining": 2.0})
+    )
+    assert parcels == pytest.approx(grains, rel=1e-12)
+
+
 def test_walls_have_their_temperatures():
     walls = [{"face": "floor", "temperature": 280.0}, {"face": "left"}]
     deck = render_decks(build(**NO_GAS, heat=CONDUCTING | {"wall_temperature": 293.15, "walls": walls}))[DECK]
