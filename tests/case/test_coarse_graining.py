@@ -24,6 +24,7 @@ from fbcouple.case.cost.work import count_work
 from fbcouple.case.load import load_case, write_case
 from fbcouple.case.preflight import estimate
 from fbcouple.case.source import find_case
+from fbcouple.decks.conduction import find_radius_factor
 from fbcouple.errors import CaseError
 
 BED = "mueller/0.9"
@@ -267,3 +268,14 @@ def test_positions_are_of_parcels_and_sizes_theirs(tmp_path):
         assert found.sizes == sizes and particle_count(found) == 5
         (kind,) = list_kinds(found)
         assert kind.diameter == pytest.approx(diameter) and kind.grain_diameter == pytest.approx(diameter / 2.0)
+
+
+def test_contacts_conduct_through_a_bed_of_parcels_as_through_one_of_grains():
+    """The true radius of a contact over that of its soft spring is what it was."""
+    heat = ["heat.particle_conductivity=1.0", "heat.particle_specific_heat=800.0", "heat.particle_temperature=300.0"]
+    heat += ["heat.gas_specific_heat=1000.0", "heat.gas_conductivity=0.026", "heat.gas_temperature=300.0"]
+    heat += ["heat.contact_conduction=batchelor-obrien", "heat.conduction_modulus=1e9"]
+    grains, parcels = load(*heat), load(*heat, ratio=2.0)
+    folder = find_case(BED).parent
+    found = find_radius_factor(grains, folder)
+    assert found < 1.0 and find_radius_factor(parcels, folder) == pytest.approx(found, rel=1e-12)
