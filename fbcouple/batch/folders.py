@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 from pathlib import Path
 
-from fbcouple.case.cost.coefficients import load_coefficients
+from fbcouple.case.cost.coefficients import SHIPPED
 from fbcouple.case.cost.prediction import predict
 from fbcouple.case.load import load_case
 from fbcouple.case.source import FILE_NAME
@@ -32,6 +32,6 @@ def find_runs(folder: Path) -> list[Path]:
 
 
 def predict_wall(run: Path) -> float:
-    """Wall time [s] that the whole run in the folder `run` is predicted to take on one rank here: what runs are put in
-    order by."""
-    return predict(load_case(str(run)), 1, load_coefficients(), run).wall
+    """Wall time [s] that the whole run in the folder `run` is predicted to take on one rank, by the costs that are
+    shipped: what runs are put in order by, the same everywhere."""
+    return predict(load_case(str(run)), 1, SHIPPED, run).wall

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fbcouple.case.cost.coefficients import load_coefficients
+from fbcouple.case.cost.coefficients import SHIPPED
 from fbcouple.case.cost.prediction import predict
 from fbcouple.case.load import load_case
 from fbcouple.case.problems import show, suggest
@@ -68,18 +68,18 @@ def run_members(
             hint = f"did you mean `{close}`" if close else "`--dry` lists them"
             raise CaseError([f"{source.label}: {show(name)}: the study has no such member; {hint}."])
     done = {}
-    where = find_case(base).parent
-    here = load_coefficients()
-    costs = {
-        member.name: predict(load_case(base, format_settings(member.settings)), member.ranks, here, where).core_hours
-        for member in members
-    }
-    ordered = sorted(members, key=lambda member: costs[member.name])
+    ordered = sorted(members, key=lambda member: _predict_cost(base, member))
     calls = [(base, m, folder / RUNS / m.name, study.wall_limit, only is None or m.name in only) for m in ordered]
     for n, (member, ending) in enumerate(zip(ordered, run_side_by_side(_run, calls, jobs), strict=True), 1):
         done[member.name] = _open(member, ending, folder / RUNS / member.name, study.cost)
         say(f"{n}/{len(members)} {member.name}: {ending.how} ({ending.seconds:.1f} s) {ending.text}".rstrip())
     return [done[member.name] for member in members]
+
+
+def _predict_cost(base: str, member: Member) -> float:
+    """Core-hours of a member by the costs that are shipped: what members are put in order by."""
+    case = load_case(base, format_settings(member.settings))
+    return predict(case, member.ranks, SHIPPED, find_case(base).parent).core_hours
 
 
 def _run(base: str, member: Member, run: Path, wall_limit: float, wanted: bool) -> Ending:

@@ -15,7 +15,7 @@ from click.testing import CliRunner
 from fbcouple.batch.folders import find_runs, predict_wall
 from fbcouple.batch.side_by_side import CONSOLE, TO_STOP
 from fbcouple.batch.state import look_at
-from fbcouple.case.cost.coefficients import load_coefficients
+from fbcouple.case.cost.coefficients import SHIPPED
 from fbcouple.case.cost.prediction import predict
 from fbcouple.case.load import load_case, write_case
 from fbcouple.cli.main import cli
@@ -65,7 +65,7 @@ def test_the_longest_run_goes_first(many):
     walls = [predict_wall(run) for run in find_runs(many)]
     assert walls[0] == walls[1] < walls[2]
     case = load_case(str(many / "seed-3"))
-    assert walls[2] == predict(case, 1, load_coefficients(), many / "seed-3").wall
+    assert walls[2] == predict(case, 1, SHIPPED, many / "seed-3").wall
 
 
 def test_what_fails_does_not_stop_the_others_and_is_told(many):
