@@ -13,10 +13,11 @@ import fbcouple
 from fbcouple.case.cost.coefficients import SHIPPED
 from fbcouple.case.cost.means import PERIODS, predict_means
 from fbcouple.case.cost.prediction import predict
+from fbcouple.case.cost.ranks import count_worked
 from fbcouple.case.kinds.registry import Wanted
 from fbcouple.case.load import load_case
 from fbcouple.case.new_case import write_new_case
-from fbcouple.case.plan.candidates import LIMIT, Pricing, make_member
+from fbcouple.case.plan.candidates import LIMIT, Pricing, list_splits, make_member
 from fbcouple.case.plan.choice import make_plan
 from fbcouple.case.plan.knobs import KNOBS, Value, list_numerics
 from fbcouple.case.plan.measured_errors import MESH, NUMERICS, OVERLAP, interpolate, list_errors, list_overlaps
@@ -214,3 +215,10 @@ def test_from_python():
 def test_python_is_told_of_its_arguments():
     with pytest.raises(CaseError, match=r"^error: 2 is given, above 0"):
         fbcouple.plan_case("mueller/0.9", 2.0)
+
+
+def test_no_rank_has_less_work_than_it_is_worth():
+    case, folder = load_case("mueller/0.9"), find_case("mueller/0.9").parent
+    splits = list(list_splits(case, 256, folder))
+    assert max(each for _, each in splits) == count_worked(22 * 5 * 60, 9240) == 13
+    assert (256, 1) in splits and all(replicas * each <= 256 for replicas, each in splits)

@@ -13,6 +13,7 @@ from typing import Any
 from fbcouple.case.cost.coefficients import Coefficients
 from fbcouple.case.cost.means import FACTOR, PERIODS, Sureness
 from fbcouple.case.cost.prediction import Prediction, predict
+from fbcouple.case.cost.ranks import count_worked
 from fbcouple.case.cost.work import count_work
 from fbcouple.case.load import load_case
 from fbcouple.case.plan.knobs import Numerics
@@ -182,14 +183,16 @@ def format_settings(settings: dict[str, Any]) -> list[str]:
     return [f"{key}={json.dumps(value)}" for key, value in settings.items()]
 
 
-def list_splits(case: Case, ranks: int) -> Iterator[tuple[int, int]]:
-    """Replicas and the ranks of each, powers of two and all of `ranks`: what `ranks` cores can do with `case`."""
+def list_splits(case: Case, ranks: int, folder: Path) -> Iterator[tuple[int, int]]:
+    """Replicas and the ranks of each, powers of two and the most: what `ranks` cores can do with `case`, whose own
+    files lie in `folder`, with work enough for each rank."""
     try:
         change_seeds(case, 1)
         can_be_another = True
     except CaseError:
         can_be_another = False
-    for each in _list_powers(ranks):
+    work = count_work(case, folder)
+    for each in _list_powers(min(ranks, count_worked(work.cells, int(work.particles)))):
         for replicas in _list_powers(ranks // each) if can_be_another else [1]:
             yield replicas, each
 

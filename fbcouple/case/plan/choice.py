@@ -132,7 +132,7 @@ def make_plan(
     case = load_case(name, sets)
     _require_known(case, folder)
     members, left_out = _make_members(name, sets, case, folder, held)
-    pricing, splits = Pricing(found, folder), list(list_splits(case, ranks))
+    pricing, splits = Pricing(found, folder), list(list_splits(case, ranks, folder))
     members = _drop_dominated(pricing, members)
     order = _order_by_time if within is None else _order_by_cost
     steps = [step * error for step in LADDER if step * error <= WORST]
