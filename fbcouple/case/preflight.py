@@ -22,6 +22,7 @@ from fbcouple.case.bed.derived import (
 from fbcouple.case.bed.drag_balance import find_drag, minimum_fluidization, terminal_velocity
 from fbcouple.case.bed.feeds import count_fed
 from fbcouple.case.bed.fluid_step import coupling_step, gas_step
+from fbcouple.case.bed.heat_numbers import describe_conduction
 from fbcouple.case.bed.number import Law, Number
 from fbcouple.case.bed.number import judge as _judge
 from fbcouple.case.bed.opening_numbers import describe_openings
@@ -95,6 +96,7 @@ def estimate(case: Case, law: Law | None = None, folder: Path = Path()) -> list[
             parts.append(partial(describe_openings, region=region, folder=folder))
     if case.gas and case.particles and case.exchange:
         parts.append(partial(_measure_cells, cell=region.spacing))
+        parts.append(partial(describe_conduction, cell=np.asarray(region.spacing)))
         if law or case.exchange.drag != OWN:
             parts.append(partial(_time_exchange, law=law, thinnest=thinnest))
             parts += [partial(_fluidize, law=law, region=region)]

@@ -42,7 +42,8 @@ def panel(function: Panel) -> Panel:
 
 @figure
 def history(results: Results) -> Figure:
-    """Bed height, pressure drop, sub-steps and Courant number against time; the averaging window is shaded."""
+    """Bed height, pressure drop, sub-steps, Courant number and temperatures against time; the averaging window is
+    shaded."""
     shown = [name for name in PANELS if name in results.data]
     if not shown or not results.data.sizes["time"]:
         raise NotDrawableError([f"{results.path} has none of the histories {', '.join(PANELS)}."])
@@ -137,6 +138,16 @@ def max_courant(axes: Axes, results: Results) -> None:
     if limit is not None:
         _limit(axes, limit, f"limit {limit:g}")
     axes.set_ylim(0.0, 1.15 * max(limit or 0.0, float(results.history("max_courant").max())))
+
+
+@panel
+def mean_particle_temperature(axes: Axes, results: Results) -> None:
+    """Mean temperature of the particles [K], beside that of the gas where there is one."""
+    _line(axes, results, "mean_particle_temperature", label="particles")
+    axes.set_ylabel("Mean temperature\n[K]")
+    if "mean_gas_temperature" in results.data:
+        _line(axes, results, "mean_gas_temperature", label="gas", **OTHER)
+        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=1.0, borderaxespad=0.3)
 
 
 def _line(axes: Axes, results: Results, name: str, factor: float = 1.0, **look: Any) -> None:

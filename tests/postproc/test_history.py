@@ -10,7 +10,7 @@ from fbcouple.results.reader import open_results
 
 def test_every_panel_shades_the_window_and_draws_its_variable(run):
     panels = {axes.get_ylabel(): axes for axes in history(open_results(run)).axes}
-    assert len(panels) == len(PANELS) == 4
+    assert len(panels) == 4 and len(PANELS) == 5, "a bed without heat has no temperatures to show"
     assert panels["Bed height\n[mm]"].lines[0].get_ydata() == pytest.approx([50.0, 60.0])
     assert panels["Pressure drop\n[Pa]"].lines[1].get_ydata() == pytest.approx([612.8, 612.8], abs=0.1)
     assert panels["DEM steps\nper fluid step"].lines[0].get_ydata() == pytest.approx([7, 8])
@@ -23,6 +23,16 @@ def test_every_panel_shades_the_window_and_draws_its_variable(run):
 def test_panels_without_a_variable_are_left_out(dataset, write):
     drawn = history(open_results(write(dataset.drop_vars(["pressure_drop", "max_courant"])))).axes
     assert len(drawn) == 2
+
+
+def test_temperatures_of_both_phases_stand_in_one_panel(dataset, write):
+    heated = dataset.assign(
+        mean_particle_temperature=("time", [363.15, 360.0]), mean_gas_temperature=("time", [293.15, 341.0])
+    )
+    panels = {axes.get_ylabel(): axes for axes in history(open_results(write(heated))).axes}
+    axes = panels["Mean temperature\n[K]"]
+    assert [line.get_ydata().tolist() for line in axes.lines] == [[363.15, 360.0], [293.15, 341.0]]
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["particles", "gas"]
 
 
 def test_cost_is_the_sum_over_time_largest_first(run):

@@ -1,0 +1,55 @@
+"""Pre-flight numbers of heat: what the cells add to the conduction that a case asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from fbcouple.case.bed.gas_heat import find_conductivity
+from fbcouple.case.bed.number import Number, judge
+from fbcouple.case.bed.speeds import SETTLED
+from fbcouple.case.schema.sections import Case
+from fbcouple.physics.heat.conductivity import conduct_by_bed
+
+SMALL = 0.1
+"""Conductivity that sharing adds, over that of the bed by Zehner and Schlunder, above which it is told."""
+_RESTING = 3.8
+"""Nusselt number of a packed bed in gas at rest, Gunn's 7 - 10 eps + 5 eps^2 at voidage 0.4."""
+
+
+def describe_conduction(case: Case, cell: np.ndarray) -> Iterator[Number]:
+    """Conductivity that a packed bed at rest gets because particles are shared among cells of the size `cell` (3,) [m],
+    along the longest axis, over that of its gas; of a case that asks for conduction by the bed or by contacts."""
+    heat, gas, exchange, particles = case.heat, case.gas, case.exchange, case.particles
+    if not (heat and gas and exchange and particles):
+        return
+    if {heat.bed_conduction, heat.contact_conduction} == {"none"}:
+        return
+    transfer = 6.0 * SETTLED / particles.diameter**2 * _RESTING  # n h A over k
+    ratio = transfer * find_variance(case, float(np.max(cell)))
+    meaning = (
+        "Conductivity that a packed bed at rest gets from particles that are shared among cells, over that of the gas; "
+        'exchange.voidage = "centre" without filter and diffusion has none, small cells have little. Where the bed '
+        "moves particles carry more."
+    )
+    own = find_conductivity(heat, gas)
+    packed = np.array([1.0 - SETTLED])
+    bed = float(conduct_by_bed(packed, own, heat.particle_conductivity or own)[0]) / own
+    fits = judge(ratio <= SMALL * bed)
+    yield Number("conduction by sharing", ratio, "1", f"at most {SMALL * bed:.3g}", fits, meaning)
+
+
+def find_variance(case: Case, cell: float) -> float:
+    """Variance [m2], along an axis of cells of the size `cell` [m], of how a particle is shared among them, in the mean
+    over its places."""
+    assert case.exchange and case.particles
+    exchange, diameter = case.exchange, case.particles.diameter
+    own = {
+        "centre": 0.0,
+        "trilinear": cell**2 / 6.0,
+        "divided": diameter**2 / 20.0,
+        "gaussian": 0.5 * ((exchange.kernel_width or 0.0) * diameter) ** 2,
+    }[exchange.voidage]
+    spread = 0.5 * ((exchange.diffusion_width or 0.0) * diameter) ** 2
+    return own + 0.5 * exchange.filter_passes * cell**2 + spread

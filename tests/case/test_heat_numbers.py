@@ -1,0 +1,42 @@
+"""The conductivity that a bed gets from particles that are shared among cells, told before a run."""
+
+from __future__ import annotations
+
+import pytest
+
+from fbcouple.case.load import load_case
+from fbcouple.case.preflight import estimate
+
+HEAT = [
+    *("heat.gas_temperature=293.15", "heat.gas_specific_heat=1010.0", "heat.gas_conductivity=0.026"),
+    *("heat.particle_temperature=363.15", "heat.particle_specific_heat=840.0", "heat.particle_conductivity=1.4"),
+]
+CONDUCTING = [*HEAT, "heat.bed_conduction=zehner-schlunder"]
+NAME = "conduction by sharing"
+
+
+def find(sets):
+    return {number.name: number for number in estimate(load_case("patil/c1", sets))}.get(NAME)
+
+
+def test_only_beds_that_conduct_are_told():
+    assert find([]) is None and find(HEAT) is None
+    assert find([*HEAT, "heat.contact_conduction=liggghts"]) is not None
+
+
+def test_a_particle_in_one_cell_adds_nothing():
+    number = find([*CONDUCTING, "exchange.voidage=centre", "exchange.filter_passes=0"])
+    assert number.value == 0.0 and number.verdict == "fit"
+
+
+@pytest.mark.parametrize(("passes", "part"), [(0, 1.0 / 6.0), (2, 1.0 / 6.0 + 1.0)])
+def test_shared_particles_add_by_the_square_of_the_cell(passes, part):
+    """n h A dx^2 over k, with n h A = 6 (0.6/d^2) 3.8 k; the longest edge of the cells is 5 mm, across the depth."""
+    number = find([*CONDUCTING, f"exchange.filter_passes={passes}"])
+    assert number.value == pytest.approx(6.0 * 0.6 * 3.8 * 25.0 * part, rel=1e-12)
+    assert number.verdict == "warn"
+
+
+def test_the_limit_is_a_tenth_of_the_conductivity_of_the_bed():
+    """Of 0.026 and 1.4 W/(m K) at voidage 0.4 the bed has 7.282 times the conductivity of the gas, by hand."""
+    assert float(find(CONDUCTING).limit.removeprefix("at most ")) == pytest.approx(0.1 * 7.282, abs=6e-4)
