@@ -15,7 +15,7 @@ from fbcouple.case.schema.sections import Case
 
 FEWEST_ACROSS, FEWEST_DEEP = 5.0, 10.0
 """Parcels between two walls, and in the height of the bed at rest, below which walls and surface order most of them."""
-FEWEST_IN_BUBBLE = 7.0
+FEWEST_IN_BUBBLE = 9.0
 """Parcels across a bubble below which a bed that was measured no longer turned over as that of its grains did."""
 
 
