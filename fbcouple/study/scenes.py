@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from fbcouple.case.bed.derived import dem_step, fastest_inlet, pair_contact_time
+from fbcouple.case.bed.exchange_numbers import response_times
 from fbcouple.case.bed.fluid_step import coupling_step, gas_step
 from fbcouple.case.load import load_case
-from fbcouple.case.preflight import response_times
 from fbcouple.case.problems import Problem, show, suggest
 from fbcouple.case.schema.reference import list_options
 from fbcouple.case.schema.sections import Case

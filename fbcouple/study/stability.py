@@ -7,11 +7,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from fbcouple.case.bed.exchange_numbers import response_times
 from fbcouple.case.bed.fluid_step import coupling_step
 from fbcouple.case.bed.lattice import lay_out
 from fbcouple.case.bed.particle_types import mean_volume
 from fbcouple.case.load import load_case
-from fbcouple.case.preflight import estimate, response_times
+from fbcouple.case.preflight import estimate
 from fbcouple.case.schema.sections import Case
 from fbcouple.results.writer import read_line
 from fbcouple.study.indicators import judge, read_indicators

@@ -7,10 +7,10 @@ import pytest
 from test_momentum import DT, Bed
 
 from fbcouple.case.bed.acceleration import SLOW, choose_acceleration
+from fbcouple.case.bed.exchange_numbers import response_times
 from fbcouple.case.bed.fluid_step import coupling_step
 from fbcouple.case.checks.registry import find_problems
 from fbcouple.case.load import load_case
-from fbcouple.case.preflight import response_times
 from fbcouple.coupling.kernels import BLENDING, predict
 
 STIFFNESS = [1e-6, 1e-3, 0.0999, 0.1001, 1.0, 10.0, 1e3]

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from fbcouple.case.bed.exchange_numbers import response_times
 from fbcouple.case.bed.fluid_step import coupling_step, gas_step
-from fbcouple.case.preflight import response_times
 from fbcouple.case.schema.sections import Case
 from fbcouple.case.user_code import OWN
 
