@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from fbcouple.cli.main import cli
 from fbcouple.postproc.papers.hamidouche2019 import figure_data, page_tables
 from fbcouple.postproc.papers.hamidouche2019.page import make_page, open_members
 from fbcouple.postproc.papers.hamidouche2019.paper_figures import FIGURES
-from fbcouple.postproc.papers.hamidouche2019.paper_runs import BEDS
+from fbcouple.postproc.papers.hamidouche2019.paper_runs import BEDS, sort_runs
 from fbcouple.postproc.papers.hamidouche2019.registry import CLAIMS
 from fbcouple.results.reader import Results, open_results
 from tests.postproc.frames_of_bed import write_frames
@@ -208,3 +209,10 @@ def test_slices_and_snapshots(whole):
     assert len(rows) == 2 and all(row["root mean square off the middle one, over its largest"] == 0.0 for row in rows)
     snapshots = figure_data.collect_snapshots([whole])
     assert len(snapshots.data_vars) == 5 and float(snapshots.to_array().min()) >= 0.44
+
+
+def test_a_run_that_is_too_short_is_named_as_on_the_page(tmp_path):
+    """A file of reduced means has the name of the file, not that of the folder around it."""
+    write_bed(tmp_path / "run", "c7", end=3.0)
+    results = replace(open_results(tmp_path / "run"), label="c7-of-june")
+    assert sort_runs([results])[1]["c7"] == "c7-of-june averaged 2 s, needed 5 s"

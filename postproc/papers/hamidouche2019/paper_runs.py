@@ -171,7 +171,7 @@ def sort_runs(runs: Iterable[Results]) -> tuple[dict[str, dict[str, Results]], d
         for name in names:
             if averaged_time(run) < SHORTEST_WINDOW:
                 left_out[name] = (
-                    f"{run.path.parent.name} averaged {averaged_time(run):.3g} s, needed {SHORTEST_WINDOW:g} s"
+                    f"{run.label or run.path.parent.name} averaged {averaged_time(run):.3g} s, needed {SHORTEST_WINDOW:g} s"
                 )
             else:
                 found[numerics].setdefault(name, []).append(run)
