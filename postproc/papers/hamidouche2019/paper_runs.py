@@ -170,9 +170,8 @@ def sort_runs(runs: Iterable[Results]) -> tuple[dict[str, dict[str, Results]], d
         numerics, names = identify(run)
         for name in names:
             if averaged_time(run) < SHORTEST_WINDOW:
-                left_out[name] = (
-                    f"{run.label or run.path.parent.name} averaged {averaged_time(run):.3g} s, needed {SHORTEST_WINDOW:g} s"
-                )
+                which = run.label or run.path.parent.name
+                left_out[name] = f"{which} averaged {averaged_time(run):.3g} s, needed {SHORTEST_WINDOW:g} s"
             else:
                 found[numerics].setdefault(name, []).append(run)
     chosen = {
