@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from fbcouple.case.bed.particle_types import list_kinds
 from fbcouple.case.checks.mixture import find_unsound
 from fbcouple.case.problems import Problem
@@ -51,14 +49,3 @@ def _count_grains(plain: Particles) -> float:
         return float(plain.count)
     assert plain.mass is not None
     return plain.mass / sum(kind.share * kind.mass for kind in list_kinds(plain))
-
-
-def keep_last_said(raw: dict[str, Any], set_keys: set[str]) -> None:
-    """Of ratio and number in `raw`, a case file's content, leave what `--set` gives (`set_keys`) where the file gives
-    the other one: a setting goes on top of the file."""
-    particles = raw.get("particles")
-    if not isinstance(particles, dict):
-        return
-    for said, other in ((RATIO, NUMBER), (NUMBER, RATIO)):
-        if f"particles.{said}" in set_keys and f"particles.{other}" not in set_keys:
-            particles.pop(other, None)

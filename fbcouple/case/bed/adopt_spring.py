@@ -50,20 +50,6 @@ def adopt_spring(case: Case, folder: Path = Path()) -> tuple[Case, list[Problem]
     return case.model_copy(update={"contact": contact.model_copy(update=found)}), []
 
 
-def keep_last_said(raw: dict[str, Any], set_keys: set[str]) -> None:
-    """Of overlap and spring in `raw`, a case file's content, leave what `--set` gives (`set_keys`) where the file gives
-    the other one: a setting goes on top of the file."""
-    contact = raw.get("contact")
-    if not isinstance(contact, dict):
-        return
-    springs = [name for name, *_ in SPRINGS.values()]
-    for said, other in (([OVERLAP], springs), (springs, [OVERLAP])):
-        if any(f"contact.{name}" in set_keys for name in said):
-            for name in other:
-                if f"contact.{name}" not in set_keys:
-                    contact.pop(name, None)
-
-
 def gives_spring(raw: dict[str, Any]) -> bool:
     """Does `raw`, a case file's content, have a spring of its own?"""
     contact = raw.get("contact")
