@@ -45,7 +45,8 @@ class Heat:
             prandtl = TURBULENT_PRANDTL if case.gas.turbulence != "none" else 0.0
             self._capacity = find_capacity(heat, case.gas)
             self._volumes = gas.volumes
-            self.gas = GasHeat(len(gas.volumes), self._capacity, self._reference, prandtl, list_walls(heat))
+            walls = list_walls(heat), heat.wall_area == "gas"
+            self.gas = GasHeat(len(gas.volumes), self._capacity, self._reference, prandtl, *walls)
             self._conductivity = CellConductivity(case)
             self._no_sums = np.zeros((len(gas.volumes), 2))
         self._totals = np.zeros(len(_TOTALS))

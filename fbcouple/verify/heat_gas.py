@@ -208,9 +208,15 @@ def heat_stiff(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
 _CUBIC_BED = 0.14849992
 
 
-@check("heat-bed-conductivity")
-def heat_bed_conductivity(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
-    """A cubic bed at rest between a hot side and one with a coefficient has the line of Zehner and Schlunder's bed.
+def _name_areas(measured: dict[str, list[Number]]) -> Iterator[Number]:
+    for area, numbers in measured.items():
+        yield from (replace(number, name=f"coefficient on the {area}: {number.name}") for number in numbers)
+
+
+@check("heat-bed-conductivity", variants=("whole", "gas"), judge=_name_areas)
+def heat_bed_conductivity(folder: Path, comm: MPI.Comm, area: str) -> Iterator[Number]:
+    """A cubic bed at rest between a hot side and one with a coefficient, on all of it or the share of the gas, has the
+    line of Zehner and Schlunder's bed.
 
     Particles are seen in the cell of their centre: where they are shared among cells they carry heat from one to the
     next (docs/theory/heat.md).
@@ -227,7 +233,9 @@ def heat_bed_conductivity(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
         "particles": GLASS,
         "gravity": 0.0,
         "gas": GAS | {"top": "closed"},
-        "heat": HEAT | WARM | {"particle_conductivity": 1.4, "bed_conduction": "zehner-schlunder", "walls": walls},
+        "heat": HEAT
+        | WARM
+        | {"particle_conductivity": 1.4, "bed_conduction": "zehner-schlunder", "walls": walls, "wall_area": area},
         "exchange": {"voidage": "centre"},
     }
     bench = open_bench(folder, comm, sections, lattice)
@@ -235,8 +243,8 @@ def heat_bed_conductivity(folder: Path, comm: MPI.Comm) -> Iterator[Number]:
     for _ in range(30):
         hold(bench, 1e4)
     assert bench.heat is not None and bench.heat.gas is not None
-    x, length = bench.gas.centres[:, 0], n * d
-    flux = (hot - cold) / ((length - length / 10) / _CUBIC_BED + 1.0 / coefficient)
+    x, length, share = bench.gas.centres[:, 0], n * d, 1.0 if area == "whole" else 1.0 - math.pi / 6.0
+    flux = (hot - cold) / ((length - length / 10) / _CUBIC_BED + 1.0 / (share * coefficient))
     line = hot - flux / _CUBIC_BED * x
     found = comm.allreduce(float(np.abs(bench.heat.gas.temperatures - line).max()), max)
     yield Number("largest deviation from the line", found, 0.0, 1e-5, "K")

@@ -81,6 +81,11 @@ class Heat(Section):
         None,
         **Positive,
     )
+    wall_area: Literal["whole", "gas"] = option(
+        "Part of a wall that a coefficient counts on: the whole, as of one that was measured between a bed and its "
+        "wall, or the share that the gas touches, which is the voidage in the cell there.",
+        default="whole",
+    )
     walls: HeatWalls = option(
         "Walls with a temperature of their own, or adiabatic beside others that are not: tables [[heat.walls]].",
         default=(),

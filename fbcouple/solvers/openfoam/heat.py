@@ -15,7 +15,7 @@ from fbcouple.solvers.openfoam.gas import point_to
 _double = ctypes.POINTER(ctypes.c_double)
 _FUNCTIONS: dict[str, Signature] = {
     "gas_error": (ctypes.c_char_p, []),
-    "gas_heat_open": (ctypes.c_int, [ctypes.c_double, ctypes.c_double, ctypes.c_double, _double]),
+    "gas_heat_open": (ctypes.c_int, [ctypes.c_double, ctypes.c_double, ctypes.c_double, _double, ctypes.c_int]),
     "gas_heat_step": (ctypes.c_int, [_double, _double, _double]),
     "gas_temperatures": (ctypes.c_int, [_double]),
 }
@@ -46,13 +46,22 @@ class GasHeat:
     `temperatures` (n,) [K] are refreshed in place by `step`.
     """
 
-    def __init__(self, cells: int, capacity: float, reference: float, turbulent_prandtl: float, walls: np.ndarray):
+    def __init__(
+        self,
+        cells: int,
+        capacity: float,
+        reference: float,
+        turbulent_prandtl: float,
+        walls: np.ndarray,
+        on_voidage: bool,
+    ):
         """Gas of the heat `capacity` [J/(m3 K)]; heat counts from `reference` [K]; turbulent_prandtl [1]: 0 of a gas
-        without a model; `walls` (SIDES, 2): temperature [K] and coefficient [W/(m2 K)], nan where there is none
-        (collective)."""
+        without a model; `walls` (SIDES, 2): temperature [K] and coefficient [W/(m2 K)], nan where there is none;
+        on_voidage: coefficients count on the share of a wall that the gas touches, not on the whole (collective)."""
         self._library = load_library(adapter_path(), _FUNCTIONS, "fbcouple doctor --fix")
         rows = np.ascontiguousarray(walls, dtype=float)
-        self._check(self._library.gas_heat_open(capacity, reference, turbulent_prandtl, point_to(rows)))
+        opened = self._library.gas_heat_open(capacity, reference, turbulent_prandtl, point_to(rows), on_voidage)
+        self._check(opened)
         self.temperatures = np.empty(cells)
         self._amounts = np.zeros(len(HeatAmounts.__dataclass_fields__))
         self._check(self._library.gas_temperatures(point_to(self.temperatures)))

@@ -32,6 +32,8 @@ class Heat
     const scalar capacity_;
     const scalar reference_;
     const scalar turbulentPrandtl_;
+    // Coefficients of walls count on the share of a wall that the gas touches, eps, or on the whole.
+    const bool onVoidage_;
     volScalarField T_;
     volScalarField diffusivity_;
     // Of each cell the sum of h A of its walls [m3/s], and that of h A T_w [m3 K/s], both over the heat capacity.
@@ -43,12 +45,13 @@ class Heat
     static bool isWall(const fvPatchScalarField& patch) { return patch.type() == mixedFvPatchScalarField::typeName; }
     label findSide(const fvPatch& patch, label face) const;
     void setWalls(const double* walls);
+    scalar share(label cell) const { return onVoidage_ ? eps_[cell] : 1.0; }
     void fill(const double* conductivity, const double* sums);
     void count(const fvScalarMatrix& equation, const scalarField& lost, double* values) const;
 
 public:
 
-    Heat(scalar capacity, scalar reference, scalar turbulentPrandtl, const double* walls);
+    Heat(scalar capacity, scalar reference, scalar turbulentPrandtl, const double* walls, bool onVoidage);
     void step(const double* conductivity, const double* sums, double* values);
     const scalarField& temperatures() const { return T_.primitiveField(); }
 };
@@ -62,7 +65,7 @@ volScalarField* makeField(const word& name, const fvMesh& mesh, const dimensionS
     );
 }
 
-Heat::Heat(scalar capacity, scalar reference, scalar turbulentPrandtl, const double* walls)
+Heat::Heat(scalar capacity, scalar reference, scalar turbulentPrandtl, const double* walls, bool onVoidage)
 :
     mesh_(gasMesh()),
     eps_(mesh_.lookupObject<volScalarField>("voidage")),
@@ -70,6 +73,7 @@ Heat::Heat(scalar capacity, scalar reference, scalar turbulentPrandtl, const dou
     capacity_(capacity),
     reference_(reference),
     turbulentPrandtl_(turbulentPrandtl),
+    onVoidage_(onVoidage),
     T_(IOobject("T", mesh_.time().timeName(), mesh_, IOobject::MUST_READ, IOobject::AUTO_WRITE), mesh_),
     diffusivity_(tmp<volScalarField>(makeField("diffusivity", mesh_, dimViscosity))),
     film_(mesh_.nCells(), Zero),
@@ -132,10 +136,11 @@ void Heat::fill(const double* conductivity, const double* sums)
     const scalarField& V = mesh_.V();
     forAll(V, i)
     {
-        const scalar share = 1.0/(capacity_*V[i]);
+        const scalar perHeat = 1.0/(capacity_*V[i]);
+        const scalar perFilm = share(i)/V[i];
         diffusivity[i] = conductivity[i]/capacity_;
-        taken[i] = share*sums[2*i] + film_[i]/V[i];
-        given[i] = share*(sums[2*i + 1] + reference_*sums[2*i]) + filmSource_[i]/V[i];
+        taken[i] = perHeat*sums[2*i] + perFilm*film_[i];
+        given[i] = perHeat*(sums[2*i + 1] + reference_*sums[2*i]) + perFilm*filmSource_[i];
     }
     if (turbulentPrandtl_ > 0)
     {
@@ -161,7 +166,7 @@ void Heat::step(const double* conductivity, const double* sums, double* values)
     count(equation, lost.primitiveField(), values);
     forAll(mesh_.V(), i)
     {
-        const scalar film = filmSource_[i] - film_[i]*T_[i];
+        const scalar film = share(i)*(filmSource_[i] - film_[i]*T_[i]);
         const scalar warm = T_[i] - reference_;
         values[byWalls] += capacity_*mesh_.time().deltaTValue()*film;
         values[byParticles] += mesh_.time().deltaTValue()*(sums[2*i + 1] - sums[2*i]*warm);
@@ -213,13 +218,13 @@ extern "C"
 {
 
 // Heat capacity of the gas [J/(m3 K)], reference temperature [K], turbulent Prandtl number, 0 of a gas without a model,
-// and rows (7, 2) of walls.
-int gas_heat_open(double capacity, double reference, double turbulentPrandtl, const double* walls)
+// and rows (7, 2) of walls, whose coefficients count on the share of them that the gas touches or on the whole.
+int gas_heat_open(double capacity, double reference, double turbulentPrandtl, const double* walls, int onVoidage)
 {
     return guarded([&]
     {
         if (heat) throw std::runtime_error("one gas a process");
-        heat = new Heat(capacity, reference, turbulentPrandtl, walls);
+        heat = new Heat(capacity, reference, turbulentPrandtl, walls, onVoidage != 0);
     });
 }
 
