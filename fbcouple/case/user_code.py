@@ -1,5 +1,5 @@
-"""What a case brings that has to be trusted: Python files of its own drag law and tasks, which are read here and run
-only then; a restart file."""
+"""What a case brings that has to be trusted: Python files of its own laws and tasks, which are read here and run only
+then; a restart file."""
 
 from __future__ import annotations
 
@@ -10,8 +10,12 @@ from fbcouple.case.schema.sections import Case
 from fbcouple.errors import CaseError
 
 OWN = "own"
-FUNCTION = "beta"
-ARGUMENTS = ("voidage", "slip", "diameter", "density", "viscosity")
+DRAG_FILE, NUSSELT_FILE = "exchange.drag_file", "heat.nusselt_file"
+LAW_FILES = {
+    DRAG_FILE: ("beta", ("voidage", "slip", "diameter", "density", "viscosity")),
+    NUSSELT_FILE: ("nusselt", ("voidage", "reynolds", "prandtl")),
+}
+"""Options that name a file of a law of the case's own: the function in it and its arguments."""
 TASK = "Task"
 LARGEST = 1_000_000
 """Bytes that such a file may have."""
@@ -19,8 +23,13 @@ LARGEST = 1_000_000
 
 def list_code(case: Case) -> dict[str, str]:
     """Option -> name of each file of code that `case` brings."""
-    found = {"exchange.drag_file": case.exchange.drag_file if case.exchange else None}
-    found["output.task_file"] = case.output.task_file
+    return list_law_files(case) | ({"output.task_file": case.output.task_file} if case.output.task_file else {})
+
+
+def list_law_files(case: Case) -> dict[str, str]:
+    """Option -> name of each file with a law that `case` brings."""
+    found = {DRAG_FILE: case.exchange.drag_file if case.exchange else None}
+    found[NUSSELT_FILE] = case.heat.nusselt_file if case.heat else None
     return {key: name for key, name in found.items() if name}
 
 
@@ -36,20 +45,20 @@ def require_trust(case: Case, trusted: bool) -> None:
         raise CaseError(problems)
 
 
-def examine_drag_file(path: Path) -> None:
-    """Read a drag file without running it.
+def examine_law_file(option: str, path: Path) -> None:
+    """Read the file of a law, which `option` of LAW_FILES names, without running it.
 
-    Raises: CaseError (one text, without the key) if it is missing, is not Python, or has no
-    `beta(voidage, slip, diameter, density, viscosity)`.
+    Raises: CaseError (one text, without the key) if it is missing, is not Python, or has no function of that option.
     """
-    wanted = f"def {FUNCTION}({', '.join(ARGUMENTS)})"
+    function, arguments = LAW_FILES[option]
+    wanted = f"def {function}({', '.join(arguments)})"
     functions = _parse(path).body
-    found = [part for part in functions if isinstance(part, ast.FunctionDef) and part.name == FUNCTION]
+    found = [part for part in functions if isinstance(part, ast.FunctionDef) and part.name == function]
     if not found:
-        raise CaseError([f"{path.name} has no function `{FUNCTION}`; write `{wanted}:` in it."])
+        raise CaseError([f"{path.name} has no function `{function}`; write `{wanted}:` in it."])
     given = [argument.arg for argument in found[-1].args.args]
-    if tuple(given) != ARGUMENTS:
-        text = f"{path.name}: `{FUNCTION}` takes ({', '.join(given)})"
+    if tuple(given) != arguments:
+        text = f"{path.name}: `{function}` takes ({', '.join(given)})"
         raise CaseError([f"{text}; write `{wanted}:`, all numbers in SI units."])
 
 

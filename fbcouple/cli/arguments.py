@@ -59,5 +59,5 @@ def take_settings(command: Command) -> Command:
 
 def take_trust(command: Command) -> Command:
     """Add `--trust`, without which no code that a case brings is run."""
-    text = "Run the code that the case brings (drag_file, task_file), and decks that were changed; read them first."
+    text = "Run the code that the case brings (its own laws and tasks), and decks that were changed; read them first."
     return click.option("--trust", "trusted", is_flag=True, help=text)(command)

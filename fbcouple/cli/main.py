@@ -100,16 +100,16 @@ def check(case: str, ranks: int, sets: tuple[str, ...], trusted: bool) -> None:
     from fbcouple.case.load import load_case
     from fbcouple.case.preflight import estimate
     from fbcouple.case.source import find_case
+    from fbcouple.case.user_code import DRAG_FILE, list_law_files
     from fbcouple.cli.prediction import format_proposal, print_prediction
 
     folder = find_case(case).parent
     loaded = load_case(case, sets, click.echo)
-    brings_code = loaded.exchange is not None and loaded.exchange.drag_file is not None
-    law = None
-    if brings_code and trusted:
-        from fbcouple.decks.set_up import read_own_law
+    law, own_laws = None, list_law_files(loaded)
+    if own_laws and trusted:
+        from fbcouple.decks.set_up import read_own_laws
 
-        law = read_own_law(loaded, folder)
+        law = read_own_laws(loaded, folder)
     with TemporaryDirectory(prefix="fbcouple-start-") as scratch:
         if loaded.start is not None and loaded.start.is_made:
             from fbcouple.decks.starts import make_start
@@ -139,8 +139,9 @@ def check(case: str, ranks: int, sets: tuple[str, ...], trusted: bool) -> None:
         raise CaseError(
             [f"{case}: {number.name}: {number.format()}, {number.limit} is fit; {mend}" for number in unfit]
         )
-    if brings_code and not trusted:
-        click.echo("exchange.drag_file is not run: no numbers of the drag; --trust runs it")
+    for key in () if trusted else own_laws:
+        lost = "no numbers of the drag" if key == DRAG_FILE else "whether it compiles is not known"
+        click.echo(f"{key} is not run: {lost}; --trust runs it")
 
 
 @cli.command()

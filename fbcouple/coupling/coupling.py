@@ -9,7 +9,7 @@ import numpy as np
 
 from fbcouple.case.bed.particle_types import find_ratio, grains_per_parcel
 from fbcouple.case.schema.sections import Case
-from fbcouple.case.user_drag_law import choose_law
+from fbcouple.case.user_laws import choose_drag
 from fbcouple.coupling import kernels
 from fbcouple.coupling.discretisation import Space
 from fbcouple.coupling.forces import Forces, choose_forces
@@ -31,7 +31,7 @@ class Coupling:
         force brings along with the force of the gas (collective)."""
         assert case.gas is not None and case.exchange is not None
         self.space, self.halo, self.mapping = space, space.halo, space.mapping
-        self.law = choose_law(case.exchange, Path())
+        self.law = choose_drag(case.exchange, Path())
         self._explicit = case.exchange.scheme == "explicit"
         addresses = find_address(self.law.kernel), find_address(DRAG_SCHEMES[case.exchange.scheme])
         self._polydisperse = case.exchange.polydisperse != "none"

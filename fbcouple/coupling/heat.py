@@ -14,6 +14,7 @@ All temperatures here are counted from the reference temperature of the case, so
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -21,13 +22,13 @@ import numpy as np
 from fbcouple.case.bed.gas_heat import find_conductivity, find_prandtl
 from fbcouple.case.bed.particle_types import find_ratio, grains_per_parcel
 from fbcouple.case.schema.sections import Case
+from fbcouple.case.user_laws import choose_nusselt
 from fbcouple.coupling.box.corners import Stencil, corner_weights, read_four
 from fbcouple.coupling.discretisation import Space
 from fbcouple.coupling.forces import Way
 from fbcouple.coupling.particles import Particles
 from fbcouple.physics.elementary import decay
 from fbcouple.physics.heat.conductivity import BED_CONDUCTIVITIES
-from fbcouple.physics.heat.nusselt import NUSSELT_LAWS
 from fbcouple.physics.jit import call_nusselt, compiled, find_address
 
 _BLOCK = 256
@@ -126,10 +127,11 @@ class HeatExchange:
     """
 
     def __init__(self, case: Case, space: Space) -> None:
+        """`space` has the cells; a file of the case's own law lies in the current folder."""
         assert case.heat and case.gas
         heat, gas = case.heat, case.gas
         assert heat.particle_specific_heat is not None and heat.gas_temperature is not None
-        law = NUSSELT_LAWS[heat.nusselt].kernel
+        law = choose_nusselt(heat, Path()).kernel
         self._kernel = law
         self._transfer = Transfer(
             find_address(law),

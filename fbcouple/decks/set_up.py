@@ -50,7 +50,7 @@ def lay_out(
         for member in members or [name]:
             case, source = load_case(member, sets, say), find_case(member)
             require_trust(case, trusted)
-            law = read_own_law(case, source.parent)
+            law = read_own_laws(case, source.parent)
             if not forced:
                 require_fit(case, law, source.parent)
             run = target / name_run(member, source) if members else target
@@ -71,13 +71,18 @@ def _write_runs(runs: dict[Path, tuple[Case, Path]], overwrite: bool) -> None:
         lay_out_run(case, folder, run)
 
 
-def read_own_law(case: Case, folder: Path) -> Any:
-    """The drag law that `case` brings, if it brings one, from its file in `folder`, which is run."""
-    from fbcouple.case.user_drag_law import choose_law  # noqa: PLC0415  (loads numba)
+def read_own_laws(case: Case, folder: Path) -> Any:
+    """The drag law that `case` brings, if it brings one, from its file in `folder`; the files of all its laws are run.
 
+    Raises: CaseError if one of them is none.
+    """
+    from fbcouple.case.user_laws import choose_drag, choose_nusselt  # noqa: PLC0415  (loads numba)
+
+    if case.heat and case.heat.nusselt_file is not None:
+        choose_nusselt(case.heat, case.find_folder(folder, case.heat.nusselt_file))
     if case.exchange is None or case.exchange.drag_file is None:
         return None
-    return choose_law(case.exchange, case.find_folder(folder, case.exchange.drag_file))
+    return choose_drag(case.exchange, case.find_folder(folder, case.exchange.drag_file))
 
 
 def name_run(case: str, source: Path | None) -> str:

@@ -142,7 +142,7 @@ def measure_path(run: Finished, argument: str, reference: Finished | None) -> Er
 
 def _solve_path(case: Case, time: np.ndarray) -> np.ndarray:
     """Way [m] of a lone particle: m dv/dt = beta(|u - v|)(u - v) - V (rho_p - rho) g."""
-    from fbcouple.case.user_drag_law import DRAG_LAWS  # noqa: PLC0415  (loads numba)
+    from fbcouple.case.user_laws import DRAG_LAWS  # noqa: PLC0415  (loads numba)
 
     assert case.gas is not None and case.particles is not None and case.exchange is not None
     law, gas, particles, rise = DRAG_LAWS[case.exchange.drag], case.gas, case.particles, _rise(case)
@@ -161,7 +161,7 @@ def _solve_path(case: Case, time: np.ndarray) -> np.ndarray:
 def measure_bed(run: Finished, argument: str, reference: Finished | None) -> Error:
     """Pressure over a held lattice bed at the end of the run against its drag law at the lattice's voidage, and the
     gas's gain of head at its surface: dp = n beta u/eps L - rho U^2/2 (1/eps^2 - 1), u = U/eps (model A)."""
-    from fbcouple.case.user_drag_law import DRAG_LAWS  # noqa: PLC0415  (loads numba)
+    from fbcouple.case.user_laws import DRAG_LAWS  # noqa: PLC0415  (loads numba)
 
     case = run.case
     if case.gas is None or case.particles is None or case.exchange is None or case.start is None:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.case.user_drag_law import DRAG_LAWS
+from fbcouple.case.user_laws import DRAG_LAWS
 from fbcouple.verify.harness import GAS, GLASS
 from fbcouple.verify.lattice import VOIDAGES, HeldBed
 from fbcouple.verify.published import PUBLISHED, Bed

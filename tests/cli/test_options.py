@@ -62,7 +62,7 @@ def test_wrong_name_gets_a_suggestion(given, meant):
 
 
 def test_every_drag_law_is_named_to_lists_and_editors():
-    from fbcouple.case.user_drag_law import DRAG_LAWS  # noqa: PLC0415
+    from fbcouple.case.user_laws import DRAG_LAWS  # noqa: PLC0415
 
     assert list(DRAG_LAWS) == list(LAWS)
     assert SCHEMA["properties"]["exchange"]["properties"]["drag"]["enum"] == [*LAWS, OWN]

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from fbcouple.case.user_drag_law import DRAG_LAWS
+from fbcouple.case.user_laws import DRAG_LAWS
 from fbcouple.verify.published import PUBLISHED, Bed
 
 NITROGEN = {"density": 1.165, "viscosity": 2e-5}

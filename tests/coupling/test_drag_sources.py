@@ -8,7 +8,7 @@ import math
 
 import pytest
 
-from fbcouple.case.user_drag_law import DRAG_LAWS
+from fbcouple.case.user_laws import DRAG_LAWS
 
 AT = {"voidage": 0.45, "slip": 0.6, "diameter": 8e-4, "density": 1.2, "viscosity": 1.8e-5}
 """Re = 32 of the slip, 14.4 of the superficial slip."""

@@ -5,7 +5,7 @@ import pytest
 from mpi4py import MPI
 
 from fbcouple.case.schema.sections import Case
-from fbcouple.case.user_drag_law import DRAG_LAWS
+from fbcouple.case.user_laws import DRAG_LAWS
 from fbcouple.coupling.box.mapping import VOIDAGE_METHODS
 from fbcouple.coupling.coupling import Coupling, Particles
 from fbcouple.coupling.discretisation import BoxSpace

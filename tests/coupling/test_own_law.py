@@ -6,7 +6,7 @@ from click.testing import CliRunner
 
 from fbcouple.case.load import load_case
 from fbcouple.case.schema.sections import Exchange
-from fbcouple.case.user_drag_law import DRAG_LAWS, choose_law, read_law
+from fbcouple.case.user_laws import DRAG_LAWS, choose_drag, read_drag
 from fbcouple.cli.main import cli
 from fbcouple.errors import CaseError
 
@@ -66,7 +66,7 @@ def fbcouple(*words):
 
 
 def test_it_gives_what_its_function_gives(case):
-    law = read_law(case / "mylaw.py")
+    law = read_drag(case / "mylaw.py")
     voidages = np.linspace(0.4, 1.0, 7)
     assert law(voidages, 1.0, 1e-3, 1.165, 2e-5) == pytest.approx(
         DRAG_LAWS["stokes"](1.0, 1.0, 1e-3, 1.165, 2e-5) / voidages
@@ -74,9 +74,9 @@ def test_it_gives_what_its_function_gives(case):
 
 
 def test_the_case_chooses_it(case):
-    own = choose_law(Exchange(drag="own", drag_file="mylaw.py"), case)
+    own = choose_drag(Exchange(drag="own", drag_file="mylaw.py"), case)
     assert own(0.5, 1.0, 1e-3, 1.165, 2e-5) == pytest.approx(6e-8 * np.pi * 2, rel=1e-12)
-    assert choose_law(Exchange(), case) is DRAG_LAWS["huilin-gidaspow"]
+    assert choose_drag(Exchange(), case) is DRAG_LAWS["huilin-gidaspow"]
 
 
 @pytest.mark.parametrize(
@@ -119,13 +119,13 @@ def problems_without_file(case):
 def test_a_law_that_is_none(case, body, words):
     (case / "mylaw.py").write_text(f"def beta(voidage, slip, diameter, density, viscosity):\n    {body}\n")
     with pytest.raises(CaseError, match=words):
-        read_law(case / "mylaw.py")
+        read_drag(case / "mylaw.py")
 
 
 def test_an_error_in_the_file_is_told(case):
     (case / "mylaw.py").write_text(f"{STOKES}\n1 / 0\n")
     with pytest.raises(CaseError, match="fails \\(ZeroDivisionError: division by zero\\); fix the file"):
-        read_law(case / "mylaw.py")
+        read_drag(case / "mylaw.py")
 
 
 def test_setup_and_run_ask_for_trust(case):

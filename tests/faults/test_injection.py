@@ -89,6 +89,7 @@ VALUES = {
     "zero byte in positions": ("particles.positions", quote("seed\0.csv")),
     "drag file above": ("exchange.drag_file", quote("../law.py")),
     "drag file elsewhere": ("exchange.drag_file", quote("/tmp/law.py")),
+    "law of heat above": ("heat.nusselt_file", quote("../law.py")),
     "reference above": ("output.references", f"[{quote('voidage@0.01=../secret.csv')}]"),
     "reference elsewhere": ("output.references", f"[{quote('voidage@0.01=/etc/passwd')}]"),
     "shell in a reference": ("output.references", f"[{quote(f'voidage@{SHELL}=a.csv')}]"),

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from fbcouple.case.user_drag_law import DRAG_LAWS
+from fbcouple.case.user_laws import DRAG_LAWS
 from fbcouple.solvers.openfoam import build
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -60,7 +60,7 @@ def find_balance(case: Case, voidage: float, law: Law | None, kind: Kind) -> flo
 def find_drag(case: Case, voidage: float, slip: float, law: Law | None, kind: Kind) -> float:
     """Drag coefficient beta [kg/s] of one particle among its like by `law`, or by the case's law of the registry; of a
     parcel that of all its grains."""
-    from fbcouple.case.user_drag_law import DRAG_LAWS  # noqa: PLC0415  (loads numba)
+    from fbcouple.case.user_laws import DRAG_LAWS  # noqa: PLC0415  (loads numba)
     from fbcouple.physics.drag.polydisperse import size_factor  # noqa: PLC0415  (loads numba)
 
     assert case.gas is not None and case.exchange is not None

@@ -8,10 +8,11 @@ from pathlib import Path
 
 from fbcouple.case.bed.derived import dem_step
 from fbcouple.case.bed.particle_types import list_kinds
-from fbcouple.case.checks.registry import BED, check
+from fbcouple.case.checks.registry import BED, check, check_law_file
 from fbcouple.case.problems import Problem
 from fbcouple.case.schema.heat import Heat, HeatWall
 from fbcouple.case.schema.sections import Case
+from fbcouple.case.user_code import NUSSELT_FILE, OWN
 from fbcouple.geometry.sides import SIDES
 from fbcouple.physics.heat.contact_conduction import find_conductance, find_overlap_radius
 
@@ -64,6 +65,15 @@ def check_gas_conductivity(case: Case, folder: Path) -> Iterator[Problem]:
         words = "both are given" if given else "neither is given"
         text = f"{words} of gas_conductivity and prandtl, exactly one is allowed"
         yield Problem("heat.gas_conductivity", f"{text}; give the conductivity in W/(m K), or the number (air: 0.7).")
+
+
+@check("heat.nusselt", NUSSELT_FILE)
+def check_nusselt(case: Case, folder: Path) -> Iterator[Problem]:
+    """A law of heat transfer of the case's own has a file, and the file a law."""
+    heat = case.heat
+    if heat is not None and (heat.nusselt == OWN or heat.nusselt_file is not None):
+        own = heat.nusselt_file
+        yield from check_law_file(NUSSELT_FILE, heat.nusselt, own, case.find_folder(folder, own))
 
 
 @check(*_KEYS, "gas", "particles")

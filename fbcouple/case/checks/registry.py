@@ -19,8 +19,8 @@ from fbcouple.case.checks.mixture import find_unsound
 from fbcouple.case.companions import find_companion
 from fbcouple.case.problems import Problem, show, suggest
 from fbcouple.case.schema.output import AUTO, find_first_sample
-from fbcouple.case.schema.sections import Case, Exchange
-from fbcouple.case.user_code import OWN, examine_drag_file
+from fbcouple.case.schema.sections import Case
+from fbcouple.case.user_code import DRAG_FILE, OWN, examine_law_file
 from fbcouple.errors import CaseError
 
 MOST = 2_000_000_000
@@ -231,9 +231,10 @@ def check_drag(case: Case, folder: Path) -> Iterator[Problem]:
     if case.exchange is None:
         return
     if case.exchange.drag == OWN or case.exchange.drag_file is not None:
-        yield from check_drag_file(case.exchange, case.find_folder(folder, case.exchange.drag_file))
+        own = case.exchange.drag_file
+        yield from check_law_file(DRAG_FILE, case.exchange.drag, own, case.find_folder(folder, own))
         return
-    from fbcouple.case.user_drag_law import DRAG_LAWS  # noqa: PLC0415  (loads numba)
+    from fbcouple.case.user_laws import DRAG_LAWS  # noqa: PLC0415  (loads numba)
 
     if case.exchange.drag not in DRAG_LAWS:
         close = suggest(case.exchange.drag, DRAG_LAWS)
@@ -242,16 +243,17 @@ def check_drag(case: Case, folder: Path) -> Iterator[Problem]:
         yield Problem("exchange.drag", f"{text}{hint}; give the name of one of these drag laws.")
 
 
-def check_drag_file(options: Exchange, folder: Path) -> Iterator[Problem]:
-    """A case's own drag law is named as such, and its file is a Python file beside the case with the function."""
-    key, name = "exchange.drag_file", options.drag_file
+def check_law_file(key: str, law: str, name: str | None, folder: Path) -> Iterator[Problem]:
+    """A case's own law is named as such, and its file, of the option `key`, is a Python file beside the case with the
+    function."""
+    option = key.removesuffix("_file")
     if name is None:
-        yield Problem(key, f"exchange.drag is {show(OWN)} and no file is given; give the .py file that holds the law.")
-    elif options.drag != OWN:
-        text = f"{show(name)} is given and exchange.drag is {show(options.drag)}"
-        yield Problem(key, f"{text}; give exchange.drag = {show(OWN)} or remove the file.")
+        yield Problem(key, f"{option} is {show(OWN)} and no file is given; give the .py file that holds the law.")
+    elif law != OWN:
+        text = f"{show(name)} is given and {option} is {show(law)}"
+        yield Problem(key, f"{text}; give {option} = {show(OWN)} or remove the file.")
     else:
         try:
-            examine_drag_file(find_companion(folder, name, ".py"))
+            examine_law_file(key, find_companion(folder, name, ".py"))
         except CaseError as error:
             yield from (Problem(key, problem) for problem in error.problems)

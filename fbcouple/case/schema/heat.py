@@ -65,8 +65,14 @@ class Heat(Section):
         None,
         **Positive,
     )
-    nusselt: Literal["gunn", "ranz-marshall"] = option(
-        "Law of the heat transfer between gas and particles (Gunn 1978; Ranz and Marshall 1952).", default="gunn"
+    nusselt: Literal["gunn", "ranz-marshall", "own"] = option(
+        "Law of the heat transfer between gas and particles (Gunn 1978; Ranz and Marshall 1952), or the one in "
+        "`nusselt_file`.",
+        default="gunn",
+    )
+    nusselt_file: str | None = option(
+        'Python file beside the case with the case\'s own law, for nusselt = "own"; it runs only with --trust.',
+        default=None,
     )
     wall_temperature: float | None = option(
         "Temperature of the walls; absent: they are adiabatic, but for those that `walls` names.",

@@ -24,15 +24,15 @@ _TINY = 1e-300
 class NusseltLaw:
     """A law of the Nusselt number, called on numbers or arrays."""
 
-    def __init__(self, loop: Kernel) -> None:
-        """`loop` fills nusselt, as `nusselt_law` says."""
-        self._loop = loop
+    def __init__(self, loop: Kernel, cache: bool = True) -> None:
+        """`loop` fills nusselt, as `nusselt_law` says; `cache` keeps what the compiler made of it on disk."""
+        self._loop, self._cache = loop, cache
         self.__doc__ = loop.__doc__
 
     @cached_property
     def kernel(self) -> Kernel:
         """The loop, compiled when it is first asked for."""
-        return compile_as(NUSSELT)(self._loop)
+        return compile_as(NUSSELT, self._cache)(self._loop)
 
     def __call__(self, voidage: ArrayLike, reynolds: ArrayLike, prandtl: float) -> np.ndarray:
         """Nu [1]; voidage [1], Re [1] by the superficial slip, Pr [1]."""
