@@ -21,7 +21,7 @@ from fbcouple.case.bed.drag_balance import minimum_fluidization, terminal_veloci
 from fbcouple.case.bed.exchange_numbers import measure_cells, time_exchange
 from fbcouple.case.bed.feeds import count_fed
 from fbcouple.case.bed.fluid_step import gas_step
-from fbcouple.case.bed.heat_numbers import describe_conduction
+from fbcouple.case.bed.heat_numbers import describe_conduction, describe_density
 from fbcouple.case.bed.number import Law, Number
 from fbcouple.case.bed.number import judge as _judge
 from fbcouple.case.bed.opening_numbers import describe_openings
@@ -82,6 +82,8 @@ def estimate(case: Case, law: Law | None = None, folder: Path = Path()) -> list[
         parts.append(partial(_look_at_inlet, region=region))
         if has_openings(case):
             parts.append(partial(describe_openings, region=region, folder=folder))
+    if case.gas and case.heat:
+        parts.append(describe_density)
     if case.gas and case.particles and case.exchange:
         parts.append(partial(measure_cells, cell=region.spacing))
         parts.append(partial(describe_conduction, cell=np.asarray(region.spacing)))

@@ -1,4 +1,4 @@
-"""The conductivity that a bed gets from particles that are shared among cells, told before a run."""
+"""What cells add to conduction by particles that they share, and a constant density leaves out, told before a run."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ CONDUCTING = [*HEAT, "heat.bed_conduction=zehner-schlunder"]
 NAME = "conduction by sharing"
 
 
-def find(sets):
-    return {number.name: number for number in estimate(load_case("patil/c1", sets))}.get(NAME)
+def find(sets, name=NAME):
+    return {number.name: number for number in estimate(load_case("patil/c1", sets))}.get(name)
 
 
 def test_only_beds_that_conduct_are_told():
@@ -40,3 +40,21 @@ def test_shared_particles_add_by_the_square_of_the_cell(passes, part):
 def test_the_limit_is_a_tenth_of_the_conductivity_of_the_bed():
     """Of 0.026 and 1.4 W/(m K) at voidage 0.4 the bed has 7.282 times the conductivity of the gas, by hand."""
     assert float(find(CONDUCTING).limit.removeprefix("at most ")) == pytest.approx(0.1 * 7.282, abs=6e-4)
+
+
+@pytest.mark.parametrize(
+    ("settings", "expected", "verdict"),
+    [
+        ([], 293.15 / 363.15, "warn"),
+        (["heat.particle_temperature=293.15", "heat.wall_temperature=300.0"], 293.15 / 300.0, "fit"),
+        (["heat.wall_temperature=200.0"], 293.15 / 200.0, "warn"),
+    ],
+)
+def test_density_of_the_gas_at_the_farthest_temperature(settings, expected, verdict):
+    number = find([*HEAT, *settings], "density of warm gas")
+    assert number.value == pytest.approx(expected, rel=1e-12) and number.verdict == verdict
+    assert find([], "density of warm gas") is None
+
+
+def test_the_density_of_a_liquid_is_not_that_of_an_ideal_gas():
+    assert find([*HEAT, "gas.density=1000.0"], "density of warm gas") is None

@@ -1,7 +1,9 @@
-"""Pre-flight numbers of heat: what the cells add to the conduction that a case asks for."""
+"""Pre-flight numbers of heat: what the cells add to the conduction that a case asks for, and what the constant density
+of the gas leaves out."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -14,6 +16,10 @@ from fbcouple.physics.heat.conductivity import conduct_by_bed
 
 SMALL = 0.1
 """Conductivity that sharing adds, over that of the bed by Zehner and Schlunder, above which it is told."""
+STEADY = 0.05
+"""Change of the gas's density by its temperature, over it, above which it is told."""
+_LIQUID = 100.0
+"""Density [kg/m3] above which what flows is taken to be a liquid, no ideal gas."""
 _RESTING = 3.8
 """Nusselt number of a packed bed in gas at rest, Gunn's 7 - 10 eps + 5 eps^2 at voidage 0.4."""
 
@@ -38,6 +44,26 @@ def describe_conduction(case: Case, cell: np.ndarray) -> Iterator[Number]:
     bed = float(conduct_by_bed(packed, own, heat.particle_conductivity or own)[0]) / own
     fits = judge(ratio <= SMALL * bed)
     yield Number("conduction by sharing", ratio, "1", f"at most {SMALL * bed:.3g}", fits, meaning)
+
+
+def describe_density(case: Case) -> Iterator[Number]:
+    """Density that the gas has by the law of ideal gases at the temperature of particles or walls that is farthest from
+    its own, over the density of the case, which the run takes everywhere."""
+    heat, gas = case.heat, case.gas
+    if not (heat and gas and heat.gas_temperature) or gas.density > _LIQUID:
+        return
+    others = [heat.particle_temperature, heat.wall_temperature, *(wall.temperature for wall in heat.walls)]
+    ratios = [heat.gas_temperature / other for other in others if other]
+    if not ratios:
+        return
+    ratio = max(ratios, key=lambda value: abs(math.log(value)))
+    meaning = (
+        "Density that the gas has, by the law of ideal gases, once it is as warm as the particles or walls that are "
+        "farthest from its own temperature, over that of the case. The run takes the latter everywhere: the speed of "
+        "gas that is warmed in the bed is as much too low."
+    )
+    allowed = f"{1.0 - STEADY:g} to {1.0 + STEADY:g}"
+    yield Number("density of warm gas", ratio, "1", allowed, judge(abs(ratio - 1.0) <= STEADY), meaning)
 
 
 def find_variance(case: Case, cell: float) -> float:
