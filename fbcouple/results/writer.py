@@ -100,6 +100,8 @@ HISTORIES: dict[str, tuple[str, str]] = {
     "substeps": ("1", "DEM steps in the last fluid step"),
     "mean_gas_temperature": ("K", "mean temperature of the gas, over its volume"),
     "mean_particle_temperature": ("K", "mean temperature of the particles, over their mass"),
+    "min_temperature": ("K", "least temperature of a cell of gas or of a particle"),
+    "max_temperature": ("K", "largest temperature of a cell of gas or of a particle"),
     "heat_given": ("W", "heat from the gas to the particles, mean since the last row"),
     "heat_by_walls": ("W", "heat that came to the gas by walls, mean since the last row"),
     "heat_by_inlets": (

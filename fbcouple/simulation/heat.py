@@ -118,7 +118,7 @@ class Heat:
 
     def measure(self, voidage: np.ndarray | None) -> dict[str, float]:
         """Mean temperatures [K] of gas, over its volume in cells of `voidage` (cells,), and of particles, over their
-        mass; nan of what is not there."""
+        mass; the least and the largest of a cell or particle; nan of what is not there."""
         sums = np.zeros(4)
         if self.gas and voidage is not None:
             volumes = voidage * self._volumes
@@ -132,7 +132,18 @@ class Heat:
             found["mean_gas_temperature"] = self._reference + gas_heat / gas
         if self._liggghts:
             found["mean_particle_temperature"] = self._reference + solids_heat / solids if solids else math.nan
-        return found
+        return found | self._find_extremes()
+
+    def _find_extremes(self) -> dict[str, float]:
+        own = [self.gas.temperatures] if self.gas else []
+        own += [self._liggghts_temperatures] if self._liggghts else []
+        bounds = np.full(2, math.inf)
+        for values in own:
+            if len(values):
+                bounds = np.minimum(bounds, (values.min(), -values.max()))
+        self._comm.Allreduce(MPI.IN_PLACE, bounds, op=MPI.MIN)
+        least, largest = np.where(np.isinf(bounds), math.nan, bounds * (1.0, -1.0)).tolist()
+        return {"min_temperature": least, "max_temperature": largest}
 
     @property
     def _liggghts_temperatures(self) -> np.ndarray:

@@ -163,6 +163,26 @@ LAST = 5
 """History rows that say whether it has."""
 
 
+@indicator("heat error", 1e-12, 1e-9)
+def find_heat_error(case: Case, rows: list[Row]) -> float:
+    """Largest error of a step's ledger of heat over the heat held."""
+    return _peak(rows, "heat_error")
+
+
+@indicator("temperature", 1e-9, 1e-2)
+def find_strange_temperature(case: Case, rows: list[Row]) -> float:
+    """Farthest temperature of a cell or particle outside those that the scene gives gas, particles and walls, over
+    their range."""
+    heat = case.heat
+    if heat is None:
+        return math.nan
+    walls = [heat.wall_temperature, *(wall.temperature for wall in heat.walls)]
+    given = [one for one in (heat.gas_temperature, heat.particle_temperature, *walls) if one]
+    below = min(given) - min(row["min_temperature"] for row in rows)
+    above = max(row["max_temperature"] for row in rows) - max(given)
+    return max(0.0, below, above) / (max(given) - min(given) or max(given))
+
+
 @indicator("residual speed", 3e-3, 5e-2)
 def find_residual_speed(case: Case, rows: list[Row]) -> float:
     """Without gas, long after the fall: speed of the particles that does not decay, over sqrt(g d) (collective creep

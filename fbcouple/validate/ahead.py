@@ -55,7 +55,7 @@ _OF: dict[str, tuple[str, ...]] = {
     "averages.until_error": ("averages_error", "expected_end"),
     "[heat]": (
         *("heat_error", "heat_given", "heat_by_walls", "heat_by_inlets", "heat_by_outlets", "heat_by_contacts"),
-        "heat_by_continuity",
+        *("heat_by_continuity", "min_temperature", "max_temperature"),
     ),
     "[heat] and [gas]": ("mean_gas_temperature", "gas_temperature"),
     "[heat] and [particles]": ("mean_particle_temperature", "solids_temperature"),
