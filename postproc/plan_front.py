@@ -18,7 +18,7 @@ _BODY = 3.2
 """Height of the axes [in]."""
 _NARROW = 20.0
 """Span of an axis below which more than powers of ten is marked."""
-_KNOBS = ("preset and fluid step", "overlap", "cells over d")
+_KNOBS = ("preset and fluid step", "overlap", "cells over d", "parcels")
 
 
 def draw_front(plan: dict[str, Any], path: Path) -> Path:

@@ -24,6 +24,7 @@ from fbcouple.case.plan.measured_errors import (
     list_errors,
     list_meshes,
     list_overlaps,
+    list_ratios,
 )
 from fbcouple.case.source import read_toml
 from fbcouple.errors import CaseError
@@ -75,6 +76,8 @@ def test_the_range_of_a_map_is_told_beside_its_study():
     text = " ".join((STUDIES / "README.md").read_text().split())
     found = re.search(r"that of `patil/c2` above, whose map has a range of ([\d.]+) times", text)
     assert float(found[1]) == RANGES["patil/c2"]
+    found = re.search(r"the map of `mueller/0.9`, which has a range of ([\d.]+) times its root mean square", text)
+    assert float(found[1]) == RANGES["mueller/0.9"]
 
 
 def test_meshes_have_the_cells_of_the_study():
@@ -88,8 +91,9 @@ def test_meshes_have_the_cells_of_the_study():
     assert sizes == pytest.approx([FINEST_MESH, *(float(value) for value in list_errors(MESH))], abs=0.005)
 
 
-def test_a_coarser_mesh_is_never_told_to_be_nearer():
-    errors = list(list_meshes().values())
+@pytest.mark.parametrize("list_sizes", [list_meshes, list_ratios])
+def test_coarser_meshes_and_larger_parcels_are_never_told_to_be_nearer(list_sizes):
+    errors = list(list_sizes().values())
     assert errors == sorted(errors) and errors[0] == 0.0 < errors[1]
 
 

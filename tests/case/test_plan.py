@@ -20,7 +20,16 @@ from fbcouple.case.new_case import write_new_case
 from fbcouple.case.plan.candidates import LIMIT, Pricing, list_splits, make_member
 from fbcouple.case.plan.choice import make_plan
 from fbcouple.case.plan.knobs import KNOBS, Value, list_numerics
-from fbcouple.case.plan.measured_errors import MESH, NUMERICS, OVERLAP, interpolate, list_errors, list_overlaps
+from fbcouple.case.plan.measured_errors import (
+    MESH,
+    NUMERICS,
+    OVERLAP,
+    PARCELS,
+    interpolate,
+    list_errors,
+    list_overlaps,
+    list_ratios,
+)
 from fbcouple.case.source import find_case
 from fbcouple.errors import CaseError
 
@@ -61,7 +70,7 @@ def test_of_all_combinations_none_that_reaches_it_is_cheaper():
     case, folder = load_case("mueller/0.9"), find_case("mueller/0.9").parent
     pricing = Pricing(SHIPPED, folder)
     members = [make_member("mueller/0.9", [], numerics, folder) for numerics in list_numerics(case, folder)]
-    assert len(members) == 5 * 5 * 3
+    assert len(members) == 5 * 5 * 3 * 3
     found = [pricing.reach(member, 1, 1, 0.05) for member in members]
     costs = [one.core_hours for one in found if one is not None]
     assert 10 < len(costs) < len(members), "coarse meshes do not reach it"
@@ -118,6 +127,16 @@ def test_what_is_given_stays():
     assert courant.numerics.error == pytest.approx(
         math.hypot(interpolate("", known, 0.7), list_overlaps(False)[0.1]), rel=1e-6
     )
+
+
+def test_parcels_are_for_rough_plans_and_own_ones_stay():
+    rough, fine = (make_plan("mueller/0.9", error, found=SHIPPED).chosen for error in (0.6, 0.1))
+    assert rough.list_settings()["particles.coarse_graining"] in (1.26, 1.5)
+    assert rough.core_hours < fine.core_hours and "particles.coarse_graining" not in fine.list_settings()
+    own = make_plan("mueller/0.9", 0.6, sets=["particles.coarse_graining=1.3"], found=SHIPPED).chosen
+    assert own.numerics.words[PARCELS] == "parcels of 1.3 d" and own.numerics.error > list_ratios()[1.26] - 1e-12
+    with pytest.raises(CaseError, match=r"^particles.coarse_graining: 2 is given, and errors were measured from 1 to"):
+        make_plan("mueller/0.9", 0.6, sets=["particles.coarse_graining=2"], found=SHIPPED)
 
 
 def test_a_knob_more_is_an_entry_more(monkeypatch):

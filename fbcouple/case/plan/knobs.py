@@ -1,4 +1,4 @@
-"""What a plan may turn: preset and fluid step, overlap, mesh; each with values that were measured and their errors.
+"""What a plan may turn: preset and fluid step, overlap, mesh, parcels; with values that were measured and their errors.
 
 A knob more is a function in `KNOBS` that gives its values for a case: the options that each sets, and what it errs.
 """
@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from fbcouple.case.bed.particle_types import largest_diameter
+from fbcouple.case.bed.parcel_numbers import FEWEST_ACROSS
+from fbcouple.case.bed.particle_types import find_ratio, largest_diameter
 from fbcouple.case.bed.region import find_region
 from fbcouple.case.bed.speeds import find_largest_overlap, list_speeds
 from fbcouple.case.cost.work import SPOUTED, count_work
@@ -20,10 +21,12 @@ from fbcouple.case.plan.measured_errors import (
     MESH,
     NUMERICS,
     OVERLAP,
+    PARCELS,
     interpolate,
     list_errors,
     list_meshes,
     list_overlaps,
+    list_ratios,
 )
 from fbcouple.case.presets import KEY, PRESETS
 from fbcouple.case.schema.sections import Case
@@ -37,6 +40,7 @@ _LEFT = ("contact.steps_per_contact", "contact.max_overlap")
 """Options of a preset that are its own to set, by the bed, and that another knob turns."""
 _STEP_KEYS = tuple(key for key in PRESETS["standard"] if key not in _LEFT)
 _MESH_KEY = "domain.cells"
+_PARCEL_KEYS = ("particles.coarse_graining", "particles.parcels")
 
 
 def _set_preset(name: str, **limits: float) -> Settings:
@@ -132,10 +136,27 @@ def _find_diameter(case: Case) -> float:
     return largest_diameter(case.particles)
 
 
+def list_parcels(case: Case, folder: Path, held: Collection[str]) -> list[Value]:
+    """The particles themselves, and parcels of them as large as fit between the walls; of a case in parcels its own."""
+    assert case.particles is not None
+    own, known = find_ratio(case.particles), list_ratios()
+    if own > 1.0 or any(key in held for key in _PARCEL_KEYS):
+        return [Value(f"parcels of {own:.3g} d", {}, interpolate(_PARCEL_KEYS[0], known, own))]
+    across = [size for axis, size in zip("xy", case.domain.size, strict=False) if axis not in case.domain.periodic]
+    largest = min(across, default=math.inf) / FEWEST_ACROSS / _find_diameter(case)
+    parcels = [
+        Value(f"parcels of {ratio:g} d", {_PARCEL_KEYS[0]: ratio}, error)
+        for ratio, error in known.items()
+        if 1.0 < ratio <= largest
+    ]
+    return [Value("particles", {}, 0.0), *parcels]
+
+
 KNOBS: dict[str, Callable[[Case, Path, Collection[str]], list[Value]]] = {
     NUMERICS: list_steps,
     OVERLAP: list_springs,
     MESH: list_cells,
+    PARCELS: list_parcels,
 }
 """Knob -> its values for a case whose own files lie in a folder, in the order in which they are told; of options that
 are held it has the case's own alone."""

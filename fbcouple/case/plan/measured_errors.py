@@ -1,7 +1,8 @@
 """What numerics and mesh did to the mean map of solids flux in beds that were run: each number once, with its source.
 
 Beds are compared as the gas lifts them, from their start to 0.12 s, before chance plays a part: after that two runs of
-one case differ by more than numerics do. `tests/case/test_measured_errors.py` holds every number against its study.
+one case differ by more than numerics do. Parcels are told by means over 5 s, as it is the bubbles that they change.
+`tests/case/test_measured_errors.py` holds every number against its study.
 """
 
 from __future__ import annotations
@@ -40,9 +41,10 @@ class Measured:
 
 _MAP, _RANGE, _SOLIDS = "maps:solids_flux", "means:solids_flux", "means:solids_fraction"
 _CENTRE = "finest:solids_centre_z"
-RANGES = {"patil/c2": 4.4}
+RANGES = {"patil/c2": 4.4, "mueller/0.9": 5.96}
 """Range of the map of solids flux of a bed over its root mean square, where errors were told over the range."""
-NUMERICS, OVERLAP, PACKING, MESH = "preset and fluid step", "overlap", "overlap at rest", "cells over d"
+NUMERICS, OVERLAP, PACKING = "preset and fluid step", "overlap", "overlap at rest"
+MESH, PARCELS = "cells over d", "parcels"
 
 MEASURED: tuple[Measured, ...] = (
     *(
@@ -93,6 +95,10 @@ MEASURED: tuple[Measured, ...] = (
         Measured(MESH, value, "mueller/0.9", "presets-lifted", member, _MAP, error)
         for value, member, error in (("2.21", "cells-16x4x44", 0.3793), ("3.14", "cells-11x3x30", 0.3772))
     ),
+    *(
+        Measured(PARCELS, value, "mueller/0.9", "coarse-graining", f"coarse_graining-{value}", _RANGE, error)
+        for value, error in (("1.26", 0.0717), ("1.5", 0.0663))
+    ),
 )
 """`fluid-step` is a table of docs/results/studies/README.md; of `overlap-rest` the error is the shift of the centre of
 mass over its height. The flux of patil/c2 was not measured by overlap: its solids fraction stands for it."""
@@ -127,8 +133,18 @@ def list_overlaps(rests: bool) -> dict[float, float]:
 
 def list_meshes() -> dict[float, float]:
     """Cells over the diameter -> distance from a mesh of `FINEST_MESH`; a coarser one is not nearer than a finer."""
-    sizes, worst = {FINEST_MESH: 0.0}, 0.0
-    for value, error in list_errors(MESH).items():
+    return {FINEST_MESH: 0.0} | _never_nearer(MESH)
+
+
+def list_ratios() -> dict[float, float]:
+    """Diameter of parcels over that of their particles -> distance from these; larger ones are not nearer. Ratios from
+    2 on have none: the bed that was measured no longer bubbled."""
+    return {1.0: 0.0} | _never_nearer(PARCELS)
+
+
+def _never_nearer(knob: str) -> dict[float, float]:
+    sizes, worst = {}, 0.0
+    for value, error in list_errors(knob).items():
         worst = max(worst, error)
         sizes[float(value)] = worst
     return sizes
