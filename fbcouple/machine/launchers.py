@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import os
 import re
+from collections import Counter
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 
 from fbcouple.errors import CaseError
-from fbcouple.machine.environment import child_environment
+from fbcouple.machine.environment import child_environment, mpi_environment
 from fbcouple.machine.programs import run_program
 
 LAUNCHER, BIND = "FBCOUPLE_LAUNCHER", "FBCOUPLE_BIND"
@@ -27,6 +28,10 @@ BINDINGS: dict[str, tuple[str, dict[str, str]]] = {
 }
 """Launcher -> its option for what a rank is bound to, and its word for each."""
 _OPEN_MPI = "Open MPI"
+_HOST_FILES = ("PBS_NODEFILE", "LSB_DJOB_HOSTFILE")
+"""Where PBS and LSF name the file of a job's hosts, a line for each rank."""
+_READ_BY_RANKS = re.compile(r"PATH|LD_\w+|GLIBC_TUNABLES|(PYTHON|FBCOUPLE_|NUMBA_|OMP_|WM_|FOAM_)\w*")
+"""Variables that a rank reads or that its libraries do."""
 
 
 def mpi_command(ranks: int, program: list[str]) -> list[str]:
@@ -43,6 +48,8 @@ def mpi_command(ranks: int, program: list[str]) -> list[str]:
         command += [option, words[bind]] if option == "-cc" or is_open else [f"{option}={words[bind]}"]
     elif bind != "none":
         command += ["-bind-to", words[bind]]  # Hydra of MPICH, which binds nothing unless it is told to
+    if is_open and count_nodes() > 1:
+        command += _reach_nodes()
     return [*command, *(["--oversubscribe"] if is_open and _is_crowded(ranks) else []), *program]
 
 
@@ -69,9 +76,25 @@ def count_nodes(given: Mapping[str, str] = os.environ) -> int:
     """Nodes of the batch job that this process is in; 1 outside of one."""
     if (slurm := given.get("SLURM_JOB_NUM_NODES", "")).isdecimal():
         return int(slurm)
-    if (file := Path(given.get("PBS_NODEFILE", "") or "/")).is_file():
-        return len(set(file.read_text(encoding="utf-8", errors="replace").split()))
+    if places := _list_places(given):
+        return len(set(places))
     return max(len(set(given.get("LSB_HOSTS", "").split())), 1)
+
+
+def _list_places(given: Mapping[str, str]) -> list[str]:
+    """Host of each rank that a job of PBS or LSF has a place for, in their order; none where no file says it."""
+    files = [Path(given[variable]) for variable in _HOST_FILES if given.get(variable)]
+    return next((file.read_text(encoding="utf-8", errors="replace").split() for file in files if file.is_file()), [])
+
+
+def _reach_nodes() -> list[str]:
+    """What mpirun of Open MPI needs for ranks on the other nodes of a job. Where it was built without the batch system
+    (Debian's knows SLURM alone) it has to be told the hosts and how many ranks each is for, or starts all ranks on the
+    first; and what starts a rank on another node brings this environment along by SLURM only."""
+    places = Counter(_list_places(os.environ))
+    hosts = ",".join(f"{host}:{ranks}" for host, ranks in places.items())
+    brought = [name for name in sorted(mpi_environment()) if _READ_BY_RANKS.fullmatch(name)]
+    return [*(["--host", hosts] if hosts else []), *(word for name in brought for word in ("-x", name))]
 
 
 def _read(variable: str, default: str, allowed: Mapping[str, object]) -> str:

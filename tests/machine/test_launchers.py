@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 from pathlib import Path
 
@@ -22,7 +23,8 @@ SAYS = {
 def launcher(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """Put a program `name` that says `words` of its version first on the PATH, on a machine of 4 cores."""
     monkeypatch.setattr(os, "sched_getaffinity", lambda process: range(4))
-    for variable in ("FBCOUPLE_LAUNCHER", "FBCOUPLE_BIND", "SLURM_STEP_ID", "SLURM_JOB_NUM_NODES", "PBS_NODEFILE"):
+    of_jobs = ("SLURM_STEP_ID", "SLURM_JOB_NUM_NODES", "PBS_NODEFILE", "LSB_DJOB_HOSTFILE", "LSB_HOSTS")
+    for variable in ("FBCOUPLE_LAUNCHER", "FBCOUPLE_BIND", *of_jobs):
         monkeypatch.delenv(variable, raising=False)
 
     def put(name: str, words: str) -> None:
@@ -81,3 +83,43 @@ def test_the_nodes_of_a_job_have_their_own_places(launcher, monkeypatch, tmp_pat
     (tmp_path / "nodes").write_text("a\na\nb\nb\n")
     given = ({"SLURM_JOB_NUM_NODES": "3"}, {"PBS_NODEFILE": str(tmp_path / "nodes")}, {"LSB_HOSTS": "a a b"}, {})
     assert [count_nodes(one) for one in given] == [3, 2, 2, 1]
+
+
+def list_brought(command: list[str]) -> list[str]:
+    return [word for before, word in itertools.pairwise(command) if before == "-x"]
+
+
+@pytest.mark.parametrize("variable", ["PBS_NODEFILE", "LSB_DJOB_HOSTFILE"])
+def test_open_mpi_is_told_the_hosts_of_a_job_and_what_its_ranks_read(launcher, monkeypatch, tmp_path, variable):
+    """Built without the batch system, as Debian's is, it would start all ranks on the first host; and what starts a
+    rank on another brings no environment along."""
+    launcher("mpirun", SAYS["Open MPI"])
+    hosts = tmp_path / "hosts"
+    hosts.write_text("one\none\ntwo\ntwo\n")
+    monkeypatch.setenv(variable, str(hosts))
+    monkeypatch.setenv("FBCOUPLE_LIGGGHTS", "/opt/liggghts/libliggghts.so")
+    monkeypatch.setenv("LD_LIBRARY_PATH", "/opt/openfoam/lib")
+    monkeypatch.setenv("DISPLAY", ":0")
+    command = mpi_command(4, ["x"])
+    assert command[:7] == ["mpirun", "-n", "4", "--bind-to", "none", "--host", "one:2,two:2"] and command[-1] == "x"
+    brought = list_brought(command)
+    assert {"PATH", "LD_LIBRARY_PATH", "FBCOUPLE_LIGGGHTS", "FBCOUPLE_CACHE", "FOAM_CONTROLDICT"} <= set(brought)
+    assert "DISPLAY" not in brought and "HOME" not in brought
+    hosts.write_text("one\none\none\none\n")
+    assert mpi_command(4, ["x"]) == ["mpirun", "-n", "4", "--bind-to", "none", "x"]
+
+
+def test_slurm_needs_no_list_of_hosts_but_may_keep_the_environment_back(launcher, monkeypatch):
+    """As under `sbatch --export=NONE`."""
+    launcher("mpirun", SAYS["Open MPI"])
+    monkeypatch.setenv("SLURM_JOB_NUM_NODES", "2")
+    command = mpi_command(4, ["x"])
+    assert "--host" not in command and "PYTHONSAFEPATH" in list_brought(command)
+
+
+@pytest.mark.parametrize("mpi", ["MPICH", "Intel MPI"])
+def test_other_launchers_find_hosts_and_bring_the_environment_themselves(launcher, monkeypatch, tmp_path, mpi):
+    launcher("mpirun", SAYS[mpi])
+    (tmp_path / "hosts").write_text("one\ntwo\n")
+    monkeypatch.setenv("PBS_NODEFILE", str(tmp_path / "hosts"))
+    assert mpi_command(4, ["x"]) == ["mpirun", "-n", "4", "x"]
