@@ -1,4 +1,7 @@
-"""A SLURM of one node in a folder: Debian's packages unpacked, not installed; three processes, ended at the end."""
+"""A SLURM in a folder: Debian's packages unpacked, not installed; a few processes, ended at the end.
+
+Its node is this machine, or its nodes are hosts as `open_hosts` gives them.
+"""
 
 from __future__ import annotations
 
@@ -8,13 +11,15 @@ import pwd
 import socket
 import subprocess
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+
+from tests.batch.hosts import NETWORK, Host
 
 PACKAGES = ("slurmctld", "slurmd", "slurm-client", "munge")
 CONF = """
 ClusterName=box
-SlurmctldHost={host}(127.0.0.1)
+SlurmctldHost={host}({address})
 SlurmUser={user}
 SlurmdUser={user}
 AuthType=auth/munge
@@ -24,11 +29,11 @@ PluginDir={plugins}
 SlurmctldPort={port}
 SlurmdPort={next_port}
 StateSaveLocation={box}/state
-SlurmdSpoolDir={box}/spool
+SlurmdSpoolDir={box}/spool/%n
 SlurmctldPidFile={box}/slurmctld.pid
-SlurmdPidFile={box}/slurmd.pid
+SlurmdPidFile={box}/slurmd-%n.pid
 SlurmctldLogFile={box}/slurmctld.log
-SlurmdLogFile={box}/slurmd.log
+SlurmdLogFile={box}/slurmd-%n.log
 ProctrackType=proctrack/pgid
 TaskPlugin=task/none
 MpiDefault=none
@@ -36,9 +41,11 @@ SelectType=select/cons_tres
 SelectTypeParameters=CR_Core_Memory
 ReturnToService=2
 SchedulerParameters=batch_sched_delay=1,sched_interval=2
-NodeName={host} NodeAddr=127.0.0.1 CPUs=2 RealMemory=4000 State=UNKNOWN
+{nodes}
 PartitionName=main Nodes=ALL Default=YES MaxTime=INFINITE State=UP
 """
+
+NODE = "NodeName={name} NodeAddr={address} CPUs=2 RealMemory=4000 State=UNKNOWN"
 
 
 def unpack(folder: Path) -> Path:
@@ -65,39 +72,36 @@ def find_ports() -> int:
 
 
 @contextlib.contextmanager
-def open_slurm(folder: Path) -> Iterator[dict[str, str]]:
-    """Start munged, slurmctld and slurmd in `folder`; yields the environment in which sbatch and squeue see them."""
+def open_slurm(folder: Path, hosts: Sequence[Host] = ()) -> Iterator[dict[str, str]]:
+    """Start munged, slurmctld and a slurmd a node in `folder`; yields the environment in which sbatch sees them.
+
+    hosts: the nodes; without any this machine is the node."""
     root, box, port = unpack(folder), folder / "box", find_ports()
     libraries = root / "usr/lib/x86_64-linux-gnu"
-    plugins = libraries / "slurm-wlm"
-    for part in ("state", "spool"):
+    here = socket.gethostname().split(".")[0]
+    nodes = {host.name: host.address for host in hosts} or {here: "127.0.0.1"}
+    for part in ("state", *(f"spool/{name}" for name in nodes)):
         (box / part).mkdir(parents=True)
     box.chmod(0o700)
     (box / "munge.key").write_bytes(os.urandom(1024))
     (box / "munge.key").chmod(0o400)
-    user, host = pwd.getpwuid(os.geteuid()).pw_name, socket.gethostname().split(".")[0]
-    conf = CONF.format(host=host, user=user, box=box, plugins=plugins, port=port, next_port=port + 1)
-    (box / "slurm.conf").write_text(conf)
+    user = pwd.getpwuid(os.geteuid()).pw_name
+    told = {"host": here, "address": f"{NETWORK}.1" if hosts else "127.0.0.1", "user": user, "box": box}
+    told |= {"nodes": "\n".join(NODE.format(name=name, address=address) for name, address in nodes.items())}
+    told |= {"port": port, "next_port": port + 1, "plugins": libraries / "slurm-wlm"}
+    (box / "slurm.conf").write_text(CONF.format(**told))
     environment = os.environ | {
-        "LD_LIBRARY_PATH": f"{libraries}:{plugins}",
+        "LD_LIBRARY_PATH": f"{libraries}:{libraries}/slurm-wlm",
         "PATH": f"{root}/usr/bin:{os.environ['PATH']}",
         "SLURM_CONF": f"{box}/slurm.conf",
     }
-    files = {"key-file": "key", "socket": "sock", "pid-file": "pid", "log-file": "log", "seed-file": "seed"}
-    munge = [f"--{option}={box}/munge.{end}" for option, end in files.items()]
-    commands = [
-        [root / "usr/sbin/munged", "--foreground", "--force", *munge],
-        [root / "usr/sbin/slurmctld-wlm", "-D", "-f", box / "slurm.conf"],
-        [root / "usr/sbin/slurmd-wlm", "-D", "-f", box / "slurm.conf", "-d", root / "usr/sbin/slurmstepd-wlm"],
-    ]
     processes: list[subprocess.Popen] = []
     try:
-        for command in commands:
-            processes.append(
-                subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-            )
+        for command in _list_daemons(root / "usr/sbin", box, hosts):
+            nothing = subprocess.DEVNULL
+            processes.append(subprocess.Popen(command, env=environment, stdout=nothing, stderr=nothing))
             time.sleep(1.0)
-        _await_node(environment)
+        _await_nodes(environment, len(nodes))
         yield environment
     finally:
         subprocess.run(["scancel", "--user", user], env=environment, capture_output=True, check=False, timeout=30)
@@ -109,11 +113,24 @@ def open_slurm(folder: Path) -> Iterator[dict[str, str]]:
             process.kill()
 
 
-def _await_node(environment: dict[str, str]) -> None:
-    deadline = time.monotonic() + 60.0
+def _list_daemons(programs: Path, box: Path, hosts: Sequence[Host]) -> Iterator[list[str]]:
+    files = {"key-file": "key", "socket": "sock", "pid-file": "pid", "log-file": "log", "seed-file": "seed"}
+    conf = f"{box}/slurm.conf"
+    munge = [f"--{option}={box}/munge.{end}" for option, end in files.items()]
+    yield [f"{programs}/munged", "--foreground", "--force", *munge]
+    yield [f"{programs}/slurmctld-wlm", "-D", "-f", conf]
+    node = [f"{programs}/slurmd-wlm", "-D", "-f", conf, "-d", f"{programs}/slurmstepd-wlm"]
+    if not hosts:
+        yield node
+    for host in hosts:
+        yield host.enter(*node, "-N", host.name)
+
+
+def _await_nodes(environment: dict[str, str], count: int) -> None:
+    deadline, asked = time.monotonic() + 60.0, ["sinfo", "-h", "-N", "-o", "%T"]
     while time.monotonic() < deadline:
-        done = subprocess.run(["sinfo", "-h", "-o", "%T"], env=environment, capture_output=True, text=True, check=False)
-        if done.stdout.strip() == "idle":
+        done = subprocess.run(asked, env=environment, capture_output=True, text=True, check=False)
+        if done.stdout.split() == ["idle"] * count:
             return
         time.sleep(1.0)
-    raise TimeoutError(f"SLURM's node is not up after a minute: {done.stdout} {done.stderr}")
+    raise TimeoutError(f"SLURM's nodes are not up after a minute: {done.stdout} {done.stderr}")
