@@ -30,6 +30,7 @@ SlurmctldPort={port}
 SlurmdPort={next_port}
 StateSaveLocation={box}/state
 SlurmdSpoolDir={box}/spool/%n
+TmpFS={box}/tmp/%n
 SlurmctldPidFile={box}/slurmctld.pid
 SlurmdPidFile={box}/slurmd-%n.pid
 SlurmctldLogFile={box}/slurmctld.log
@@ -80,7 +81,7 @@ def open_slurm(folder: Path, hosts: Sequence[Host] = ()) -> Iterator[dict[str, s
     libraries = root / "usr/lib/x86_64-linux-gnu"
     here = socket.gethostname().split(".")[0]
     nodes = {host.name: host.address for host in hosts} or {here: "127.0.0.1"}
-    for part in ("state", *(f"spool/{name}" for name in nodes)):
+    for part in ("state", *(f"{each}/{name}" for each in ("spool", "tmp") for name in nodes)):
         (box / part).mkdir(parents=True)
     box.chmod(0o700)
     (box / "munge.key").write_bytes(os.urandom(1024))
