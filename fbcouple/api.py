@@ -191,9 +191,13 @@ class Run:
         return self.status()
 
     @in_python()
-    def status(self) -> Status:
-        """How far the run has come; may be asked from another process while it is under way."""
-        case, checkpoints, rows = self.case, list_checkpoints(self.path), self.history()
+    def status(self, history: Sequence[Mapping[str, Any]] | None = None) -> Status:
+        """How far the run has come; may be asked from another process while it is under way.
+
+        history: its rows, where they were read already.
+        """
+        case, checkpoints = self.case, list_checkpoints(self.path)
+        rows = self.history() if history is None else history
         message = read_note(self.path)
         if is_held(self.path):
             state = "running"

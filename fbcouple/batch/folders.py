@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Callable
 from pathlib import Path
 
 from fbcouple.case.cost.coefficients import SHIPPED
@@ -10,6 +11,10 @@ from fbcouple.case.cost.prediction import predict
 from fbcouple.case.load import load_case
 from fbcouple.case.source import FILE_NAME
 from fbcouple.errors import CaseError
+from fbcouple.run_folder.manifest import NAME as MANIFEST
+from fbcouple.run_folder.plain_files import format_path
+
+Say = Callable[[str], None]
 
 
 def is_set(folder: Path) -> bool:
@@ -17,17 +22,27 @@ def is_set(folder: Path) -> bool:
     return not (folder / FILE_NAME).is_file() and any(folder.glob(f"*/{FILE_NAME}"))
 
 
-def find_runs(folder: Path) -> list[Path]:
+def find_runs(folder: Path, say: Say = lambda text: None) -> list[Path]:
     """The run folder `folder`, or the run folders in it, by name.
+
+    A folder in it that holds a case and was never set up is left out, and `say` is told.
 
     Raises: CaseError if it is none and holds none.
     """
     if (folder / FILE_NAME).is_file():
         return [folder.resolve()]
-    runs = sorted(path.parent.resolve() for path in folder.glob(f"*/{FILE_NAME}")) if folder.is_dir() else []
+    found = sorted(path.parent.resolve() for path in folder.glob(f"*/{FILE_NAME}")) if folder.is_dir() else []
+    runs = [run for run in found if (run / MANIFEST).exists()]
     if not runs:
-        text = "is neither a run folder nor a folder of runs"
+        cases = f"; {found[0].name} in it is a case that was not set up" if found else ""
+        text = f"is neither a run folder nor a folder of runs{cases}"
         raise CaseError([f"{folder}: {text}; write one with `fbcouple setup CASE -o {shlex.quote(str(folder))}`."])
+    for case in found:
+        if case not in runs:
+            shown = format_path(case)
+            say(
+                f"{shown}: is a case, and no run folder: left out; make a run of it with: fbcouple setup {shown} -o RUN"
+            )
     return runs
 
 

@@ -112,9 +112,10 @@ def request_memory(case: Case, folder: Path, ranks: int) -> int:
 
 
 def list_warnings(folder: Path, request: Request) -> list[str]:
-    """What of `request` is of little use for the runs in `folder`: more ranks than there is work for."""
-    warnings = []
-    for run in find_runs(folder) if request.ranks > 1 else []:
+    """What in `folder` no job is for, and what of `request` is of little use: more ranks than there is work for."""
+    warnings: list[str] = []
+    runs = find_runs(folder, warnings.append)
+    for run in runs if request.ranks > 1 else []:
         case = load_case(str(run))
         cells = find_region(case, run).cells if case.gas else 0
         particles = particle_count(case.particles) if case.particles else 0

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 import os
+import warnings
 from contextlib import suppress
 from pathlib import Path
 from shlex import quote
 from typing import Any
 
 from fbcouple.api import Run, Status
-from fbcouple.arguments import in_python
+from fbcouple.arguments import in_python, say_in_python
 from fbcouple.batch.folders import find_runs
 from fbcouple.batch.side_by_side import require_done, run_all
 from fbcouple.decks.replicas import make_replicas
@@ -54,10 +55,14 @@ def run_set(
     Returns: how far each has come, by name; one that stopped with a checkpoint raises nothing. Raises: as `Run.start`
     for the first that failed, with a text for each that did.
     """
-    runs = find_runs(Path(folder))
+    runs = find_runs(Path(folder), _warn)
     options = ["-n", str(ranks), "--fresh" if fresh else "--resume", *(["--trust"] if trust else [])]
     with Requests() as requests:
         ended = run_all(runs, jobs, options, requests, wall_limit=wall_limit)
     with suppress(StoppedError):
         require_done(runs, ended, f"`fbcouple run {quote(os.fspath(folder))}`")
     return [Run(one).status() for one in runs]
+
+
+def _warn(text: str) -> None:
+    warnings.warn(say_in_python(text), stacklevel=5)

@@ -42,7 +42,8 @@ class RunState:
 def look_at(run: Path) -> RunState:
     """The state of the run in `run`. Raises: CaseError if it is no run folder."""
     found = Run(run)
-    status, rows = found.status(), found.history()
+    rows = found.history()
+    status = found.status(rows)
     holder = find_holder(run) if status.state == "running" else None
     started = read_manifest(run).get("run", {})
     return RunState(

@@ -7,6 +7,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING
@@ -34,7 +35,7 @@ def run_set(folder: Path, jobs: int, ranks: int, options: Sequence[str], request
     from fbcouple.batch.folders import find_runs
     from fbcouple.batch.side_by_side import require_done, run_all
 
-    runs, console = find_runs(folder), Console()
+    runs, console = find_runs(folder, partial(click.echo, err=True)), Console()
     told = 0
     with _show(console, runs) as redraw:
 

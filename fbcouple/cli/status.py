@@ -8,6 +8,7 @@ import json
 import math
 from collections import Counter
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -32,7 +33,7 @@ def status(folder: Path, as_json: bool) -> None:
     from fbcouple.batch.folders import find_runs
     from fbcouple.batch.state import look_at
 
-    runs = find_runs(folder)
+    runs = find_runs(folder, partial(click.echo, err=True))
     if as_json:
         click.echo(json.dumps([_list_values(look_at(run)) for run in runs], indent=1))
         return

@@ -21,6 +21,7 @@ from fbcouple.case.load import load_case, write_case
 from fbcouple.cli.main import cli
 from fbcouple.decks.render import set_up
 from fbcouple.errors import CaseError
+from fbcouple.results.writer import read_log
 from fbcouple.run_folder.checkpoint import list_checkpoints
 
 BED = """
@@ -43,6 +44,7 @@ wall_friction = 0.1
 [output]
 record_every = 1e-3
 """
+LEFT_OUT = "mine: is a case, and no run folder: left out; make a run of it with: fbcouple setup "
 LONGEST = 120.0
 """Wall time [s] that a test waits for what has to come, on a machine that does much else."""
 
@@ -61,6 +63,42 @@ def call(*arguments):
     return CliRunner().invoke(cli, list(map(str, arguments)), catch_exceptions=False)
 
 
+def leave_a_case(folder):
+    """Leave a case that was never set up beside the runs in `folder`."""
+    (folder / "mine").mkdir()
+    (folder / "mine/case.toml").write_text(BED, encoding="utf-8")
+
+
+def test_a_case_beside_the_runs_is_told_and_left_out(many):
+    leave_a_case(many)
+    said: list[str] = []
+    assert [run.name for run in find_runs(many, said.append)] == ["seed-1", "seed-2", "seed-3"]
+    assert len(said) == 1 and LEFT_OUT in said[0]
+    done = call("status", many, "--json")
+    assert done.exit_code == 0 and [row["state"] for row in json.loads(done.stdout)] == ["set up"] * 3
+    assert done.stderr.count(LEFT_OUT) == 1
+    job = call("batch", many, "--scheduler", "slurm", "--time", "1:00:00", "-n", 1)
+    assert job.exit_code == 0 and f"warning: {many.resolve()}" in job.output and LEFT_OUT in job.output
+    script = (many / "batch/slurm.sh").read_text(encoding="utf-8")
+    assert "seed-3" in script and "mine" not in script
+
+
+def test_a_folder_that_holds_a_case_alone_names_it(tmp_path):
+    leave_a_case(tmp_path)
+    with pytest.raises(CaseError, match="mine in it is a case that was not set up; write one with `fbcouple setup"):
+        find_runs(tmp_path)
+    assert call("run", tmp_path).exit_code == 1
+
+
+def test_a_look_at_a_run_reads_its_history_once(many, monkeypatch):
+    reads: list[Path] = []
+    call("run", many / "seed-1")
+    monkeypatch.setattr("fbcouple.api.read_log", lambda log: reads.append(log) or read_log(log))
+    state = look_at(many / "seed-1")
+    assert state.state == "complete" and state.time == pytest.approx(0.01, rel=1e-2) and state.wall > 0.0
+    assert reads == [many / "seed-1/logs/run.jsonl"]
+
+
 def test_the_longest_run_goes_first(many):
     walls = [predict_wall(run) for run in find_runs(many)]
     assert walls[0] == walls[1] < walls[2]
@@ -76,9 +114,10 @@ def test_what_fails_does_not_stop_the_others_and_is_told(many):
     assert done.output.count("done; draw its figures") == 2 and "seed-1: " in done.output
     assert [look_at(run).state for run in find_runs(many)] == ["set up", "complete", "complete"]
     assert "in.liggghts" in (many / "seed-1" / CONSOLE).read_text(encoding="utf-8")
+    leave_a_case(many)
     again = call("run", many, "-j", 2, "--trust")
-    assert again.exit_code == 0 and "all 3 runs are complete" in again.output
-    rows = json.loads(call("status", many, "--json").output)
+    assert again.exit_code == 0 and "all 3 runs are complete" in again.output and LEFT_OUT in again.stderr
+    rows = json.loads(call("status", many, "--json").stdout)
     assert [row["state"] for row in rows] == ["complete"] * 3
     assert rows[2]["time"] == pytest.approx(0.02, rel=1e-2) and rows[2]["left"] is None and rows[2]["ranks"] == 1
 
