@@ -17,8 +17,9 @@ from fbcouple.coupling.box.filter import filtered
 from fbcouple.coupling.box.halo import HaloExchange, find_local_grid
 from fbcouple.coupling.box.mapping import VOIDAGE_METHODS, Mapping, find_widths
 from fbcouple.coupling.polyhedral.cells import MeshCells
+from fbcouple.coupling.polyhedral.filter import CellFilter, CellGeometry
 from fbcouple.coupling.polyhedral.halo import CellHaloExchange
-from fbcouple.coupling.polyhedral.mapping import CELL_METHODS, CellFilter, CellGeometry, CellMapping
+from fbcouple.coupling.polyhedral.mapping import CELL_METHODS, CellMapping
 from fbcouple.geometry.grid import Grid
 from fbcouple.geometry.polyhedra import Polyhedra
 

@@ -10,8 +10,9 @@ import pytest
 from mpi4py import MPI
 
 from fbcouple.coupling.box.filter import filtered
+from fbcouple.coupling.polyhedral.filter import CellFilter, CellGeometry
 from fbcouple.coupling.polyhedral.halo import CellHaloExchange
-from fbcouple.coupling.polyhedral.mapping import CELL_METHODS, CellFilter, CellGeometry
+from fbcouple.coupling.polyhedral.mapping import CELL_METHODS
 from fbcouple.errors import DivergedError
 from fbcouple.geometry.cylinder import make_cylinder
 from fbcouple.geometry.polyhedra import find_centres, take_apart

@@ -80,7 +80,7 @@ MUTATIONS = {
     "filter of cells that forgets their volumes": Mutation(
         (
             (
-                "fbcouple/coupling/polyhedral/mapping.py",
+                "fbcouple/coupling/polyhedral/filter.py",
                 "field[:-1] /= self._volumes",
                 "field[:-1] /= self._volumes.mean()",
             ),

@@ -1,14 +1,10 @@
-"""Weights of particles in a mesh of polyhedra, and the filter on it.
+"""Weights of particles in a mesh of polyhedra.
 
 A cell is cut into tetrahedra (fbcouple/geometry/tetrahedra.py). A field is linear on each of them: at the cell's centre
 it has the cell's value, at a point of the mesh the mean of the cells around it, at the middle of a face the mean of its
 points. The mean weighs each cell by the part of it that is nearest to the point, m_ci [m3]. So weights are never
 negative, add up to one, change without a jump from cell to cell, and particles that are spread evenly give every cell
 the same solids fraction. The paper's weights (eq. 28) are these at the points alone, where its gas has its values.
-
-The filter is the paper's eq. 31 for values of cells: to the points and back with the same parts, F = V^-1 m D^-1 m^T
-with the cells' volumes V and the points' D. It is symmetric, V F = (V F)^T; on a box of hexahedra it is the box's own
-filter (1/4, 1/2, 1/4).
 """
 
 from __future__ import annotations
@@ -16,84 +12,13 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 
 import numpy as np
-import scipy
 
 from fbcouple.coupling.box.corners import Stencil
 from fbcouple.coupling.particles import report_outside
-from fbcouple.coupling.polyhedral.halo import LocalCells
+from fbcouple.coupling.polyhedral.filter import CellGeometry
+from fbcouple.coupling.polyhedral.rows import Rows, add_share
 from fbcouple.geometry.locator import Locator
-from fbcouple.geometry.tetrahedra import cut, share_volumes
-from fbcouple.physics.jit import compiled, inlined
-
-
-class Rows:
-    """A sparse matrix whose product with columns of a field is written in place."""
-
-    def __init__(self, matrix: scipy.sparse.spmatrix) -> None:
-        matrix = scipy.sparse.csr_matrix(matrix)
-        matrix.sort_indices()
-        self.shape = matrix.shape
-        self._parts = matrix.indptr.astype(np.int64), matrix.indices.astype(np.int64), matrix.data.astype(float)
-
-    def multiply(self, field: np.ndarray, columns: int, result: np.ndarray) -> None:
-        """Set the first `columns` of `result` (rows, >= columns) to the product with those of `field`."""
-        _multiply(*self._parts, field, columns, result)
-
-    def multiply_some(self, some: np.ndarray, field: np.ndarray, columns: int, result: np.ndarray) -> None:
-        """The same for the rows `some` alone; the others stay as they are."""
-        _multiply_some(*self._parts, some, field, columns, result)
-
-    def add_back(self, some: np.ndarray, rows: np.ndarray, columns: int, field: np.ndarray) -> None:
-        """Add the product of the transpose with the `rows` at `some` to the first `columns` of `field`."""
-        _add_back(*self._parts, some, rows, columns, field)
-
-    def mark_columns(self, some: np.ndarray, marks: np.ndarray) -> None:
-        """Set `marks` at all columns that the rows `some` have entries in."""
-        _mark_columns(self._parts[0], self._parts[1], some, marks)
-
-
-class CellGeometry:
-    """What weights and filter are made of: the local tetrahedra, m, V and D."""
-
-    def __init__(self, local: LocalCells) -> None:
-        self.local = local
-        self.parts = cut(local.cells)
-        shares = share_volumes(self.parts)
-        self.volumes = np.asarray(shares.sum(axis=1)).ravel()
-        around = np.asarray(shares.sum(axis=0)).ravel()
-        self.to_points = scipy.sparse.csr_matrix(scipy.sparse.diags(1.0 / around) @ shares.T)
-        self.to_cells = scipy.sparse.csr_matrix(scipy.sparse.diags(1.0 / self.volumes) @ shares)
-
-
-class CellFilter:
-    """The conservative filter on the local cells, `passes` times.
-
-    The outermost rings of local cells get wrong values, a ring a pass: so many are added.
-    """
-
-    def __init__(self, geometry: CellGeometry, passes: int) -> None:
-        self._passes = passes
-        self._volumes = geometry.volumes[:, None]
-        self._to_points, self._to_cells = Rows(geometry.to_points), Rows(geometry.to_cells)
-        self._points: dict[int, np.ndarray] = {}
-
-    def average(self, field: np.ndarray) -> np.ndarray:
-        """Filter values per volume, (cells + 1, c), in place: what particles read."""
-        columns = field.shape[1]
-        if columns not in self._points:
-            self._points[columns] = np.empty((self._to_points.shape[0], columns))
-        for _ in range(self._passes):
-            self._to_points.multiply(field, columns, self._points[columns])
-            self._to_cells.multiply(self._points[columns], columns, field)
-        return field
-
-    def average_transposed(self, field: np.ndarray) -> np.ndarray:
-        """Filter amounts, (cells + 1, c), in place: what particles write. The transpose of `average`; totals stay."""
-        if self._passes:
-            field[:-1] /= self._volumes
-            self.average(field)
-            field[:-1] *= self._volumes
-        return field
+from fbcouple.physics.jit import compiled
 
 
 class CellMapping(ABC):
@@ -226,61 +151,6 @@ CELL_METHODS: dict[str, type[CellMapping]] = {"trilinear": Linear, "centre": Cel
 
 
 @compiled
-def _multiply(starts, columns_of, values, field, columns, result):
-    for row in range(len(starts) - 1):
-        _multiply_row(starts, columns_of, values, row, field, columns, result)
-
-
-@compiled
-def _multiply_some(starts, columns_of, values, some, field, columns, result):
-    for row in some:
-        _multiply_row(starts, columns_of, values, row, field, columns, result)
-
-
-@inlined
-def _multiply_row(starts, columns_of, values, row, field, columns, result):
-    """Four columns at once, which are one vector to the compiler, then those that are left."""
-    fours = columns - columns % 4
-    for q in range(0, fours, 4):
-        a, b, c, d = 0.0, 0.0, 0.0, 0.0
-        for k in range(starts[row], starts[row + 1]):
-            weight, here = values[k], field[columns_of[k], q : q + 4]
-            a, b, c, d = a + weight * here[0], b + weight * here[1], c + weight * here[2], d + weight * here[3]
-        result[row, q], result[row, q + 1], result[row, q + 2], result[row, q + 3] = a, b, c, d
-    for q in range(fours, columns):
-        total = 0.0
-        for k in range(starts[row], starts[row + 1]):
-            total += values[k] * field[columns_of[k], q]
-        result[row, q] = total
-
-
-@compiled
-def _add_back(starts, columns_of, values, some, rows, columns, field):
-    for row in some:
-        for k in range(starts[row], starts[row + 1]):
-            _add_share(values[k], rows, row, columns, field, columns_of[k])
-
-
-@inlined
-def _add_share(weight, rows, row, columns, field, cell):
-    fours = columns - columns % 4
-    for q in range(0, fours, 4):
-        given, taken = rows[row, q : q + 4], field[cell, q : q + 4]
-        a, b = taken[0] + weight * given[0], taken[1] + weight * given[1]
-        c, d = taken[2] + weight * given[2], taken[3] + weight * given[3]
-        taken[0], taken[1], taken[2], taken[3] = a, b, c, d
-    for q in range(fours, columns):
-        field[cell, q] += weight * rows[row, q]
-
-
-@compiled
-def _mark_columns(starts, columns_of, some, marks):
-    for row in some:
-        for k in range(starts[row], starts[row + 1]):
-            marks[columns_of[k]] = True
-
-
-@compiled
 def _look_up(corners, found, sites, marks):
     """The sites of each particle's tetrahedron, and marks at all of them."""
     for p in range(len(found)):
@@ -310,9 +180,9 @@ def _gather(sites, weights, cells, field, others, rows):
 def _scatter(sites, weights, cells, rows, field, others):
     columns = rows.shape[1]
     for p in range(len(sites)):
-        _add_share(weights[p, 0], rows, p, columns, field, sites[p, 0])
+        add_share(weights[p, 0], rows, p, columns, field, sites[p, 0])
         for k in range(1, 4):
-            _add_share(weights[p, k], rows, p, columns, others, sites[p, k] - cells)
+            add_share(weights[p, k], rows, p, columns, others, sites[p, k] - cells)
 
 
 @compiled
