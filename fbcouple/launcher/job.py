@@ -56,10 +56,12 @@ class Job:
 
         Raises the error that the job ended by, StoppedError among them.
         """
+        log = self._run / LOG
+        before = log.stat().st_size if log.exists() else 0
         with self._words.open("w", encoding="utf-8") as words:
             job = self._start(words)
             try:
-                for row in self._read_rows(job):
+                for row in self._read_rows(job, before):
                     watch(row)
             except OSError as error:
                 _end(job)
@@ -101,10 +103,9 @@ class Job:
                 correct_note(self._run, text, code)
             raise CaseError([text]) if code == 1 else ERRORS.get(code, SolverError)(text)
 
-    def _read_rows(self, job: subprocess.Popen) -> Iterator[dict[str, Any]]:
-        """History rows as the job writes them, until it ends."""
+    def _read_rows(self, job: subprocess.Popen, offset: int) -> Iterator[dict[str, Any]]:
+        """History rows as the job writes them behind the first `offset` bytes of the log, until it ends."""
         log = self._run / LOG
-        offset = log.stat().st_size if log.exists() else 0
         told = 0
         over = False
         while not over:

@@ -82,7 +82,7 @@ class Liggghts:
             deck = _put_restart(deck, restart, log.with_name("in.resumed"), comm)
         self.read(deck)
         self._count = self._global("nlocal", ctypes.c_int)
-        self._views: dict[tuple[int, int], np.ndarray] = {}
+        self._views: dict[tuple[int, Any, tuple[int, ...]], np.ndarray] = {}
         self.bounds = self._read_bounds()
 
     @property
@@ -286,8 +286,8 @@ class Liggghts:
         # A table of rows in LIGGGHTS is one block; its first row pointer is the start of the block.
         start = pointer if columns == 1 else ctypes.c_void_p.from_address(pointer).value
         assert start is not None
-        key = start, rows
-        if key not in self._views or self._views[key].shape != shape:
+        key = start, kind, shape  # what was freed as whole numbers may come back as real ones
+        if key not in self._views:
             if len(self._views) >= _VIEWS:
                 self._views.clear()
             memory = _view_memory(start, rows * columns * ctypes.sizeof(kind), _WRITABLE)
