@@ -6,6 +6,9 @@ only tangential ones.
 
 Strain u = s (x, y, -2 z): the test filter of variance v along each axis leaves a linear field as it is, so that
 L = v A A^T and M = -6 Delta^2 |S| S, which gives C = L:M/M:M = -v (A A^T:S)/(6 Delta^2 |S|^3) with |S| = sqrt(S:S).
+
+Uniform stream between walls that hold it: in the cells beside them M is the difference of two equal tensors, and
+C = L:M/M:M, of rounding alone, would be anything.
 """
 
 from __future__ import annotations
@@ -32,9 +35,11 @@ _CONSTANT = _CK * math.sqrt(_CK / _CE)
 """C_s^2 of both models with fixed coefficients."""
 _PATCHES = ("inlet", "outlet", "left", "right", "front", "back")
 _ZERO_GRADIENT = dict.fromkeys(_PATCHES, "type zeroGradient;")
-_SHEAR_CELLS, _STRAIN_CELLS, _VORTEX_CELLS = (4, 4, 10), (12, 12, 12), (16, 16, 16)
+_SHEAR_CELLS, _STRAIN_CELLS, _VORTEX_CELLS, _STREAM_CELLS = (4, 4, 10), (12, 12, 12), (16, 16, 16), (12, 6, 12)
 Flow = tuple[np.ndarray, dict[str, str], str]
 """Velocity (cells, 3) [m/s], the entry of U at each side, and what the sides are."""
+_LEAST, _NOISE = 0.01, 1e-10
+"""Least |M| over its two terms of the localized model, and relative differences between cells of the stream."""
 _DENSE = 1e9
 """Drag [kg m-3 s-1] that holds the gas to the velocity S/K of its source."""
 
@@ -109,6 +114,14 @@ def _vortices() -> Flow:
     return np.column_stack([u, v, w]), dict.fromkeys(_PATCHES, "type slip;"), "patch"
 
 
+def _stream() -> Flow:
+    """A stream along z, held by the walls in front and behind, whose cells differ by about rounding."""
+    noise = _NOISE * np.random.default_rng(1).uniform(-1.0, 1.0, (math.prod(_STREAM_CELLS), 3))
+    entries = _ZERO_GRADIENT | dict.fromkeys(("left", "right"), "type slip;")
+    entries |= dict.fromkeys(("front", "back"), "type fixedValue; value uniform (0 0 0);")
+    return np.array([0.0, 0.0, 1.0]) + noise, entries, "patch"
+
+
 def _read(name: str, cells: tuple[int, int, int], margin: int = 0) -> np.ndarray:
     """The written scalar field `name` as (z, y, x), without `margin` cells at each wall."""
     newest = max((path for path in Path("CFD").iterdir() if re.fullmatch(r"[\d.e+-]+", path.name)), key=_as_time)
@@ -176,6 +189,20 @@ def vortices(folder: Path, comm: MPI.Comm, model: str) -> Iterator[Number]:
     yield Number("cells with and without viscosity", float((expected > 0).mean()), 0.5, 0.4)
 
 
+def stream(folder: Path, comm: MPI.Comm, model: str) -> Iterator[Number]:
+    """The localized model before any step beside walls that hold a uniform stream: no coefficient out of rounding.
+
+    The cells there have |S| = u/(sqrt(2) Delta); |L| is 0.07 of the terms of M, so that C is held below
+    0.07 _NOISE/_LEAST^2.
+    """
+    flow = _stream()
+    bench = _open(folder, comm, model, _STREAM_CELLS, flow)
+    bench.gas.write()
+    far_from_ends = _read("nut", _STREAM_CELLS)[4:-4, :, 4:-4]
+    at_walls = far_from_ends[:, [0, -1]] / (_CELL**2 / (math.sqrt(2.0) * _CELL))
+    yield Number("C beside a wall that holds a uniform stream", _farthest(at_walls, 0.0), 0.0, 1e-5)
+
+
 def _smooth(field: np.ndarray) -> np.ndarray:
     """(1/4, 1/2, 1/4) along z, y and x; without meaning in the outermost cells."""
     for axis in range(3):
@@ -206,8 +233,10 @@ def localize(velocity: np.ndarray) -> np.ndarray:
     smooth_size = np.sqrt(_contract(smooth_rate, smooth_rate))
     products = _smooth(velocity[..., :, None] * velocity[..., None, :])
     leonard = _deviate(products - smooth[..., :, None] * smooth[..., None, :])
-    model = 2 * _CELL**2 * (_smooth(size[..., None, None] * rate) - 4 * (smooth_size[..., None, None] * smooth_rate))
-    above, below = _smooth(_contract(leonard, model)), _smooth(_contract(model, model))
+    fine, coarse = _smooth(size[..., None, None] * rate), 4 * (smooth_size[..., None, None] * smooth_rate)
+    model, scale = 2 * _CELL**2 * (fine - coarse), 4 * _CELL**4
+    least = _LEAST**2 * scale * (_contract(fine, fine) + _contract(coarse, coarse))
+    above, below = _smooth(_contract(leonard, model)), _smooth(np.maximum(_contract(model, model), least))
     return np.clip(above / below, 0.0, math.sqrt(2.0) * 0.23**2) * _CELL**2 * size
 
 
@@ -220,7 +249,12 @@ _FLOWS: dict[str, dict[str, Callable[..., Iterator[Number]]]] = {
     "smagorinsky": {"shear": shear},
     "keqn": {"shear": shear},
     "dynamic-lagrangian": {"shear": shear, "strain": partial(strain, variance=1 / 6)},
-    "localized-dynamic": {"shear": shear, "strain": partial(strain, variance=1 / 2), "vortices": vortices},
+    "localized-dynamic": {
+        "shear": shear,
+        "strain": partial(strain, variance=1 / 2),
+        "vortices": vortices,
+        "stream": stream,
+    },
 }
 
 

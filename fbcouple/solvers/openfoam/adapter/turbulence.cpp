@@ -83,8 +83,13 @@ tmp<GeometricField<Type, fvPatchField, volMesh>> testFilter(const tmp<GeometricF
 // can vanish where L does not: no energy from the sub-grid scales back to the mesh, and C_s at most 0.23.
 const scalar largest = 0.0748119;
 
-// Part of the products in L and M below which their difference is rounding, and C would be too.
+// Part of the products in L below which their difference is rounding, and C would be too.
 const scalar rounding = 1e-12;
+
+// Least |M| in M:M, over the root of the squares of the two tensors that it is the difference of. In the cells beside a
+// wall that holds a uniform stream both are 9/16 of |S| S at the wall: M vanishes there, and C would be what is left of
+// L over what is left of M, a million times the rounding of u and another one on every number of ranks.
+const scalar least = 0.01;
 
 class localizedDynamic
 :
@@ -102,10 +107,10 @@ protected:
         const volSymmTensorField coarse(4.0*mag(Sf)*Sf);
         volSymmTensorField L(dev(testFilter(sqr(U_)) - sqr(Uf)));
         L *= pos(mag(L) - rounding*testFilter(magSqr(U_)));
-        volSymmTensorField M(2.0*sqr(delta())*(fine - coarse));
-        M *= pos(mag(fine - coarse) - rounding*mag(coarse));
+        const volSymmTensorField M(2.0*sqr(delta())*(fine - coarse));
+        const volScalarField terms(sqr(2.0*sqr(delta()))*(magSqr(fine) + magSqr(coarse)));
         const volScalarField LM(testFilter(L && M));
-        const volScalarField MM(testFilter(M && M));
+        const volScalarField MM(testFilter(max(M && M, sqr(least)*terms)));
         const volScalarField C(LM/max(MM, dimensionedScalar("least", MM.dimensions(), VSMALL)));
         nut_ = min(max(C, scalar(0)), largest)*sqr(delta())*magS;
         nut_.correctBoundaryConditions();
