@@ -38,7 +38,7 @@ _ZERO_GRADIENT = dict.fromkeys(_PATCHES, "type zeroGradient;")
 _SHEAR_CELLS, _STRAIN_CELLS, _VORTEX_CELLS, _STREAM_CELLS = (4, 4, 10), (12, 12, 12), (16, 16, 16), (12, 6, 12)
 Flow = tuple[np.ndarray, dict[str, str], str]
 """Velocity (cells, 3) [m/s], the entry of U at each side, and what the sides are."""
-_LEAST, _NOISE = 0.01, 1e-10
+_LEAST, _NOISE = 0.03, 1e-10
 """Least |M| over its two terms of the localized model, and relative differences between cells of the stream."""
 _DENSE = 1e9
 """Drag [kg m-3 s-1] that holds the gas to the velocity S/K of its source."""

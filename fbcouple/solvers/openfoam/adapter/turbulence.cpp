@@ -89,7 +89,7 @@ const scalar rounding = 1e-12;
 // Least |M| in M:M, over the root of the squares of the two tensors that it is the difference of. In the cells beside a
 // wall that holds a uniform stream both are 9/16 of |S| S at the wall: M vanishes there, and C would be what is left of
 // L over what is left of M, a million times the rounding of u and another one on every number of ranks.
-const scalar least = 0.01;
+const scalar least = 0.03;
 
 class localizedDynamic
 :
