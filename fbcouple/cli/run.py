@@ -76,7 +76,8 @@ def read_duration(ctx: click.Context, parameter: click.Parameter, value: str | N
     callback=require_finite,
     default=600.0,
     show_default=True,
-    help="Wall time [s] without a coupling step after which the run counts as hanging and is ended.",
+    help="Wall time [s] without a coupling step, at its start without a compiled loop or a log either, after which the "
+    "run counts as hanging and is ended.",
 )
 @click.option(
     "--accept-update", is_flag=True, help="Resume also a run that another version of fbcouple or of a solver began."

@@ -13,6 +13,7 @@ from typing import Any
 
 from fbcouple.errors import CaseError, DivergedError, FbcoupleError, SolverError, StoppedError
 from fbcouple.launcher.stop_signals import Requests
+from fbcouple.machine.cache import list_compiled
 from fbcouple.machine.environment import missing_program, mpi_environment
 from fbcouple.machine.stop_signals import LONGEST_WAIT, follow_parent
 from fbcouple.paths import HEARTBEAT, LOG
@@ -152,6 +153,9 @@ class Job:
         if seen != self._seen:
             self._seen, self._waited = seen, 0.0
         if self._waited > self._patience:
+            if not seen and self._starts():
+                self._waited = 0.0
+                return
             states = _find_session(job.pid)
             stopped = [number for number, state in states.items() if state in "Tt"]
             if len(stopped) == len(states):
@@ -159,6 +163,14 @@ class Job:
                 return
             which = f"; stopped: process {', '.join(map(str, stopped))}" if stopped else ""
             raise SolverError(f"no coupling step for {self._patience:g} s of wall time: the job was ended{which}")
+
+    def _starts(self) -> bool:
+        """Has the job, which has taken no step yet, compiled a loop or written a log within its patience?
+
+        On a busy machine that takes minutes a loop; a start that does neither is taken for hanging as a step is.
+        """
+        signs = [*(self._run / "logs").iterdir(), *list_compiled()]
+        return any(time.time() - sign.stat().st_mtime < self._patience for sign in signs)
 
 
 def _find_session(session: int) -> dict[int, str]:

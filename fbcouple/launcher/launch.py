@@ -66,7 +66,8 @@ def launch(
 
     until [s]: stop, with a checkpoint, at the first moment for one at or after it; resume: from the newest checkpoint
     that is whole; wall_limit [s]: wall time by which it has to be over; patience [s]: wall time without a coupling step
-    after which it is taken for hanging; say: told what is refused; trusted: also with decks and files that were changed
+    after which it is taken for hanging, and before the first one without a loop compiled or a log written either;
+    say: told what is refused; trusted: also with decks and files that were changed
     since set-up, or from another's checkpoint; accept_update: resume also what another version of fbcouple or of a
     solver began; sets: key=value that are another from the checkpoint on (see `change_case`); requests: to stop, by
     default the signals that come while it is under way; begin: called once nothing refuses the run any more and there

@@ -151,6 +151,12 @@ def prepare_compiled() -> Path:
     return folder
 
 
+def list_compiled() -> list[Path]:
+    """The files of compiled loops, once `prepare_compiled` has said where they are."""
+    folder = os.environ.get(_NUMBA)
+    return list(Path(folder).rglob("*.nb?")) if folder else []
+
+
 def _name_loops() -> str:
     files = [sorted((PACKAGE / name).rglob("*.py")) for name in _LOOPS_IN]
     assert all(files), "every folder of _LOOPS_IN is there"
