@@ -37,9 +37,11 @@ NOTE = '#!/bin/bash\necho "$(basename "$0") $*" >> {folder}/calls\necho "{answer
 
 @pytest.fixture
 def runs(tmp_path: Path) -> Path:
-    """A folder of two runs, as `setup` of a set leaves them (the case file is all that a job looks at)."""
+    """A folder of two runs, as `setup` of a set leaves them (the case file is all that a job looks at, and that there
+    is a manifest)."""
     for name in ("a", "b"):
         (tmp_path / "set" / name).mkdir(parents=True)
+        (tmp_path / "set" / name / "manifest.json").touch()
         write_case(load_case("patil/c2"), tmp_path / "set" / name / "case.toml")
     return tmp_path / "set"
 
