@@ -228,6 +228,7 @@ def test_job_takes_no_code_of_the_folder_it_starts_in(runs, site, tmp_path):
     """With the real interpreter, search paths as people leave them, and modules of every name in the current folder."""
     job, _ = write_job(runs / "a", "slurm", request_of("slurm"))
     job.write_text(job.read_text().replace(str(site / "python"), REAL_PYTHON))
+    (runs / "a/manifest.json").unlink()
     here = tmp_path / "here"
     here.mkdir()
     for name in ("fbcouple", "numpy", "argparse", "json"):
