@@ -57,12 +57,13 @@ def test_what_a_phase_needs_is_asked_for(key):
         ({"bed_conduction": "zehner-schlunder"}, "heat.particle_conductivity: nothing is given and bed_conduction"),
         ({"conduction_modulus": 2e11}, "heat.conduction_modulus: 2e+11 Pa is given and contact_conduction"),
         ({"wall_coefficient": 350.0}, "heat.wall_coefficient: 350 W/(m2 K) is given and no wall has a temperature"),
+        ({"wall_area": "gas"}, 'heat.wall_area: "gas" is given and no wall has a coefficient; give'),
         (
             {"contact_conduction": "liggghts", "particle_conductivity": 1e9},
             'heat.contact_conduction: "liggghts" is given and 12 contacts of 0.01 d would change a particle of 0.001 m',
         ),
         ({"gas_temperature": -20.0}, "heat.gas_temperature: -20.0 is given, a number above 0"),
-        ({"nusselt": "wakao"}, 'heat.nusselt: "wakao" is given, "gunn" or "ranz-marshall" is allowed'),
+        ({"nusselt": "wakao"}, 'heat.nusselt: "wakao" is given, "gunn" or "ranz-marshall" or "own" is allowed'),
     ],
 )
 def test_laws_that_lack_a_number_and_numbers_without_a_law(values, problem):

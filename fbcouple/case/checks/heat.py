@@ -103,6 +103,10 @@ def check_heat_walls(case: Case, folder: Path) -> Iterator[Problem]:
     if heat.wall_coefficient is not None and not is_hot:
         text = f"{heat.wall_coefficient:g} W/(m2 K) is given and no wall has a temperature"
         yield Problem("heat.wall_coefficient", f"{text}; give heat.wall_temperature in K, or remove it.")
+    coefficients = heat.wall_coefficient, *(wall.coefficient for wall in heat.walls)
+    if heat.wall_area != "whole" and not any(coefficients):
+        text = f'"{heat.wall_area}" is given and no wall has a coefficient'
+        yield Problem("heat.wall_area", f"{text}; give heat.wall_coefficient in W/(m2 K), or remove it.")
     if is_hot and case.gas is None and heat.contact_conduction == "none":
         text = 'a wall has one, but the case has no [gas] and contact_conduction = "none"'
         yield Problem("heat.wall_temperature", f"{text}: nothing meets it; let contacts conduct, or remove it.")
