@@ -32,6 +32,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("FBCOUPLE_CACHE", str(tmp_path / "cache"))
     (tmp_path / "bed").mkdir()
     write_case(load_case("patil/c2"), tmp_path / "bed/case.toml")
+    (tmp_path / "bed/manifest.json").touch()
     return tmp_path / "bed"
 
 
@@ -182,6 +183,7 @@ def test_ranks_that_nobody_names_are_proposed(run: Path, words: tuple[str, ...],
 def test_ranks_of_a_set_are_those_of_its_dearest_run(run: Path) -> None:
     (run.parent / "small").mkdir()
     write_case(load_case("patil/demo"), run.parent / "small/case.toml")
+    (run.parent / "small/manifest.json").touch()
     done = batch(run.parent)
     assert done.exit_code == 0, done.stderr
     assert f"{run}: 32 ranks are proposed" in done.output and "--ntasks=32\n" in read(run.parent)
