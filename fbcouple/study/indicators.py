@@ -16,6 +16,7 @@ import numpy as np
 
 from fbcouple.case.bed import derived
 from fbcouple.case.bed.drag_balance import EXPANDED
+from fbcouple.case.bed.gas_heat import list_wall_temperatures
 from fbcouple.case.bed.particle_types import count_kinds, list_kinds
 from fbcouple.case.schema.sections import Case
 
@@ -176,8 +177,8 @@ def find_strange_temperature(case: Case, rows: list[Row]) -> float:
     heat = case.heat
     if heat is None:
         return math.nan
-    walls = [heat.wall_temperature, *(wall.temperature for wall in heat.walls)]
-    given = [one for one in (heat.gas_temperature, heat.particle_temperature, *walls) if one]
+    phases = heat.gas_temperature, heat.particle_temperature
+    given = [one for one in (*phases, *list_wall_temperatures(heat)) if one]
     below = min(given) - min(row["min_temperature"] for row in rows)
     above = max(row["max_temperature"] for row in rows) - max(given)
     return max(0.0, below, above) / (max(given) - min(given) or max(given))

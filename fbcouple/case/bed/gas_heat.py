@@ -38,7 +38,13 @@ def find_capacity(heat: Heat, gas: Gas) -> float:
 
 def has_hot_walls(heat: Heat) -> bool:
     """Has a wall a temperature?"""
-    return heat.wall_temperature is not None or any(wall.temperature is not None for wall in heat.walls)
+    return bool(list_wall_temperatures(heat))
+
+
+def list_wall_temperatures(heat: Heat) -> list[float]:
+    """Temperatures [K] of the walls that have one."""
+    given = heat.wall_temperature, *(wall.temperature for wall in heat.walls)
+    return [temperature for temperature in given if temperature is not None]
 
 
 def list_walls(heat: Heat) -> np.ndarray:

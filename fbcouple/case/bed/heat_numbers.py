@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fbcouple.case.bed.gas_heat import find_conductivity
+from fbcouple.case.bed.gas_heat import find_conductivity, list_wall_temperatures
 from fbcouple.case.bed.number import Number, judge
 from fbcouple.case.bed.speeds import SETTLED
 from fbcouple.case.schema.sections import Case
@@ -52,7 +52,7 @@ def describe_density(case: Case) -> Iterator[Number]:
     heat, gas = case.heat, case.gas
     if not (heat and gas and heat.gas_temperature) or gas.density > _LIQUID:
         return
-    others = [heat.particle_temperature, heat.wall_temperature, *(wall.temperature for wall in heat.walls)]
+    others = [heat.particle_temperature, *list_wall_temperatures(heat)]
     ratios = [heat.gas_temperature / other for other in others if other]
     if not ratios:
         return

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -11,6 +12,7 @@ from fbcouple.case.bed.number import Number, judge
 from fbcouple.case.bed.particle_types import find_ratio, largest_diameter, list_kinds, particle_count, solids_volume
 from fbcouple.case.bed.region import Region
 from fbcouple.case.bed.speeds import SETTLED
+from fbcouple.case.schema.gas import Domain
 from fbcouple.case.schema.sections import Case
 
 FEWEST_ACROSS, FEWEST_DEEP = 5.0, 10.0
@@ -63,11 +65,16 @@ def measure_bubbles(case: Case, region: Region, excess: float) -> Iterator[Numbe
         yield Number("parcels in a bubble", count, "1", wanted, fits, meaning)
 
 
+def find_width(domain: Domain) -> float:
+    """Distance [m] of the nearest walls across the bed, infinite where it repeats itself along both axes."""
+    sizes = zip("xy", domain.size, strict=False)
+    return min((size for axis, size in sizes if axis not in domain.periodic), default=math.inf)
+
+
 def _measure_bed(case: Case, region: Region, diameter: float) -> Iterator[Number]:
     assert case.particles is not None
-    across = [size for axis, size in zip("xy", case.domain.size, strict=False) if axis not in case.domain.periodic]
-    if across:
-        count = min(across) / diameter
+    if math.isfinite(width := find_width(case.domain)):
+        count = width / diameter
         meaning = "Parcels between the nearest walls: next to a wall they lie in layers, two diameters deep at each."
         fits = judge(count >= FEWEST_ACROSS)
         yield Number("parcels across", float(count), "1", f"at least {FEWEST_ACROSS:g}", fits, meaning)

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from fbcouple.case.bed.derived import dem_step
+from fbcouple.case.bed.gas_heat import has_hot_walls
 from fbcouple.case.bed.particle_types import list_kinds
 from fbcouple.case.checks.registry import BED, check, check_law_file
 from fbcouple.case.problems import Problem
@@ -99,7 +100,7 @@ def check_heat_walls(case: Case, folder: Path) -> Iterator[Problem]:
     heat = case.heat
     if heat is None:
         return
-    is_hot = heat.wall_temperature is not None or any(wall.temperature is not None for wall in heat.walls)
+    is_hot = has_hot_walls(heat)
     if heat.wall_coefficient is not None and not is_hot:
         text = f"{heat.wall_coefficient:g} W/(m2 K) is given and no wall has a temperature"
         yield Problem("heat.wall_coefficient", f"{text}; give heat.wall_temperature in K, or remove it.")

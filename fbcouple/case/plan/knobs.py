@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from fbcouple.case.bed.parcel_numbers import FEWEST_ACROSS
+from fbcouple.case.bed.parcel_numbers import FEWEST_ACROSS, find_width
 from fbcouple.case.bed.particle_types import find_ratio, largest_diameter
 from fbcouple.case.bed.region import find_region
 from fbcouple.case.bed.speeds import find_largest_overlap, list_speeds
@@ -142,8 +142,7 @@ def list_parcels(case: Case, folder: Path, held: Collection[str]) -> list[Value]
     own, known = find_ratio(case.particles), list_ratios()
     if own > 1.0 or any(key in held for key in _PARCEL_KEYS):
         return [Value(f"parcels of {own:.3g} d", {}, interpolate(_PARCEL_KEYS[0], known, own))]
-    across = [size for axis, size in zip("xy", case.domain.size, strict=False) if axis not in case.domain.periodic]
-    largest = min(across, default=math.inf) / FEWEST_ACROSS / _find_diameter(case)
+    largest = find_width(case.domain) / FEWEST_ACROSS / _find_diameter(case)
     parcels = [
         Value(f"parcels of {ratio:g} d", {_PARCEL_KEYS[0]: ratio}, error)
         for ratio, error in known.items()
