@@ -13,7 +13,7 @@ from fbcouple.results.reader import NotDrawableError
 from fbcouple.results.stored import load
 
 _PARTICLES = ("position", "velocity", "diameter")
-_GAS = ("voidage", "gas_velocity")
+_GAS = ("voidage", "gas_velocity", "gas_temperature")
 _MARKS = ("species", "feed", "temperature")
 _PARCEL = "parcel_diameter"
 _SHAPES: dict[str, tuple[str, ...]] = {
@@ -28,6 +28,7 @@ _SHAPES: dict[str, tuple[str, ...]] = {
     "temperature": ("particle",),
     "voidage": ("z", "y", "x"),
     "gas_velocity": ("component", "z", "y", "x"),
+    "gas_temperature": ("z", "y", "x"),
 }
 
 
@@ -38,8 +39,8 @@ class Frame:
     without gas.
 
     `species` and `feeds` (n,): which species each particle is of, and by which feed it came in, 0 of those of the
-    start; None where there is one species, or no particles come or go. `temperatures` [K] (n,): None in a case without
-    heat.
+    start; None where there is one species, or no particles come or go. `temperatures` [K] (n,) of the particles and
+    `gas_temperature` [K] (z, y, x): None in a case without heat.
     """
 
     time: float
@@ -52,6 +53,7 @@ class Frame:
     species: np.ndarray | None = None
     feeds: np.ndarray | None = None
     temperatures: np.ndarray | None = None
+    gas_temperature: np.ndarray | None = None
 
     @property
     def speeds(self) -> np.ndarray:
@@ -69,12 +71,13 @@ def read_frame(path: Path) -> Frame:
     if odd := [name for name, dims in _SHAPES.items() if not _has(data, name, dims)]:
         text = f"{path} has no {odd[0]} over ({', '.join(_SHAPES[odd[0]])}): it is no frame"
         raise NotDrawableError([f"{text}; remove it, or run the case again."])
-    voidage, velocity = (data[name].values if name in data else None for name in _GAS)
+    voidage, velocity, warmth = (data[name].values if name in data else None for name in _GAS)
     numbers = data["number"].values if "number" in data else np.arange(1, data.sizes["particle"] + 1)
-    marks = [data[name].values if name in data else None for name in _MARKS]
+    species, feeds, temperatures = (data[name].values if name in data else None for name in _MARKS)
     positions, velocities, diameters = (data[name].values for name in _PARTICLES)
     diameters = data[_PARCEL].values if _PARCEL in data else diameters
-    return Frame(float(data["time"]), positions, velocities, diameters, voidage, velocity, numbers, *marks)
+    moment = float(data["time"]), positions, velocities, diameters
+    return Frame(*moment, voidage, velocity, numbers, species, feeds, temperatures, warmth)
 
 
 def _has(data: xr.Dataset, name: str, dims: tuple[str, ...]) -> bool:

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.colors import Colormap, ListedColormap
 
-SPEED = "viridis"
+SPEED, TEMPERATURE = "viridis", "plasma"
 
 
 def voidage_map() -> Colormap:
@@ -14,10 +14,15 @@ def voidage_map() -> Colormap:
     return ListedColormap(colormaps["Blues_r"](np.linspace(0.3, 1.0, 256)), name="voidage")
 
 
-def list_colours() -> np.ndarray:
-    """The 256 colours of an animation, uint8 (256, 3): speed in the light and in the shade, voidage, and greys."""
-    fractions = [np.linspace(0.0, 1.0, count) for count in (96, 32, 32, 48, 48)]
-    speed = colormaps[SPEED]
-    parts = [speed(fractions[0]), 0.7 * speed(fractions[1]), 0.45 * speed(fractions[2]), voidage_map()(fractions[3])]
-    parts.append(np.repeat(fractions[4][:, None], 4, axis=1))
+def list_colours(has_heat: bool = False) -> np.ndarray:
+    """The 256 colours of an animation, uint8 (256, 3): speed, and temperature where there is heat, in the light and in
+    the shade, voidage, and greys."""
+    maps, counts = ([SPEED, TEMPERATURE], (56, 20, 20)) if has_heat else ([SPEED], (96, 32, 32))
+    parts = []
+    for name in maps:
+        for light, count in zip((1.0, 0.7, 0.45), counts, strict=True):
+            parts.append(light * colormaps[name](np.linspace(0.0, 1.0, count)))
+    left = 256 - sum(map(len, parts))
+    parts.append(voidage_map()(np.linspace(0.0, 1.0, left // 2)))
+    parts.append(np.repeat(np.linspace(0.0, 1.0, left - left // 2)[:, None], 4, axis=1))
     return np.round(255.0 * np.concatenate(parts)[:, :3]).astype(np.uint8)

@@ -17,7 +17,7 @@ import pyvista
 from PIL import Image
 
 from fbcouple.postproc.figures.arrows import sample_arrows
-from fbcouple.postproc.views.colours import SPEED, voidage_map
+from fbcouple.postproc.views.colours import SPEED, TEMPERATURE, voidage_map
 from fbcouple.postproc.views.frames import Frame, read_frame
 
 FINER = 2
@@ -44,6 +44,8 @@ class Request:
     """Speed of the gas [m/s] that has the longest arrow."""
     voidage: tuple[float, float]
     """Limits of the colour scale."""
+    temperature: tuple[float, float] | None
+    """Limits of the colour scale [K]; None in a case without heat."""
     pictures: list[tuple[str, str, str]]
 
 
@@ -60,11 +62,23 @@ def view(function: View) -> View:
 @view
 def particles(plotter: pyvista.Plotter, frame: Frame, request: Request) -> None:
     """All particles, as large as they are, coloured by their speed."""
+    _add_particles(plotter, frame, frame.speeds, SPEED, (0.0, request.speed))
+
+
+@view
+def temperature(plotter: pyvista.Plotter, frame: Frame, request: Request) -> None:
+    """All particles, as large as they are, coloured by their temperature."""
+    assert frame.temperatures is not None and request.temperature is not None
+    _add_particles(plotter, frame, frame.temperatures, TEMPERATURE, request.temperature)
+
+
+def _add_particles(
+    plotter: pyvista.Plotter, frame: Frame, values: np.ndarray, colours: str, limits: tuple[float, float]
+) -> None:
     cloud = pyvista.PolyData(frame.positions)
-    cloud["speed"], cloud["radius"] = frame.speeds, 0.5 * frame.diameters
-    limits = (0.0, request.speed)
+    cloud["value"], cloud["radius"] = values, 0.5 * frame.diameters
     look: dict[str, Any] = {"style": "points_gaussian", "render_points_as_spheres": True, "emissive": False}
-    actor = plotter.add_points(cloud, scalars="speed", cmap=SPEED, clim=limits, show_scalar_bar=False, **look)
+    actor = plotter.add_points(cloud, scalars="value", cmap=colours, clim=limits, show_scalar_bar=False, **look)
     actor.mapper.scale_array, actor.mapper.scale_factor = "radius", 1.0
     actor.prop.ambient, actor.prop.diffuse = 0.45, 0.75
 

@@ -1,4 +1,5 @@
-"""The bed in three dimensions: particles coloured by speed and the gas in the middle of the depth, still and moving."""
+"""The bed in three dimensions: particles coloured by speed, and by temperature where there is heat, and the gas in the
+middle of the depth, still and moving."""
 
 from __future__ import annotations
 
@@ -8,7 +9,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast
 
@@ -27,7 +28,7 @@ from fbcouple.postproc.files import write_whole
 from fbcouple.postproc.scales import format_scale, velocity_scale
 from fbcouple.postproc.style import DPI, inset_axes, journal_style, new_figure, shorten_numbers
 from fbcouple.postproc.symbols import explain
-from fbcouple.postproc.views.colours import SPEED, list_colours, voidage_map
+from fbcouple.postproc.views.colours import SPEED, TEMPERATURE, list_colours, voidage_map
 from fbcouple.postproc.views.frames import choose_frames, list_frames, read_frame
 from fbcouple.postproc.views.library import require_pyvista
 from fbcouple.results.reader import NotDrawableError, Results, open_results
@@ -42,26 +43,35 @@ HEIGHT, HEIGHT_MOVING = 3.6, 2.9  # inches of a picture of the bed
 DPI_MOVING = 150
 SAMPLE = 12
 """Frames that the scales are taken from, evenly."""
+LEAST_SPAN = 0.1  # K from end to end of the colour scale of temperatures
 BUSY = 99.0  # per cent of the particles that are slower than the end of the colour scale
 
 
 @dataclass(frozen=True)
 class Scales:
-    """Ends of the colour scale of the particles' speed and of the length of the gas's arrows [m/s]."""
+    """Ends of the colour scale of the particles' speed and of the length of the gas's arrows [m/s], and both ends of
+    that of their temperature [K], None in a case without heat."""
 
     speed: float
     gas: float
+    temperature: tuple[float, float] | None = None
+
+    @property
+    def last_views(self) -> list[str]:
+        """What is drawn beside the particles' speeds."""
+        return ["gas"] * (self.gas > 0.0) + ["temperature"] * (self.temperature is not None)
 
 
 @figure
 def bed_views(results: Results) -> Figure:
-    """Particles coloured by speed at moments of the second half of the run, and voidage and gas at the last of them."""
+    """Particles coloured by speed at moments of the second half of the run; at the last of them voidage and gas, and
+    the temperature of the particles where there is heat."""
     paths = list_frames(results)
     chosen = choose_frames(paths, STILLS, 0.5)
-    scales = find_scales(paths)
+    scales = replace(find_scales(paths), temperature=find_warmth(chosen[-1:]))
     with tempfile.TemporaryDirectory() as folder:
         wanted = [(path, "particles") for path in chosen]
-        wanted += [(chosen[-1], "gas")] if scales.gas else []
+        wanted += [(chosen[-1], name) for name in scales.last_views]
         pictures = [imread(file) for file in render(results, wanted, scales, round(HEIGHT * DPI), Path(folder))]
     names = [f"{name.capitalize()}, t = {read_frame(path).time:.3f} s" for path, name in wanted]
     box = " x ".join(f"{1e3 * length:.4g}" for length in results.size)
@@ -72,14 +82,25 @@ def bed_views(results: Results) -> Figure:
 
 
 def find_scales(paths: Sequence[Path]) -> Scales:
-    """Common scales of all frames: the speed that 99 of 100 particles stay below, and the fastest gas of a cell."""
-    speeds, fastest = [], 0.0
-    for path in choose_frames(list(paths), SAMPLE):
+    """Common scales of all frames: the speed that 99 of 100 particles stay below, the fastest gas of a cell, and the
+    temperatures of the particles."""
+    chosen, speeds, fastest = choose_frames(list(paths), SAMPLE), [], 0.0
+    for path in chosen:
         frame = read_frame(path)
         speeds.append(frame.speeds)
         if frame.gas_velocity is not None:
             fastest = max(fastest, float(np.nanmax(np.linalg.norm(frame.gas_velocity, axis=0))))
-    return Scales(float(np.percentile(np.concatenate(speeds), BUSY)) or 1.0, fastest)
+    return Scales(float(np.percentile(np.concatenate(speeds), BUSY)) or 1.0, fastest, find_warmth(chosen))
+
+
+def find_warmth(paths: Sequence[Path]) -> tuple[float, float] | None:
+    """Temperatures [K] that 98 of 100 particles of the frames lie between; None in a case without heat."""
+    columns = [read_frame(path).temperatures for path in paths]
+    warm = [column for column in columns if column is not None and column.size]
+    if not warm:
+        return None
+    low, high = np.percentile(np.concatenate(warm), [100.0 - BUSY, BUSY]).tolist()
+    return (low, high) if high - low > LEAST_SPAN else (low - 0.5 * LEAST_SPAN, low + 0.5 * LEAST_SPAN)
 
 
 def render(
@@ -100,6 +121,7 @@ def render(
         "speed": scales.speed,
         "gas_speed": scales.gas,
         "voidage": (LOWEST, 1.0),
+        "temperature": scales.temperature,
         "pictures": [(str(path), name, str(file)) for (path, name), file in zip(wanted, files, strict=True)],
     }
     (folder / "request.json").write_text(json.dumps(request), encoding="utf-8")
@@ -136,6 +158,8 @@ def compose(
     if scales.gas:
         bars.append((r"Voidage $\varepsilon$ at $y/D$ = 0.5 [–]", LOWEST, 1.0, voidage_map(), "neither"))
         note = f"{note}; longest arrow: gas at {scales.gas / scale:.3g}{' $U_f$' if divisor else ' m/s'}"
+    if scales.temperature:
+        bars.append(("Particle temperature [K]", *scales.temperature, TEMPERATURE, "both"))
     note += format_scale([results])
     note = f"{note}; {explain(*(words for words, *_ in bars), known=note)}"
     full = left + sum(widths) + 0.12 * len(widths) + len(bars) * (bar + room)
@@ -157,21 +181,24 @@ def compose(
 
 
 def animate(run: Path, folder: Path | None = None) -> Path:
-    """Draw bed.gif into `folder`, by default RUN/figures: particles coloured by speed beside the gas, over all frames.
+    """Draw bed.gif into `folder`, by default RUN/figures: particles coloured by speed beside the gas, and by
+    temperature where there is heat, over all frames.
 
     Raises: CaseError if there are no results or no frames; NotDrawableError if this machine cannot draw them.
     """
     results = open_results(run)
     paths = choose_frames(list_frames(results), MOST_MOVING)
     scales = find_scales(paths)
-    views = ["particles", "gas"] if scales.gas else ["particles"]
+    views = ["particles", *scales.last_views]
     times = [read_frame(path).time for path in paths]
     with tempfile.TemporaryDirectory() as drawn, journal_style():
         wanted = [(path, name) for path in paths for name in views]
         files = render(results, wanted, scales, round(HEIGHT_MOVING * DPI_MOVING), Path(drawn))
         moments = [files[first : first + len(views)] for first in range(0, len(files), len(views))]
         shots = list(_film(results, moments, times, views, scales))
-    return _save_film(shots, (folder or Path(run) / "figures") / "bed.gif")
+    return _save_film(
+        shots, list_colours(scales.temperature is not None), (folder or Path(run) / "figures") / "bed.gif"
+    )
 
 
 def _film(
@@ -193,10 +220,10 @@ def _film(
         yield Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy())
 
 
-def _save_film(shots: list[Image.Image], path: Path) -> Path:
+def _save_film(shots: list[Image.Image], colours: np.ndarray, path: Path) -> Path:
     """One palette for all of them, or colours would flicker; of a picture each its time."""
     palette = Image.new("P", (1, 1))
-    palette.putpalette(list_colours().tobytes())
+    palette.putpalette(colours.tobytes())
     films = [shot.quantize(palette=palette, dither=Image.Dither.NONE) for shot in shots]
     each = max(SLOWEST, SECONDS / len(films))
     look: dict[str, Any] = {"format": "GIF", "save_all": True, "append_images": films[1:], "loop": 0}

@@ -114,6 +114,9 @@ def _write_frames(folder: Path, results: Results, frames: list[Path]) -> list[Pa
         frame, number = read_frame(path), number_of(path)
         cloud = PolyData(frame.positions)
         cloud.point_data["velocity"], cloud.point_data["diameter"] = frame.velocities, frame.diameters
+        for name, column in (("species", frame.species), ("feed", frame.feeds), ("temperature", frame.temperatures)):
+            if column is not None:
+                cloud.point_data[name] = column
         _save(cloud, folder / f"particles-{number:06d}.vtp")
         rows["particles"].append((frame.time, f"particles-{number:06d}.vtp"))
         if gas := _list_gas(frame):
@@ -128,6 +131,8 @@ def _list_gas(frame: Frame) -> dict[str, np.ndarray]:
         fields["voidage"] = frame.voidage
     if frame.gas_velocity is not None:
         fields["gas_velocity"] = np.moveaxis(frame.gas_velocity, 0, -1)
+    if frame.gas_temperature is not None:
+        fields["gas_temperature"] = frame.gas_temperature
     return fields
 
 

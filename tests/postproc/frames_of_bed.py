@@ -18,10 +18,12 @@ def write_frames(
     count: int = 3,
     gas: bool = True,
     cells: tuple[int, int, int] = (8, 3, 25),
+    heat: bool = False,
 ) -> None:
     """RUN/frames: a layer of 4000 particles at rest in the left half and one of as many at 1 m/s in the right half.
 
-    Each frame they are 5 mm higher. The gas rises at 2 m/s, at voidage 0.4 in the lower half and 1 above.
+    Each frame they are 5 mm higher. The gas rises at 2 m/s, at voidage 0.4 in the lower half and 1 above. With `heat`
+    those in the left half have 300 K and those in the right half 360 K, the gas 310 K.
     """
     grid = Grid(cells, size)
     owned = np.stack(np.meshgrid(*(np.arange(n) for n in cells), indexing="ij"), axis=-1).reshape(-1, 3)
@@ -33,10 +35,13 @@ def write_frames(
     if gas:
         voidage = np.where(owned[:, 2] < cells[2] / 2, 0.4, 1.0)[:, None]
         fields = {"voidage": voidage, "gas_velocity": np.tile([0.0, 0.0, 2.0], (len(owned), 1))}
+    marks = {"temperature": np.where(velocities[:, 2] > 0.0, 360.0, 300.0)} if heat else {}
+    if gas and heat:
+        fields["gas_temperature"] = np.full((len(owned), 1), 310.0)
     for number in range(count):
         particles = {
             "position": places + np.array([0.0, 0.0, 0.005 * number]),
             "velocity": velocities,
             "diameter": np.full(len(places), 1e-3),
         }
-        frames.write(0.1 * number, np.arange(1, 8001), particles, fields)
+        frames.write(0.1 * number, np.arange(1, 8001), particles | marks, fields)

@@ -76,6 +76,7 @@ def test_a_particle_is_drawn_as_large_as_it_is(tmp_path):
             "speed": 1.0,
             "gas_speed": 0.0,
             "voidage": [0.35, 1.0],
+            "temperature": None,
         }
         request["pictures"] = [(str(place / "frame-000000.nc"), "particles", str(place / "one.png"))]
         (place / "request.json").write_text(json.dumps(request))
@@ -110,9 +111,29 @@ def test_particles_without_gas_have_no_picture_of_it(run, tmp_path):
     assert [axes.get_title() for axes in figure.axes if axes.images] == ["Particles, t = 0.000 s"]
 
 
+def test_temperatures_have_a_picture_and_a_part_of_the_film_of_their_own(tmp_path):
+    warm = write_whole(tmp_path / "run")
+    write_frames(warm, SIZE, count=2, heat=True)
+    figure = bed_views(open_results(warm))
+    pictures = {axes.get_title(): np.asarray(axes.images[0].get_array()) for axes in figure.axes if axes.images}
+    assert list(pictures)[-2:] == ["Gas, t = 0.100 s", "Temperature, t = 0.100 s"]
+    assert any("temperature [K]" in axes.get_ylabel() for axes in figure.axes)
+    pixels = pictures["Temperature, t = 0.100 s"]
+    middle, lower = pixels.shape[1] // 2, slice(int(0.8 * pixels.shape[0]), None)
+    for half, value in ((pixels[lower, : middle - 20], 0.0), (pixels[lower, middle + 20 :], 1.0)):
+        colour = np.array(colormaps["plasma"](value)[:3])
+        assert np.abs(hue_of(half) - colour / colour.max()).max() < 0.2
+    CliRunner().invoke(cli, ["post", str(warm), "--animate"])
+    with Image.open(warm / "figures/bed.gif") as film:
+        assert film.n_frames == 2
+        colours = {tuple(colour) for colour in np.asarray(film.convert("RGB")).reshape(-1, 3).tolist()}
+    known = list_colours(has_heat=True)
+    assert known.shape == (256, 3) and colours <= {tuple(colour) for colour in known.tolist()}
+
+
 def test_scales_are_common_to_all_frames(run):
     scales = find_scales(list_frames(open_results(run)))
-    assert scales.speed == pytest.approx(1.0) and scales.gas == pytest.approx(2.0)
+    assert scales.speed == pytest.approx(1.0) and scales.gas == pytest.approx(2.0) and scales.temperature is None
 
 
 def test_of_many_frames_some_are_chosen_evenly(tmp_path):

@@ -50,6 +50,15 @@ def test_frames_are_a_collection_over_time(run):
     assert np.allclose(gas["voidage"].reshape(frames[-1].voidage.shape), frames[-1].voidage)
 
 
+def test_temperatures_stand_beside_what_they_are_of(tmp_path):
+    run = write_whole(tmp_path / "run")
+    write_frames(run, SIZE, count=1, heat=True)
+    export(run)
+    cloud, gas = pyvista.read(run / "vtk/particles-000000.vtp"), pyvista.read(run / "vtk/gas-000000.vti")
+    assert np.array_equal(cloud["temperature"], np.where(cloud["velocity"][:, 2] > 0.0, 360.0, 300.0))
+    assert np.all(gas["gas_temperature"] == 310.0) and "species" not in cloud.point_data
+
+
 def test_post_names_the_files(run):
     done = CliRunner().invoke(cli, ["post", str(run), "--vtk"])
     assert done.exit_code == 0 and f"{run}/vtk/particles.pvd" in done.output.replace("\n", "")

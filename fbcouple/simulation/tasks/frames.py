@@ -49,6 +49,7 @@ _NUMBER = {"long_name": "number of the particle; no other one has it, in this fr
 FIELDS: dict[str, tuple[str, str]] = {
     "voidage": ("1", "voidage that the gas has"),
     "gas_velocity": ("m s-1", "interstitial gas velocity"),
+    "gas_temperature": ("K", "temperature of the gas"),
 }
 
 
@@ -153,8 +154,10 @@ def look_at(sim: Simulation) -> tuple[np.ndarray, Values, Values]:
         particles |= {name: liggghts.identity[:, IDENTITY.index(name)] for name in IDENTITIES}
     if sim.case.particles and sim.case.particles.mixture:
         particles["species"] = np.array(list_species(sim.case.particles))[liggghts.types - 1]
-    if sim.case.heat:
+    if sim.heat:
         particles["temperature"] = liggghts.temperatures
+        if sim.heat.gas:
+            fields["gas_temperature"] = sim.heat.gas.temperatures[:, None]
     return liggghts.numbers, particles, fields
 
 
