@@ -49,8 +49,9 @@ _NUMBER = {"long_name": "number of the particle; no other one has it, in this fr
 FIELDS: dict[str, tuple[str, str]] = {
     "voidage": ("1", "voidage that the gas has"),
     "gas_velocity": ("m s-1", "interstitial gas velocity"),
-    "gas_temperature": ("K", "temperature of the gas"),
 }
+GAS_TEMPERATURE: dict[str, tuple[str, str]] = {"gas_temperature": ("K", "temperature of the gas")}
+"""Of the gas of a case with heat."""
 
 
 class Frames(Task):
@@ -68,8 +69,8 @@ class Frames(Task):
         """Write the frame of `time` [s] (collective).
 
         numbers: (n,) of this rank's particles; particles: name of `PARTICLES`, `PARCELS`, `IDENTITIES`, `SPECIES`,
-        `TEMPERATURE` -> (n,) or (n, 3); fields: name of `FIELDS` -> (cells, components) of this rank's cells; of a mesh
-        of polyhedra the file has the cells at the places of the regular grid.
+        `TEMPERATURE` -> (n,) or (n, 3); fields: name of `FIELDS`, `GAS_TEMPERATURE` -> (cells, components) of this
+        rank's cells; of a mesh of polyhedra the file has the cells at the places of the regular grid.
         """
         lean = [{name: values.astype(np.float32) for name, values in part.items()} for part in (particles, fields)]
         gathered = self._comm.gather((np.array(numbers, dtype=np.int64), self._cells.owned, *lean))
@@ -85,7 +86,11 @@ class Frames(Task):
                 data["number"] = ("particle", np.concatenate(all_numbers)[order], _NUMBER)
             for name in fields:
                 field = self._cells.sample([(owned, part[name]) for owned, part in zip(cells, values, strict=True)])
-                data[name] = (("component", "z", "y", "x")[-field.ndim :], field, _describe(FIELDS[name]))
+                data[name] = (
+                    ("component", "z", "y", "x")[-field.ndim :],
+                    field,
+                    _describe((FIELDS | GAS_TEMPERATURE)[name]),
+                )
             self._save(time, data)
         self.count += 1
 
