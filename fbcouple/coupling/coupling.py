@@ -35,10 +35,11 @@ class Coupling:
         self._explicit = case.exchange.scheme == "explicit"
         addresses = find_address(self.law.kernel), find_address(DRAG_SCHEMES[case.exchange.scheme])
         self._polydisperse = case.exchange.polydisperse != "none"
+        self._expands = case.heat is not None and case.heat.gas_density == "ideal"
         gas, parcels = (case.gas.density, case.gas.viscosity), (1.0, 1.0)
         if case.particles:
             parcels = find_ratio(case.particles), grains_per_parcel(case.particles)
-        self._drag = Drag(*addresses, self._explicit, self._polydisperse, *gas, *parcels)
+        self._drag = Drag(*addresses, self._explicit, self._polydisperse, self._expands, *gas, *parcels)
         self._held_gravity = held_gravity
         self._gradient_factor = float(case.exchange.pressure_gradient)
         self._buoyancy = self._gradient_factor * case.gas.density * case.gravity
@@ -53,7 +54,7 @@ class Coupling:
         self._scratch = {c: space.make_field(c) for c in (1, 4, 6)} if space.needs_scratch else self._fields
         self._areas = np.zeros((cells if self._polydisperse else 0, 1))
         # Velocity, voidage and pressure gradient of a cell side by side, and one number more, which polydisperse drag
-        # has a use for: two vectors of four.
+        # and an ideal gas have a use for, a case one of them: two vectors of four.
         self._gas_rows = space.make_field(8)
         self._room = -1
         self._nobody = np.empty((0, 3))
@@ -82,11 +83,13 @@ class Coupling:
         self.mapping.write(rows, field)
         self._add_up(sums)
 
-    def deposit_drag(self, particles: Particles, dt: float, last_dt: float = 0.0) -> None:
+    def deposit_drag(
+        self, particles: Particles, dt: float, last_dt: float = 0.0, densities: np.ndarray | None = None
+    ) -> None:
         """The drag of the next gas step from slip and voidage at the particles, averaged over `dt` [s].
 
         last_dt [s]: length of the step in which the particles came by their velocities, of which what other forces did
-        in it is known; 0: as long as the next.
+        in it is known; 0: as long as the next. densities (cells,): of an ideal gas, over that of the case.
         """
         if self._layers > self._read_layers:
             self.halo.refill(self._state, self._fields[6][: self._layers], "gas")
@@ -97,9 +100,13 @@ class Coupling:
         if self._polydisperse:
             self.halo.forward(self._areas, voidage)
             self._gas_rows[: self._layers, ..., 7] = voidage[..., 0]
+        if densities is not None:
+            self.halo.forward(densities[:, None], voidage)
+            self._gas_rows[: self._layers, ..., 7] = voidage[..., 0]
         self.beta = self._beta[: len(particles.positions)]
         field = self._fields[4][: self._layers]
-        rows, gas_rows = self.mapping.open(field), self.mapping.read(self._gas_rows, 8 if self._polydisperse else 4)
+        columns = 8 if self._polydisperse or self._expands else 4
+        rows, gas_rows = self.mapping.open(field), self.mapping.read(self._gas_rows, columns)
         self._seen = gas_rows
         drag_only, effective = self._nobody, particles.velocities
         if particles.drag_only_velocities is not None:

@@ -51,6 +51,8 @@ class Transfer(NamedTuple):
     """Diameter of a parcel over that of its grains, whose heat transfer it has; 1 where particles are no parcels."""
     grains: float
     """Grains of a parcel."""
+    is_expanded: bool
+    """Of an ideal gas, whose density goes with its temperature."""
 
 
 @compiled
@@ -59,8 +61,8 @@ def deposit_heat(
 ):
     """Add H [W/K] and H T_p [W] of every particle to local `field` (places, 2); H stays in `coefficients` (n,).
 
-    `gas` (places, >= 4) starts with the filtered gas velocity and the voidage; `temperatures` (n,) [K] are absolute;
-    `dt` [s] is the step to come.
+    `gas` (places, >= 4) starts with the filtered gas velocity and the voidage, and that of an ideal gas has its density
+    over the one of the case in column 7; `temperatures` (n,) [K] are absolute; `dt` [s] is the step to come.
     """
     base, upper, offsets = stencil.base, stencil.upper, stencil.offsets
     eps, reynolds, nusselt = np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK)
@@ -73,6 +75,11 @@ def deposit_heat(
             rx, ry, rz = ux - v[q, 0], uy - v[q, 1], uz - v[q, 2]
             slip = np.sqrt(rx * rx + ry * ry + rz * rz)
             reynolds[q] = eps[q] * transfer.reynolds * slip * 2.0 * radii[first + q] / transfer.ratio
+        if transfer.is_expanded:
+            for q in range(n):
+                weights = corner_weights(up[q, 0], up[q, 1], up[q, 2])
+                _, _, _, density = read_four(gas, np.uint64(4), at[q], offsets, weights)
+                reynolds[q] *= density
         call_nusselt(transfer.law, eps[:n], reynolds[:n], transfer.prandtl, nusselt[:n])
         own = coefficients[first : first + n]
         for q in range(n):
@@ -142,6 +149,7 @@ class HeatExchange:
             heat.gas_temperature,
             find_ratio(case.particles) if case.particles else 1.0,
             grains_per_parcel(case.particles) if case.particles else 1.0,
+            heat.gas_density == "ideal",
         )
         self._space = space
         self._written, self._read = space.make_field(2), space.make_field(1)
@@ -164,7 +172,7 @@ class HeatExchange:
         """The heat of the next gas step, averaged over `dt` [s], to the cells (collective).
 
         heat: masses (n,) [kg] and temperatures (n,) [K] of the particles; way: the mapping, and the layers of the local
-        grid that it needs; gas (places, >= 4): filtered velocity and voidage.
+        grid that it needs; gas (places, >= 4): filtered velocity and voidage, as `deposit_heat` takes them.
         """
         mapping, layers = way
         count = len(particles.positions)

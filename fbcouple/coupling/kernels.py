@@ -33,6 +33,8 @@ class Drag(NamedTuple):
     is_explicit: bool
     is_polydisperse: bool
     """By the mean diameter of a cell and a factor of the particle's own."""
+    is_expanded: bool
+    """Of an ideal gas, whose density goes with its temperature."""
     density: float
     """Of the gas [kg/m3]."""
     viscosity: float
@@ -172,9 +174,10 @@ def deposit_drag(drag: Drag, stencil: Stencil, bed: Bed, gas, dt, beta, predicti
 
     w is the velocity that the drag acts on: v, or, where `prediction.drag_only` is given, what makes beta~ exact for
     other forces too (see `predict`), which goes into `prediction.effective`. `gas` (places, >= 4) starts with the
-    filtered gas velocity and the voidage as the cells have it, and polydisperse drag finds the solids fraction over the
-    mean diameter [1/m] in its column 7; `dt` [s] is the step to come. The explicit scheme has no implicit part: it adds
-    0 and beta (v - u).
+    filtered gas velocity and the voidage as the cells have it; in its column 7 polydisperse drag finds the solids
+    fraction over the mean diameter [1/m], and that of an ideal gas its density over the one of the case, r: beta at the
+    slip w is that of the density of the case at r w, by dimensions. `dt` [s] is the step to come. The explicit scheme
+    has no implicit part: it adds 0 and beta (v - u).
     Particles go through in blocks that fit the cache.
     """
     base, upper, offsets = stencil.base, stencil.upper, stencil.offsets
@@ -199,6 +202,11 @@ def deposit_drag(drag: Drag, stencil: Stencil, bed: Bed, gas, dt, beta, predicti
                 phi = 1.0 - eps[q]
                 ratio[q] = size[q] * area / phi if phi > LONE else 1.0
                 size[q] /= ratio[q]
+        if drag.is_expanded:
+            for q in range(n):
+                weights = corner_weights(up[q, 0], up[q, 1], up[q, 2])
+                _, _, _, density = read_four(gas, np.uint64(4), at[q], offsets, weights)
+                slip[q] *= density
         find_beta(drag, eps[:n], slip[:n], size[:n], b)
         if drag.is_polydisperse:
             for q in range(n):

@@ -37,6 +37,7 @@ class Heat:
         self._carries = case.exchange is not None and case.exchange.virtual_mass
         self._specific_heat = heat.particle_specific_heat or 0.0
         self._reference = heat.gas_temperature or heat.particle_temperature or 0.0
+        self._expands = heat.gas_density == "ideal"
         self._walls_conduct = heat.contact_conduction != "none" and has_hot_walls(heat)
         self.gas: GasHeat | None = None
         """Temperatures of the gas; None in a case without gas."""
@@ -47,6 +48,8 @@ class Heat:
             self._volumes = gas.volumes
             walls = list_walls(heat), heat.wall_area == "gas"
             self.gas = GasHeat(len(gas.volumes), self._capacity, self._reference, prandtl, *walls)
+            if self._expands:
+                gas.expand(self._reference, case.gravity)
             self._conductivity = CellConductivity(case)
             self._no_sums = np.zeros((len(gas.volumes), 2))
         self._totals = np.zeros(len(_TOTALS))
@@ -60,6 +63,13 @@ class Heat:
         """Masses [kg] of this rank's particles, (n,), without gas that they carry along."""
         assert self._liggghts is not None
         return self._liggghts.own_masses if self._carries else self._liggghts.masses
+
+    @property
+    def densities(self) -> np.ndarray | None:
+        """Density of the gas in this rank's cells, (cells,), over that of the case; None where it is that."""
+        if not (self.gas and self._expands):
+            return None
+        return self._reference / self.gas.temperatures
 
     def step_gas(self, time: float, voidage: np.ndarray) -> None:
         """The temperatures of the step that the gas has taken from `time` [s], of `voidage` (cells,)."""

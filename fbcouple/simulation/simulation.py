@@ -173,7 +173,8 @@ class Simulation:
         """The drag of every particle, averaged over the next step, to the cells."""
         if self.is_coupled:
             with self.timers("drag"):
-                self.coupling.deposit_drag(self.particles, self.clock.dt, self.clock.last_dt)
+                densities = self.heat.densities if self.heat else None
+                self.coupling.deposit_drag(self.particles, self.clock.dt, self.clock.last_dt, densities)
                 require_sound_exchange(self.time, self.case.monitors, self.owned, self.gas, self.coupling)
 
     def deposit_heat(self) -> None:

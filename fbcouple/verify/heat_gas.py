@@ -252,6 +252,7 @@ def heat_bed_conductivity(folder: Path, comm: MPI.Comm, area: str) -> Iterator[N
 
 _MESHES: dict[str, dict[str, Any]] = {
     "hexahedra": {},
+    "ideal gas": {},
     "tetrahedra": {"elements": "tetrahedra"},
     "cylinder": {"shape": "cylinder", "size": [0.02, 0.02, 0.03], "cells": [5, 5, 8]},
 }
@@ -267,6 +268,8 @@ def heat_ledger(folder: Path, comm: MPI.Comm, mesh: str) -> Iterator[Number]:
     """A fluidized bed that cools by gas, hot walls and a coefficient: in every step gas, particles, walls and openings
     add up."""
     walls: dict[str, Any] = {"wall_temperature": 320.0, "wall_coefficient": 50.0}
+    if mesh == "ideal gas":
+        walls["gas_density"] = "ideal"
     if mesh == "hexahedra":
         walls["walls"] = [{"face": "left", "temperature": 280.0}]
     sections = (

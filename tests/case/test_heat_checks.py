@@ -62,6 +62,7 @@ def test_what_a_phase_needs_is_asked_for(key):
             {"contact_conduction": "liggghts", "particle_conductivity": 1e9},
             'heat.contact_conduction: "liggghts" is given and 12 contacts of 0.01 d would change a particle of 0.001 m',
         ),
+        ({"gas_density": "perfect"}, 'heat.gas_density: "perfect" is given, "constant" or "ideal" is allowed'),
         ({"gas_temperature": -20.0}, "heat.gas_temperature: -20.0 is given, a number above 0"),
         ({"nusselt": "wakao"}, 'heat.nusselt: "wakao" is given, "gunn" or "ranz-marshall" or "own" is allowed'),
     ],
@@ -69,6 +70,25 @@ def test_what_a_phase_needs_is_asked_for(key):
 def test_laws_that_lack_a_number_and_numbers_without_a_law(values, problem):
     (found,) = problems_of(ALL | values)
     assert problem in found
+
+
+@pytest.mark.parametrize(
+    ("sets", "words"),
+    [
+        (["gas.top=closed"], 'with gas.top = "closed": the gas has nowhere to expand to; open the top'),
+        (
+            ["gas.turbulence=keqn"],
+            'with gas.turbulence = "keqn", which carries its own fields at constant density; take',
+        ),
+        (["exchange.lift_force=true"], "with exchange.lift_force, which knows a constant density only; remove one"),
+        (["exchange.polydisperse=beetstra"], "with exchange.polydisperse, which knows a constant density only"),
+    ],
+)
+def test_an_ideal_gas_has_room_and_no_force_that_takes_its_density_for_constant(sets, words):
+    assert any(
+        f'heat.gas_density: "ideal" is given {words}' in text
+        for text in problems_of(ALL | {"gas_density": "ideal"}, sets)
+    )
 
 
 @pytest.mark.parametrize(

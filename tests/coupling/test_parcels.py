@@ -87,4 +87,4 @@ def test_a_force_is_that_on_all_grains(rng, name):
 
 
 def test_without_parcels_the_drag_is_as_it_was():
-    assert Drag(0, 0, False, False, 1.0, 1.0)[-2:] == (1.0, 1.0)
+    assert Drag(0, 0, False, False, False, 1.0, 1.0)[-2:] == (1.0, 1.0)

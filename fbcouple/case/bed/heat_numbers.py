@@ -48,9 +48,9 @@ def describe_conduction(case: Case, cell: np.ndarray) -> Iterator[Number]:
 
 def describe_density(case: Case) -> Iterator[Number]:
     """Density that the gas has by the law of ideal gases at the temperature of particles or walls that is farthest from
-    its own, over the density of the case, which the run takes everywhere."""
+    its own, over the density of the case, which the run takes everywhere unless the gas is an ideal one."""
     heat, gas = case.heat, case.gas
-    if not (heat and gas and heat.gas_temperature) or gas.density > _LIQUID:
+    if not (heat and gas and heat.gas_temperature) or heat.gas_density == "ideal" or gas.density > _LIQUID:
         return
     others = [heat.particle_temperature, *list_wall_temperatures(heat)]
     ratios = [heat.gas_temperature / other for other in others if other]
@@ -60,7 +60,7 @@ def describe_density(case: Case) -> Iterator[Number]:
     meaning = (
         "Density that the gas has, by the law of ideal gases, once it is as warm as the particles or walls that are "
         "farthest from its own temperature, over that of the case. The run takes the latter everywhere: the speed of "
-        "gas that is warmed in the bed is as much too low."
+        'gas that is warmed in the bed is as much too low; heat.gas_density = "ideal" lets the density follow.'
     )
     allowed = f"{1.0 - STEADY:g} to {1.0 + STEADY:g}"
     yield Number("density of warm gas", ratio, "1", allowed, judge(abs(ratio - 1.0) <= STEADY), meaning)

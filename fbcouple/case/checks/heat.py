@@ -29,6 +29,8 @@ _WALLS, _CONTACT = "heat.walls", "heat.contact_conduction"
 _CONTACTS, _DEEP = 12, 0.01
 """Contacts that a sphere can have, and their overlap over its diameter, in a step that has to be stable."""
 _SIZES = ("particles.mixture", "particles.spread", "particles.sizes")
+_OF_VOIDAGE = ("keqn", "dynamic-lagrangian")
+"""Sub-grid models with equations of their own, in which the voidage stands for the gas."""
 _KEYS = tuple(f"heat.{key}" for key in Heat.model_fields)
 _CONDUCTIVITY = "the thermal conductivity in W/(m K), of glass 1.4"
 
@@ -66,6 +68,29 @@ def check_gas_conductivity(case: Case, folder: Path) -> Iterator[Problem]:
         words = "both are given" if given else "neither is given"
         text = f"{words} of gas_conductivity and prandtl, exactly one is allowed"
         yield Problem("heat.gas_conductivity", f"{text}; give the conductivity in W/(m K), or the number (air: 0.7).")
+
+
+@check(*_KEYS, "gas", "exchange")
+def check_ideal_gas(case: Case, folder: Path) -> Iterator[Problem]:
+    """The density of an ideal gas goes with the temperature at a constant pressure, and drag alone looks at it."""
+    if case.heat is None or case.heat.gas_density != "ideal":
+        return
+    key, say = "heat.gas_density", '"ideal" is given'
+    if case.gas is None:
+        yield Problem(key, f"{say} and the case has no [gas]; remove it, or add [gas].")
+        return
+    if case.gas.top == "closed":
+        text = f'{say} with gas.top = "closed": the gas has nowhere to expand to'
+        yield Problem(key, f"{text}; open the top, or remove one of them.")
+    if case.gas.turbulence in _OF_VOIDAGE:
+        text = f'{say} with gas.turbulence = "{case.gas.turbulence}", which carries its own fields at constant density'
+        yield Problem(key, f'{text}; take "none", "smagorinsky" or "localized-dynamic".')
+    if case.exchange is None:
+        return
+    others = [name for name in ("viscous_force", "lift_force", "virtual_mass") if getattr(case.exchange, name)]
+    others += ["polydisperse"] if case.exchange.polydisperse != "none" else []
+    for name in others:
+        yield Problem(key, f"{say} with exchange.{name}, which knows a constant density only; remove one of them.")
 
 
 @check("heat.nusselt", NUSSELT_FILE)

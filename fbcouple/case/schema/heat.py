@@ -48,6 +48,11 @@ class Heat(Section):
     gas_specific_heat: float | None = option(
         "Specific heat of the gas at constant pressure. Needed with [gas].", "J kg-1 K-1", None, **Positive
     )
+    gas_density: Literal["constant", "ideal"] = option(
+        "Density of the gas: that of [gas] everywhere, or that of an ideal gas, which has it at `gas_temperature` and "
+        "is lighter where it is warmer.",
+        default="constant",
+    )
     gas_conductivity: float | None = option(
         "Thermal conductivity of the gas. With [gas] give this or `prandtl`.", "W m-1 K-1", None, **Positive
     )

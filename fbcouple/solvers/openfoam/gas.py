@@ -37,6 +37,7 @@ _FUNCTIONS: dict[str, Signature] = {
     "gas_mesh_sizes": (ctypes.c_int, [_whole]),
     "gas_mesh": (ctypes.c_int, [_double, *[_whole] * 6]),
     "gas_set_inlet": (ctypes.c_int, [ctypes.c_int, _whole, _double]),
+    "gas_expand": (ctypes.c_int, [ctypes.c_double, ctypes.c_double]),
     "gas_start": (ctypes.c_int, [_double]),
     "gas_step": (ctypes.c_int, [ctypes.c_double, ctypes.c_double, _double, _double]),
     "gas_fields": (ctypes.c_int, [_double, _double, _double, _double]),
@@ -56,7 +57,7 @@ class GasReport:
     courant: float
     fourier: float
     lost: float
-    """Gas volume that continuity lost [m3/s]."""
+    """Gas volume that continuity lost [m3/s]; all volumes are those that the gas has at the density of the case."""
     inflow: float
     """Gas volume that came in by the inlet [m3/s], below 0 where it went out."""
     inlet_pressure: float
@@ -132,6 +133,11 @@ class Gas:
         lengths = np.array([len(rows) for rows in tables], np.int64)
         rows = np.concatenate([np.array(rows, np.float64) for rows in tables]).ravel()
         self._check(self._library.gas_set_inlet(len(tables), _point_whole(lengths), point_to(rows)))
+
+    def expand(self, temperature: float, gravity: float) -> None:
+        """From now on the density follows the temperature of the `GasHeat` that is open, as that of an ideal gas does
+        that has the density of the case at `temperature` [K]; gravity [m/s2] downwards (collective)."""
+        self._check(self._library.gas_expand(temperature, gravity))
 
     def start(self, voidage: np.ndarray) -> None:
         """Give the voidage (n,) at time zero, so that d(eps)/dt of the first step is the particles' own."""

@@ -90,6 +90,12 @@ int gas_set_inlet(int count, const int64_t* lengths, const double* rows)
     });
 }
 
+// After the heat was opened: the density is rho at `temperature` [K] and follows it; `gravity` [m/s2] downwards.
+int gas_expand(double temperature, double gravity)
+{
+    return guarded([&] { gas->expand(temperature, gravity); });
+}
+
 int gas_start(const double* voidage) { return guarded([&] { gas->start(voidage); }); }
 int gas_step(double dt, double moved, const double* voidage, const double* drag)
 {

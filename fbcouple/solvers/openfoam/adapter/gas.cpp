@@ -6,6 +6,10 @@
 // Hamidouche et al. 2019, eqs 3-4 with the particle source of eq. 29: -(F_D + F_P) leaves eps grad P, once. p is the
 // dynamic pressure over rho, K [kg m-3 s-1] the implicit and S [N m-3] the explicit part of the drag. Gravity is
 // absorbed in p; the buoyancy of the particles is given to them with their pressure-gradient force.
+//
+// An ideal gas has eps rho/rho_0 in place of eps in all terms of mass, with rho/rho_0 = T_0/T of the temperature that the
+// last step left, its flux is that of mass over rho_0, and what it is lighter by than rho_0 drives it upwards. The
+// pressure that its density has is constant: sound takes no time.
 
 #include "gas.hpp"
 
@@ -62,7 +66,9 @@ Gas::Gas(int argc, char** argv, double rho, int correctors)
     pRefCell_(0),
     pRefValue_(0),
     iterations_(0),
-    displaced_(1)
+    displaced_(1),
+    temperature_("temperature", dimTemperature, Zero),
+    gravity_("gravity", dimAcceleration, Zero)
 {
     // The name of a time directory has 12 digits; a gas that goes on from one needs the time itself.
     const IOdictionary stored
@@ -103,6 +109,21 @@ void Gas::fillDrag(const double* sums)
     dragS_.correctBoundaryConditions();
 }
 
+tmp<volScalarField> Gas::heldNow() const
+{
+    return eps_*temperature_/mesh_.lookupObject<volScalarField>("T");
+}
+
+// From now on the density follows the temperature, as that of an ideal gas does that has rho_0 at `temperature` [K];
+// `gravity` [m/s2] pulls downwards. A gas that goes on has what it held from where it goes on.
+void Gas::expand(double temperature, double gravity)
+{
+    temperature_.value() = temperature;
+    gravity_.value() = vector(0, 0, -gravity);
+    expanded_.reset(new volScalarField(described("gasHeld", mesh_, IOobject::READ_IF_PRESENT), heldNow()));
+    expanded_().oldTime();
+}
+
 // The voidage of the first step: no particle has moved yet, so d(eps)/dt starts from zero.
 void Gas::start(const double* voidage)
 {
@@ -110,7 +131,12 @@ void Gas::start(const double* voidage)
     eps_.oldTime() == eps_;
     U_.correctBoundaryConditions();
     phi_ = fvc::flux(U_);
-    epsPhi_ = fvc::interpolate(eps_)*phi_;
+    if (expanded_.valid())
+    {
+        expanded_() == heldNow();
+        expanded_().oldTime() == expanded_();
+    }
+    epsPhi_ = fvc::interpolate(held())*phi_;
     epsPhi_.oldTime() == epsPhi_;
 }
 
@@ -124,11 +150,11 @@ void Gas::setVelocity(const volScalarField& A, const volVectorField& H)
         U_.primitiveFieldRef() =
             (H.primitiveField() - eps_.primitiveField()*fvc::grad(p_)().primitiveField())/A.primitiveField();
         U_.correctBoundaryConditions();
-        fluxes = epsPhi_ - fvc::flux(eps_*U_);
+        fluxes = epsPhi_ - fvc::flux(held()*U_);
     }
     else U_.primitiveFieldRef() = Zero;
     const tmp<volVectorField> sums(fvc::surfaceSum(normals_*fluxes));
-    U_.primitiveFieldRef() += (inverse_ & sums().primitiveField())/eps_.primitiveField();
+    U_.primitiveFieldRef() += (inverse_ & sums().primitiveField())/held().primitiveField();
     U_.correctBoundaryConditions();
 }
 
@@ -136,28 +162,39 @@ void Gas::setVelocity(const volScalarField& A, const volVectorField& H)
 // it the gas has all of the averaged stress, div(eps tau).
 tmp<volScalarField> Gas::stressViscosity() const
 {
+    if (expanded_.valid()) return eps_*turbulence_->nu() + held()*turbulence_->nut();
     return sharesStress_ ? turbulence_->nuEff() : eps_*turbulence_->nuEff();
 }
 
+// What the cells take in of gas a second, over rho_0: what the particles leave to it, as of the step in which they moved,
+// and what its density gains.
+tmp<volScalarField> Gas::storing() const
+{
+    if (!expanded_.valid()) return displaced_*fvc::ddt(eps_);
+    return fvc::ddt(held()) + (displaced_ - 1)*held()/eps_*fvc::ddt(eps_);
+}
+
 // The momentum equation of a cell, A U = H - eps grad(p), read on both halves of the way between two cells, with one
-// flux q = eps U.S and one pressure at the face, gives q (A/eps^2)_f = (H/eps)_f.S - dp/dn. Drag and voidage may jump
+// flux q = eps U.S and one pressure at the face, gives q (A/eps^2)_f = (H/eps)_f.S - dp/dn; of an ideal gas with q the
+// flux of what it holds, and that in place of one of the two eps. Drag and voidage may jump
 // between the cells: a packed bed with a sharp surface stays exact, where the usual interpolation of H/A and a Gauss
 // gradient lets the cells on both sides of the surface accelerate. The velocity of a cell then follows its faces,
 // and grad(p) of a cell is what its momentum equation leaves, so that gas and particles share one gradient.
 void Gas::correctPressure(const fvVectorMatrix& UEqn)
 {
     const volScalarField A(UEqn.A());
-    const volScalarField local("local", eps_/time_.deltaT() + dragK_/rho_);
-    const surfaceScalarField epsf(fvc::interpolate(eps_));
-    const surfaceScalarField conductance("conductance", 1.0/fvc::interpolate(A/sqr(eps_)));
+    const volScalarField& held = this->held();
+    const volScalarField local("local", held/time_.deltaT() + dragK_/rho_);
+    const surfaceScalarField heldf(fvc::interpolate(held));
+    const surfaceScalarField conductance("conductance", 1.0/fvc::interpolate(A/(eps_*held)));
     // What a face carries itself is not taken from the mean over the cells, which would diffuse it: its old flux, and
     // its part in the diagonal of convection and diffusion, so that these act as they do in the cells. What is taken
     // away is interpolated as H/eps is, or the difference, O(dx^2), would be divided by dt or dx^2.
     const volScalarField carried("carried", A - local);
-    const surfaceScalarField transport(fvc::interpolate(carried/sqr(eps_)));
+    const surfaceScalarField transport(fvc::interpolate(carried/(eps_*held)));
     const surfaceScalarField oldFlux
     (
-        (epsPhi_.oldTime()*fvc::interpolate(1.0/eps_) - fvc::flux(eps_.oldTime()*U_.oldTime()/eps_))/time_.deltaT()
+        (epsPhi_.oldTime()*fvc::interpolate(1.0/eps_) - fvc::flux(held.oldTime()*U_.oldTime()/eps_))/time_.deltaT()
     );
     for (int corr = 0; corr < correctors_; ++corr)
     {
@@ -169,9 +206,9 @@ void Gas::correctPressure(const fvVectorMatrix& UEqn)
         {
             const fvPatchVectorField& Up = U_.boundaryField()[patchi];
             if (Up.coupled() || p_.boundaryField()[patchi].fixesValue()) continue;
-            predicted.boundaryFieldRef()[patchi] = epsf.boundaryField()[patchi]*(Up & Up.patch().Sf());
+            predicted.boundaryFieldRef()[patchi] = heldf.boundaryField()[patchi]*(Up & Up.patch().Sf());
         }
-        fvScalarMatrix pEqn(fvm::laplacian(conductance, p_) == displaced_*fvc::ddt(eps_) + fvc::div(predicted));
+        fvScalarMatrix pEqn(fvm::laplacian(conductance, p_) == storing() + fvc::div(predicted));
         if (p_.needReference()) pEqn.setReference(pRefCell_, pRefValue_);
         const bool last = corr == correctors_ - 1;
         iterations_ += pEqn.solve(mesh_.solver(p_.select(last))).nIterations();
@@ -182,7 +219,7 @@ void Gas::correctPressure(const fvVectorMatrix& UEqn)
         gradP_.primitiveFieldRef() =
             (H.primitiveField() - carried.primitiveField()*before - near*U_.primitiveField())/eps_.primitiveField();
     }
-    phi_ = epsPhi_/epsf;
+    phi_ = epsPhi_/heldf;
 }
 
 // The voidage changed while the particles moved, for `moved` [s], a step that was longer or shorter than `dt`: what they
@@ -197,20 +234,23 @@ void Gas::step(double dt, double moved, const double* voidage, const double* dra
     U_.oldTime();
     epsPhi_.oldTime();
     eps_.oldTime();
+    held().oldTime();
     fill(eps_, voidage);
+    if (expanded_.valid()) expanded_() == heldNow();
     fillDrag(drag);
     U_.correctBoundaryConditions();
     iterations_ = 0;
 
     fvVectorMatrix UEqn
     (
-        fvm::ddt(eps_, U_) + fvm::div(epsPhi_, U_)
-      - fvm::Sp(fvc::ddt(eps_) + fvc::div(epsPhi_), U_)
+        fvm::ddt(held(), U_) + fvm::div(epsPhi_, U_)
+      - fvm::Sp(fvc::ddt(held()) + fvc::div(epsPhi_), U_)
       - viscousForce(stressViscosity(), U_)
       + fvm::Sp(dragK_/rho_, U_)
      ==
         dragS_/rho_
     );
+    if (expanded_.valid()) UEqn -= (held() - eps_)*gravity_;
     correctPressure(UEqn);
     turbulence_->correct();
 }
@@ -263,8 +303,8 @@ void Gas::fields(double* state, double* pressure, double* voidage, double* total
     totals[7] = pressures;
 }
 
-// Courant and Fourier number of the last step, gas volume that continuity lost in it [m3/s], gas volume that came in by
-// the inlet [m3/s], pressure there [Pa], pressure iterations, gas displaced wrongly [m3], and the gas that went out by the
+// Courant and Fourier number of the last step, gas volume, at rho_0, that continuity lost in it [m3/s], and that came in
+// by the inlet [m3/s], pressure there [Pa], pressure iterations, gas displaced wrongly [m3], and the gas that went out by the
 // outlet and that came in by it [m3/s]. The same on every rank.
 void Gas::measure(double* values) const
 {
@@ -295,7 +335,8 @@ void Gas::measure(double* values) const
         area += sum(patch.magSf());
     }
     const scalarField change((eps_.primitiveField() - eps_.oldTime().primitiveField())*mesh_.V().field());
-    const scalar stored = displaced_*gSum(change)/dt;
+    const scalar stored =
+        expanded_.valid() ? gSum(storing()().primitiveField()*mesh_.V().field()) : displaced_*gSum(change)/dt;
     reduce(flows, sumOp<vector>());
     reduce(inlet, sumOp<vector2D>());
     values[2] = mag(stored + out);

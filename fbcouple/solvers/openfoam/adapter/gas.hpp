@@ -41,6 +41,15 @@ class Gas
     int iterations_;
     // Step of the gas over the step that the voidage changed in: 1 where steps are equal.
     scalar displaced_;
+    // Of an ideal gas: eps rho/rho_0; the temperature at which its density is rho_0 [K]; gravity.
+    autoPtr<volScalarField> expanded_;
+    dimensionedScalar temperature_;
+    dimensionedVector gravity_;
+
+    // Mass of gas in a volume, over rho_0: the voidage where the density is constant.
+    const volScalarField& held() const { return expanded_.valid() ? expanded_() : eps_; }
+    tmp<volScalarField> heldNow() const;
+    tmp<volScalarField> storing() const;
 
     void fill(volScalarField& field, const double* values);
     void fillDrag(const double* sums);
@@ -52,6 +61,7 @@ public:
 
     Gas(int argc, char** argv, double rho, int correctors);
     void setInlet(const List<Table>& tables);
+    void expand(double temperature, double gravity);
     void start(const double* voidage);
     void step(double dt, double moved, const double* voidage, const double* drag);
     void cells(double* centres, double* volumes) const;

@@ -4,7 +4,7 @@
 //
 // with the flux eps u.S and the voidage that the momentum and the pressure equation had, in the form that leaves a
 // uniform temperature as it is where continuity is not exact: T (d(eps)/dt + div(eps u)) is taken off, and its heat is
-// told. k [W/(m K)] is the conductivity of the cells, eps that of the gas or the bed's, and beside it eps rho cp nu_t/Pr_t.
+// told. An ideal gas has eps rho/rho_0 in place of eps. k [W/(m K)] is the conductivity of the cells, eps that of the gas or the bed's, and beside it eps rho cp nu_t/Pr_t.
 // K [W/K] and S [W] come from the particles of a cell. All heat is counted from the reference temperature.
 
 #include <cstdint>
@@ -28,6 +28,13 @@ class Heat
     const fvMesh& mesh_;
     const volScalarField& eps_;
     const surfaceScalarField& epsPhi_;
+
+    // Mass of gas in a volume, over its density at the reference temperature.
+    const volScalarField& held() const
+    {
+        return mesh_.foundObject<volScalarField>("gasHeld") ? mesh_.lookupObject<volScalarField>("gasHeld") : eps_;
+    }
+
     // Heat capacity of the gas [J/(m3 K)], its reference temperature [K], turbulent Prandtl number or 0.
     const scalar capacity_;
     const scalar reference_;
@@ -145,7 +152,7 @@ void Heat::fill(const double* conductivity, const double* sums)
     if (turbulentPrandtl_ > 0)
     {
         const tmp<volScalarField> nut(mesh_.lookupObject<turbulenceModel>(turbulenceModel::propertiesName).nut());
-        diffusivity += eps_.primitiveField()*nut().primitiveField()/turbulentPrandtl_;
+        diffusivity += held().primitiveField()*nut().primitiveField()/turbulentPrandtl_;
     }
     diffusivity_.correctBoundaryConditions();
 }
@@ -154,10 +161,10 @@ void Heat::step(const double* conductivity, const double* sums, double* values)
 {
     T_.oldTime();
     fill(conductivity, sums);
-    const volScalarField lost(fvc::ddt(eps_) + fvc::div(epsPhi_));
+    const volScalarField lost(fvc::ddt(held()) + fvc::div(epsPhi_));
     fvScalarMatrix equation
     (
-        fvm::ddt(eps_, T_) + fvm::div(epsPhi_, T_) - fvm::Sp(lost, T_)
+        fvm::ddt(held(), T_) + fvm::div(epsPhi_, T_) - fvm::Sp(lost, T_)
       - fvm::laplacian(diffusivity_, T_) + fvm::Sp(taken_, T_)
      ==
         given_
@@ -179,14 +186,15 @@ void Heat::count(const fvScalarMatrix& equation, const scalarField& lost, double
     for (int n = 0; n < amounts; ++n) values[n] = 0;
     const scalar dt = mesh_.time().deltaTValue();
     const scalarField& old = T_.oldTime().primitiveField();
-    const scalarField& oldEps = eps_.oldTime().primitiveField();
+    const scalarField& now = held().primitiveField();
+    const scalarField& then = held().oldTime().primitiveField();
     const scalarField& T = T_.primitiveField();
     const scalarField& V = mesh_.V();
     forAll(T, i)
     {
         const scalar warm = T[i] - reference_;
-        const scalar held = capacity_*V[i]*eps_[i]*warm;
-        values[before] += capacity_*V[i]*oldEps[i]*(old[i] - reference_);
+        const scalar held = capacity_*V[i]*now[i]*warm;
+        values[before] += capacity_*V[i]*then[i]*(old[i] - reference_);
         values[after] += held;
         values[magnitude] += mag(held);
         values[byContinuity] += capacity_*V[i]*lost[i]*warm*dt;
