@@ -18,6 +18,7 @@ from fbcouple.case.bed import derived
 from fbcouple.case.bed.drag_balance import EXPANDED
 from fbcouple.case.bed.gas_heat import list_wall_temperatures
 from fbcouple.case.bed.particle_types import count_kinds, list_kinds
+from fbcouple.case.schema.heat import Heat
 from fbcouple.case.schema.sections import Case
 
 Row = dict[str, Any]
@@ -177,8 +178,7 @@ def find_strange_temperature(case: Case, rows: list[Row]) -> float:
     heat = case.heat
     if heat is None:
         return math.nan
-    phases = heat.gas_temperature, heat.particle_temperature
-    given = [one for one in (*phases, *list_wall_temperatures(heat)) if one]
+    given = _list_temperatures(heat)
     below = min(given) - min(row["min_temperature"] for row in rows)
     above = max(row["max_temperature"] for row in rows) - max(given)
     return max(0.0, below, above) / (max(given) - min(given) or max(given))
@@ -197,9 +197,19 @@ def find_residual_speed(case: Case, rows: list[Row]) -> float:
 
 
 def find_speed(case: Case) -> float:
-    """Speed [m/s] that a scene has reason for: its gas between packed particles, and a fall through the box."""
+    """Speed [m/s] that a scene has reason for: its gas between packed particles, as warm as an ideal one may get, and a
+    fall through the box."""
     gas = derived.open_velocity(case) / (EXPANDED if case.particles else 1.0) if case.gas else 0.0
+    heat = case.heat
+    if heat and heat.gas_density == "ideal" and heat.gas_temperature:
+        gas *= max(_list_temperatures(heat)) / heat.gas_temperature
     return gas + math.sqrt(2.0 * case.gravity * case.domain.size[2]) or 1.0
+
+
+def _list_temperatures(heat: Heat) -> list[float]:
+    """Temperatures [K] that a scene gives gas, particles and walls."""
+    phases = heat.gas_temperature, heat.particle_temperature
+    return [one for one in (*phases, *list_wall_temperatures(heat)) if one]
 
 
 def _mass(case: Case) -> float:

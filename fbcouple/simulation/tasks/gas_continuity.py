@@ -11,6 +11,14 @@ from fbcouple.case.bed.streams import has_side_openings
 from fbcouple.simulation.simulation import Simulation
 
 
+def has_height_flux(sim: Simulation) -> bool:
+    """Do inflow and voidage say what passes every height: in cells with layers, by the floor alone, and at a constant
+    density?"""
+    heat = sim.case.heat
+    is_constant = heat is None or heat.gas_density == "constant"
+    return sim.has_gas and sim.cells.has_layers and not has_side_openings(sim.case) and is_constant
+
+
 class HeightFlux:
     """In a box, the gas flux of each layer against inflow and change of the voidage below it, for chosen steps.
 
@@ -23,11 +31,11 @@ class HeightFlux:
 
     def prepare(self, sim: Simulation) -> None:
         """Remember the voidage of the gas step just taken, if a checkpoint has not, for the next (collective)."""
-        if not sim.has_gas or self._step == sim.clock.steps + 1 or has_side_openings(sim.case):
+        if self._step == sim.clock.steps + 1 or not has_height_flux(sim):
             return
         before = sim.cells.add_layers(sim.comm, sim.gas.voidage)
-        if before is not None:
-            self._before, self._step = before, sim.clock.steps + 1
+        assert before is not None, "cells with layers add them up"
+        self._before, self._step = before, sim.clock.steps + 1
 
     def save(self) -> dict[str, Any]:
         """What `load` needs to go on from here."""
