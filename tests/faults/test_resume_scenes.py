@@ -54,6 +54,7 @@ HEAT = [
     *("heat.gas_temperature=300.0", "heat.gas_specific_heat=1010.0", "heat.prandtl=0.8"),
     *("heat.particle_temperature=350.0", "heat.particle_specific_heat=840.0", "heat.particle_conductivity=1.4"),
     *("heat.contact_conduction=liggghts", "heat.wall_temperature=293.15", "output.particles_every=5e-4"),
+    "heat.gas_density=ideal",
     "particles.feeds=[{low=[0.0,0.0,0.012],high=[0.01,0.006,0.016],rate=2e4,velocity=[0.0,0.0,-0.5],temperature=400.0}]",
     'output.probes=[{name="warm",every=2e-4,line=[[0.005,0.003,0.001],[0.005,0.003,0.019]],count=4,'
     'quantities=["gas_temperature","solids_temperature"]}]',

@@ -17,7 +17,7 @@ SETTINGS = [
     *("heat.gas_temperature=293.15", "heat.gas_specific_heat=1010.0", "heat.prandtl=0.8"),
     *("heat.particle_temperature=363.15", "heat.particle_specific_heat=840.0", "heat.particle_conductivity=1.4"),
     *("heat.wall_temperature=293.15", "heat.walls=[{face='left',temperature=320.0,coefficient=350.0}]"),
-    "heat.bed_conduction=zehner-schlunder",
+    *("heat.bed_conduction=zehner-schlunder", "heat.gas_density=ideal"),
 ]
 
 
