@@ -44,8 +44,8 @@ def nan_velocity(sim: Simulation) -> None:
 def nan_drag(sim: Simulation) -> None:
     deposit = sim.coupling.deposit_drag
 
-    def deposit_wrongly(particles, dt, last_dt) -> None:
-        deposit(particles, dt, last_dt)
+    def deposit_wrongly(*given) -> None:
+        deposit(*given)
         sim.coupling.drag_sums[CELL, 0] = np.nan
 
     sim.coupling.deposit_drag = deposit_wrongly
