@@ -132,13 +132,13 @@ def _clock(comm: MPI.Comm, run: Callable[[], None]) -> float:
 
 
 def _clock_own(comm: MPI.Comm, run: Callable[[], None]) -> tuple[float, float]:
-    """Wall seconds until all ranks are through, and until this one is."""
+    """Wall seconds until all ranks are through, of the one that began first, and until this one is."""
     comm.Barrier()
     begin = time.perf_counter()
     run()
     own = time.perf_counter() - begin
     comm.Barrier()
-    return time.perf_counter() - begin, own
+    return comm.allreduce(time.perf_counter() - begin, MPI.MAX), own
 
 
 def measure_overhead(case: Case, comm: MPI.Comm, warm: float, seconds: float, steps: int = 0) -> dict[str, Any]:
