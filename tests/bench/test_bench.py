@@ -137,12 +137,15 @@ def test_a_part_that_is_left_out_is_in_no_deck(part):
 
 
 @pytest.mark.slow
-def test_what_is_left_out_is_held_nowhere_and_takes_no_time():
-    """Libraries in memory, parts of the run, stages of the loop and arrays of a small bed that has everything."""
+def test_what_is_left_out_is_held_nowhere_and_takes_no_time(tmp_path):
+    """Libraries in memory, parts of the run, stages of the loop and arrays of a small bed that has everything; its
+    means are of two blocks, or these would be most of its arrays."""
+    bed = tmp_path / "bed.toml"
+    bed.write_text('base = "patil/c2"\nunset = ["averages.until_error", "averages.earliest_end"]\n')
     sets = ["domain.size=[0.012, 0.0075, 0.03]", "domain.cells=[5, 3, 12]", "particles.mass=3e-4", *WHOLE]
     sets += ["gas.closed_nozzle=[1, 1]", "averages.start=0.0", "averages.every=2e-4", "accuracy=none"]
-    sets += ["output.profile_heights=[]"]
-    rows = {row["left out"]: row for row in measure_parts("patil/c2", sets, 0.0, 20, 1)}
+    sets += ["output.profile_heights=[]", "averages.blocks=2"]
+    rows = {row["left out"]: row for row in measure_parts(str(bed), sets, 0.0, 20, 1)}
     assert set(rows) == {"nothing", *LEFT_OUT}
 
     def lost(name: str, column: str) -> set[str]:
