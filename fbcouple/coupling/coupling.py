@@ -35,7 +35,7 @@ class Coupling:
         self._explicit = case.exchange.scheme == "explicit"
         addresses = find_address(self.law.kernel), find_address(DRAG_SCHEMES[case.exchange.scheme])
         self._polydisperse = case.exchange.polydisperse != "none"
-        self._expands = case.heat is not None and case.heat.gas_density == "ideal"
+        self._expands = case.heat is not None and case.heat.has_ideal_gas
         gas, parcels = (case.gas.density, case.gas.viscosity), (1.0, 1.0)
         if case.particles:
             parcels = find_ratio(case.particles), grains_per_parcel(case.particles)

@@ -149,7 +149,7 @@ class HeatExchange:
             heat.gas_temperature,
             find_ratio(case.particles) if case.particles else 1.0,
             grains_per_parcel(case.particles) if case.particles else 1.0,
-            heat.gas_density == "ideal",
+            heat.has_ideal_gas,
         )
         self._space = space
         self._written, self._read = space.make_field(2), space.make_field(1)

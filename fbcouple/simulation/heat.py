@@ -37,7 +37,7 @@ class Heat:
         self._carries = case.exchange is not None and case.exchange.virtual_mass
         self._specific_heat = heat.particle_specific_heat or 0.0
         self._reference = heat.gas_temperature or heat.particle_temperature or 0.0
-        self._expands = heat.gas_density == "ideal"
+        self._expands = heat.has_ideal_gas
         self._walls_conduct = heat.contact_conduction != "none" and has_hot_walls(heat)
         self.gas: GasHeat | None = None
         """Temperatures of the gas; None in a case without gas."""

@@ -201,7 +201,7 @@ def find_speed(case: Case) -> float:
     fall through the box."""
     gas = derived.open_velocity(case) / (EXPANDED if case.particles else 1.0) if case.gas else 0.0
     heat = case.heat
-    if heat and heat.gas_density == "ideal" and heat.gas_temperature:
+    if heat and heat.has_ideal_gas and heat.gas_temperature:
         gas *= max(_list_temperatures(heat)) / heat.gas_temperature
     return gas + math.sqrt(2.0 * case.gravity * case.domain.size[2]) or 1.0
 

@@ -50,7 +50,7 @@ def describe_density(case: Case) -> Iterator[Number]:
     """Density that the gas has by the law of ideal gases at the temperature of particles or walls that is farthest from
     its own, over the density of the case, which the run takes everywhere unless the gas is an ideal one."""
     heat, gas = case.heat, case.gas
-    if not (heat and gas and heat.gas_temperature) or heat.gas_density == "ideal" or gas.density > _LIQUID:
+    if not (heat and gas and heat.gas_temperature) or heat.has_ideal_gas or gas.density > _LIQUID:
         return
     others = [heat.particle_temperature, *list_wall_temperatures(heat)]
     ratios = [heat.gas_temperature / other for other in others if other]

@@ -73,7 +73,7 @@ def check_gas_conductivity(case: Case, folder: Path) -> Iterator[Problem]:
 @check(*_KEYS, "gas", "exchange")
 def check_ideal_gas(case: Case, folder: Path) -> Iterator[Problem]:
     """The density of an ideal gas goes with the temperature at a constant pressure, and drag alone looks at it."""
-    if case.heat is None or case.heat.gas_density != "ideal":
+    if case.heat is None or not case.heat.has_ideal_gas:
         return
     key, say = "heat.gas_density", '"ideal" is given'
     if case.gas is None:

@@ -121,6 +121,11 @@ class Heat(Section):
         default="none",
     )
 
+    @property
+    def has_ideal_gas(self) -> bool:
+        """Does the density of the gas follow its temperature?"""
+        return self.gas_density == "ideal"
+
     def find_wall(self, face: str) -> tuple[float | None, float | None]:
         """Temperature [K], None where it is adiabatic, and coefficient [W/(m2 K)] or None, of the wall `face`."""
         for wall in self.walls:

@@ -14,9 +14,8 @@ from fbcouple.simulation.simulation import Simulation
 def has_height_flux(sim: Simulation) -> bool:
     """Do inflow and voidage say what passes every height: in cells with layers, by the floor alone, and at a constant
     density?"""
-    heat = sim.case.heat
-    is_constant = heat is None or heat.gas_density == "constant"
-    return sim.has_gas and sim.cells.has_layers and not has_side_openings(sim.case) and is_constant
+    expands = sim.case.heat is not None and sim.case.heat.has_ideal_gas
+    return sim.has_gas and sim.cells.has_layers and not has_side_openings(sim.case) and not expands
 
 
 class HeightFlux:
