@@ -13,15 +13,17 @@ import numpy as np
 from fbcouple.bench.step_costs import UNITS, StepCosts
 from fbcouple.bench.suite import measure_prepared
 from fbcouple.bench.turns import OTHERS, QUIET, Row
-from fbcouple.case.cost.coefficients import LAWS, SHIPPED, USUAL_DIGITS, Coefficients, flatten
+from fbcouple.case.cost.coefficients import LAWS, SHIPPED, SUBGRID, USUAL_DIGITS, Coefficients, flatten
 from fbcouple.case.cost.work import count_digits, share_ghosts
 from fbcouple.case.schema.sections import Case
 from fbcouple.results.tables import describe_machine
 
 QUIETEST = 1.15
 """Least factor that measured coefficients are taken to be within: another minute of the same machine differs by it."""
-FLINGS, LIFTS, RESTS = 2.0, 1.2, 0.3
+LIFTS, RESTS = 1.2, 0.3
 """Superficial velocities [m/s] above and below the 0.54 m/s that fluidize the beads."""
+MIXED = ("mixed", "later")
+"""Scenes whose particles are no longer in the order of the lattice: with many contacts, and with few."""
 Content = dict[str, Any]
 Say = Callable[[str], None]
 
@@ -43,10 +45,12 @@ def make_scene(
     count: int = 14_000,
     cells: tuple[int, int, int] = (16, 8, 32),
     spacing: float = 1.03,
+    turbulence: str = "none",
 ) -> Case:
     """A bed of glass beads of 1 mm, on cells of 2.5 mm, that gas at `velocity` [m/s] lifts or flows through.
 
-    law: of the contacts, as `Coefficients.contact` names it; spacing: of the lattice that it starts on, in diameters.
+    law: of the contacts, as `Coefficients.contact` names it; spacing: of the lattice that it starts on, in diameters;
+    turbulence: the sub-grid model of the gas.
     """
     contact: Content = {"restitution": 0.9, "wall_restitution": 0.9, "friction": 0.2, "wall_friction": 0.2}
     contact |= {"steps_per_contact": 8, "tangential": "no-history" if law == "hooke" else "history"}
@@ -56,6 +60,7 @@ def make_scene(
         contact |= {"stiffness": 400.0}
     gas: Content = {"density": 1.165, "viscosity": 2e-5, "inlet_velocity": velocity, "correctors": correctors}
     gas |= {"pressure_tolerance": 1e-5, "max_courant": 0.5, "max_fourier": 1.5}
+    gas |= {"turbulence": turbulence}
     return Case.model_validate(
         {
             "title": f"{count} beads, {law}, gas at {velocity:g} m/s, {correctors} pressure corrections",
@@ -71,15 +76,21 @@ def make_scene(
 
 
 def list_scenes() -> dict[str, Scene]:
-    """The scenes by name: beds that move, for gas, exchange and lists of neighbours; beds that rest, for contacts, each
-    named by its law; two that have hardly any contacts or hardly anything."""
-    moving, resting = Scene(make_scene(), 1, 0.07, 0.04), [0.04, 0.02]
-    scenes = {"moving": moving, "two ranks": replace(moving, ranks=2)}
-    for correctors in (1, 3):
+    """The scenes by name: a bed that has moved until it is mixed, at two times, for particles among others and their
+    contacts; beds that begin to move, for the gas, each sub-grid model and the exchange; beds that rest, for contacts
+    that remember, each named by its law; two that have hardly any contacts or hardly anything.
+
+    A bed still in the order of its lattice is cheaper: what comes next in memory, and what touches, can be guessed.
+    """
+    mixed = Scene(make_scene(), 1, 0.25, 0.04)
+    scenes = {"mixed": mixed, "two ranks": replace(mixed, ranks=2)}
+    scenes["later"] = replace(mixed, warm=0.4)
+    for correctors in (1, 2, 3):
         scenes[f"{correctors} corrections"] = Scene(make_scene(correctors=correctors), 1, 0.05, 0.03)
-    for law in LAWS:
-        scenes[law] = Scene(make_scene(law, RESTS, count=8000), 1, *resting)
-    scenes["fast"] = Scene(make_scene(velocity=FLINGS, count=8000), 1, 0.06, 0.02)
+    for model in SUBGRID:
+        scenes[model] = Scene(make_scene(turbulence=model), 1, 0.05, 0.02)
+    for law in LAWS[1:]:
+        scenes[law] = Scene(make_scene(law, RESTS, count=8000), 1, 0.04, 0.02)
     scenes["dilute"] = Scene(make_scene(cells=(16, 8, 64), count=4000, spacing=3.0), 1, 0.005, 0.04)
     scenes["tiny"] = Scene(make_scene(cells=(4, 4, 8), count=60, spacing=2.0), 1, 0.005, 0.06)
     return scenes
@@ -149,7 +160,7 @@ def find_coefficients(found: Mapping[str, StepCosts]) -> Coefficients:
     New lists of neighbours are too few in beds so small: theirs is as much dearer than a particle alone as of what is
     shipped. Bytes of particles and cells, and the start of a cell, are as shipped.
     """
-    tiny, dilute, moving = found["tiny"], found["dilute"], found["moving"]
+    tiny, dilute, mixed = found["tiny"], found["dilute"], found["mixed"]
     dem = {name: costs.phases["dem"] / costs.dem_steps for name, costs in found.items()}
     particle = max((dem["dilute"] - dem["tiny"]) / (dilute.particles - tiny.particles), 0.0)
     dem_step = max(dem["tiny"] - particle * tiny.particles, 0.0)
@@ -158,7 +169,7 @@ def find_coefficients(found: Mapping[str, StepCosts]) -> Coefficients:
     neighbour, contact = _fit_beds(found, bed, rebuild)
     cell, corrector, fluid_step = _fit_gas(found)
     on_particles, on_cells, exchange_step = _fit_exchange(found)
-    spread = max(max(costs.spread.values()) ** 0.5 for name, costs in found.items() if name in (*LAWS, "moving"))
+    spread = max(max(costs.spread.values()) ** 0.5 for name, costs in found.items() if name in (*LAWS, *MIXED))
     coefficients = replace(
         SHIPPED,
         particle=particle,
@@ -172,26 +183,25 @@ def find_coefficients(found: Mapping[str, StepCosts]) -> Coefficients:
         exchange_particle=on_particles,
         exchange_cell=on_cells,
         exchange_step=exchange_step,
+        subgrid=_fit_subgrid(found),
         start_up=tiny.setting_up,
         rank_memory=tiny.memory,
         spread=max(spread, QUIETEST),
     )
-    return replace(coefficients, shared=_compare_ranks(moving, found["two ranks"], coefficients))
+    return replace(coefficients, shared=_compare_ranks(mixed, found["two ranks"], coefficients))
 
 
 def _fit_beds(
     found: Mapping[str, StepCosts], bed: Mapping[str, float], rebuild: float
 ) -> tuple[float, dict[str, float]]:
     """Seconds a particle of a bed, and a contact by law: the first and contacts without memory by least squares, none
-    below 0, of beds that move and rest; the others by what is left of theirs.
+    below 0, of the beds that are mixed; the others by what is left of theirs.
 
     bed: seconds a particle and DEM step of each scene, without what a particle alone costs; rebuild: of a new list.
     """
     rest = {name: bed[name] - rebuild * costs.rebuilds / costs.dem_steps for name, costs in found.items()}
-    names = [name for name, scene in list_scenes().items() if scene.ranks == 1 and name not in ("dilute", "tiny")]
-    plain = [name for name in names if name not in LAWS[1:]]
-    rows = np.array([[1.0, found[name].contacts_each] for name in plain])
-    neighbour, touch = _fit_positive(rows, np.array([rest[name] for name in plain]))
+    rows = np.array([[1.0, found[name].contacts_each] for name in MIXED])
+    neighbour, touch = _fit_positive(rows, np.array([rest[name] for name in MIXED]))
     contact = {law: max(rest[law] - neighbour, 0.0) / found[law].contacts_each for law in LAWS[1:]}
     return neighbour, {LAWS[0]: touch} | contact
 
@@ -202,12 +212,21 @@ def _fit_gas(found: Mapping[str, StepCosts]) -> tuple[float, float, float]:
     rows, values = [], []
     for name, costs in found.items():
         gas = scenes[name].case.gas
-        if costs.ranks == 1 and gas is not None and name not in LAWS:  # at rest the gas needs fewer iterations
+        # at rest the gas needs fewer iterations
+        if costs.ranks == 1 and gas is not None and gas.turbulence == "none" and name not in LAWS:
             digits = count_digits(gas.pressure_tolerance, gas.max_courant) / USUAL_DIGITS
             rows.append([costs.cells, costs.cells * gas.correctors * digits, 1.0])
             values.append(costs.phases["cfd"] / costs.fluid_steps)
     cell, corrector, fixed = _fit_positive(np.array(rows), np.array(values))
     return cell, corrector, fixed
+
+
+def _fit_subgrid(found: Mapping[str, StepCosts]) -> dict[str, float]:
+    """Seconds a cell and fluid step of each sub-grid model, over the same bed without one."""
+    alone = found["2 corrections"]
+    plain = alone.phases["cfd"] / alone.fluid_steps
+    costs = {model: found[model].phases["cfd"] / found[model].fluid_steps for model in SUBGRID}
+    return {model: max(seconds - plain, 0.0) / alone.cells for model, seconds in costs.items()}
 
 
 def _fit_exchange(found: Mapping[str, StepCosts]) -> tuple[float, float, float]:

@@ -16,7 +16,7 @@ from fbcouple.cli.table import print_explained
 from fbcouple.errors import CaseError
 from fbcouple.launcher.progress import format_clock
 
-MEASURE = "measure this machine, in about a minute, by `fbcouple bench calibrate`"
+MEASURE = "measure this machine, in about two minutes, by `fbcouple bench calibrate`"
 
 
 def format_time(seconds: float) -> str:

@@ -14,7 +14,7 @@ from fbcouple.bench.suite import measure_prepared
 from fbcouple.bench.turns import OTHERS
 from fbcouple.case.bed.derived import dem_step
 from fbcouple.case.checks.registry import find_problems
-from fbcouple.case.cost.coefficients import LAWS, SHIPPED, find_file, load_coefficients, save_coefficients
+from fbcouple.case.cost.coefficients import FORMAT, LAWS, SHIPPED, find_file, load_coefficients, save_coefficients
 from fbcouple.case.cost.prediction import time_stages
 from fbcouple.case.cost.work import count_work, name_law, share_ghosts
 from fbcouple.cli.main import cli
@@ -34,10 +34,12 @@ MACHINE = replace(
     start_up=2.5,
     rank_memory=3e8,
     contact={"hooke": 25e-9, "hooke history": 70e-9, "hertz history": 95e-9},
+    subgrid={"smagorinsky": 0.1e-6, "keqn": 0.2e-6, "dynamic-lagrangian": 0.4e-6, "localized-dynamic": 0.5e-6},
     shared={"dem": 1.08, "cfd": 1.15, "exchange": 1.1},
     spread=1.3,
 )
-LISTS = {"fast": 200.0, "hooke": 5.0, "hooke history": 4.0, "hertz history": 6.0}
+LISTS = {"later": 200.0, "hooke history": 4.0, "hertz history": 6.0}
+CONTACTS = {"dilute": 0.0, "tiny": 0.0, "later": 0.2, "hooke history": 2.2, "hertz history": 2.2}
 STEPS = {"fluid_steps": 50, "dem_steps": 2000}
 
 
@@ -46,7 +48,7 @@ def make_times(machine):
     found = {}
     for name, scene in list_scenes().items():
         case, ranks, seconds = scene.case, scene.ranks, scene.seconds
-        contacts, lists = 0.0 if name in ("dilute", "tiny") else 2.2 if name in LAWS else 0.6, LISTS.get(name, 80.0)
+        contacts, lists = CONTACTS.get(name, 0.6), LISTS.get(name, 80.0)
         work = replace(count_work(case), contacts=contacts, is_bed=contacts > 0.0, rebuilds=lists, **STEPS)
         found[name] = StepCosts(
             ranks=ranks,
@@ -80,6 +82,7 @@ def test_costs_are_found_again():
         assert getattr(found, name) == pytest.approx(getattr(wanted, name), rel=1e-6), name
     assert found.exchange_step == pytest.approx(wanted.exchange_step, rel=1e-6)
     assert found.contact == pytest.approx(wanted.contact, rel=1e-6)
+    assert found.subgrid == pytest.approx(wanted.subgrid, rel=1e-6)
     assert found.shared == pytest.approx(wanted.shared, rel=1e-6)
     assert (found.start_up, found.rank_memory) == (2.5, 3e8) and found.spread == pytest.approx(1.3)
 
@@ -128,6 +131,6 @@ def test_a_machine_that_was_measured_is_not_measured_again(tmp_path, monkeypatch
     output = CliRunner().invoke(cli, ["bench", "calibrate"]).output
     assert f"{find_file()}: the costs of this host, once; --fresh measures again" in output.replace("\n", " ")
     assert load_coefficients().contact["hooke"] == 25e-9
-    assert json.loads(find_file().read_text())["format"] == 1
+    assert json.loads(find_file().read_text())["format"] == FORMAT
     rows = {row["cost"]: row for row in tabulate(MACHINE)}
     assert rows["contact.hooke"]["here"] == 25e-9 and rows["rank_memory"]["unit"] == "bytes"

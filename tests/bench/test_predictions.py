@@ -26,6 +26,7 @@ WORK = Work(
     fluid_steps=8000.0,
     correctors=2,
     digits=4.5,
+    subgrid="none",
     is_box=True,
 )
 

@@ -16,10 +16,12 @@ from fbcouple.machine.cache import make_folder
 from fbcouple.machine.whole_files import write_whole
 from fbcouple.paths import cache_folder
 
-FORMAT = 1
+FORMAT = 2
 """Of the file that is kept: another one is measured anew."""
 LAWS = ("hooke", "hooke history", "hertz history")
 """Laws of contacts that cost differently: friction without memory, and a tangential spring that remembers."""
+SUBGRID = ("smagorinsky", "keqn", "dynamic-lagrangian", "localized-dynamic")
+"""Sub-grid models of the gas, as `gas.turbulence` names them."""
 SHARED = ("dem", "cfd", "exchange")
 """Stages whose work a second rank makes dearer."""
 USUAL_DIGITS = 4.5
@@ -33,9 +35,10 @@ class Coefficients:
     particle: a particle and DEM step, alone; neighbour: what a particle of a bed costs more, for those around it;
     rebuild: a particle of a bed and new list of neighbours; contact: a contact and DEM step, by law; dem_step,
     fluid_step, exchange_step: fixed; cell: a cell and fluid step but for the pressure; corrector: a cell and pressure
-    solve; exchange_particle, exchange_cell: a fluid step; start_up, start_cell: before the first step; shared: factor
-    of what a stage costs each of several ranks over one alone; rank_memory, particle_memory, cell_memory: bytes;
-    spread: factor within which the times repeat themselves; measured: where and when, "" of the shipped ones.
+    solve; subgrid: a cell and fluid step, by sub-grid model; exchange_particle, exchange_cell: a fluid step; start_up,
+    start_cell: before the first step; shared: factor of what a stage costs each of several ranks over one alone;
+    rank_memory, particle_memory, cell_memory: bytes; spread: factor within which the times repeat themselves; measured:
+    where and when, "" of the shipped ones.
     """
 
     particle: float
@@ -55,6 +58,7 @@ class Coefficients:
     cell_memory: float
     spread: float
     contact: Mapping[str, float] = field(default_factory=dict)
+    subgrid: Mapping[str, float] = field(default_factory=dict)
     shared: Mapping[str, float] = field(default_factory=dict)
     measured: str = ""
 
@@ -65,14 +69,14 @@ class Coefficients:
 
 
 SHIPPED = Coefficients(
-    particle=19e-9,
-    neighbour=20e-9,
-    rebuild=230e-9,
-    dem_step=1.7e-6,
-    cell=0.95e-6,
-    corrector=0.25e-6,
-    fluid_step=0.35e-3,
-    exchange_particle=47e-9,
+    particle=17e-9,
+    neighbour=28e-9,
+    rebuild=210e-9,
+    dem_step=1.6e-6,
+    cell=0.83e-6,
+    corrector=0.30e-6,
+    fluid_step=0.38e-3,
+    exchange_particle=63e-9,
     exchange_cell=170e-9,
     exchange_step=0.23e-3,
     start_up=3.0,
@@ -81,12 +85,12 @@ SHIPPED = Coefficients(
     particle_memory=600.0,
     cell_memory=1900.0,
     spread=2.0,
-    contact={"hooke": 25e-9, "hooke history": 84e-9, "hertz history": 79e-9},
-    shared={"dem": 1.04, "cfd": 1.13, "exchange": 1.13},
+    contact={"hooke": 35e-9, "hooke history": 66e-9, "hertz history": 61e-9},
+    subgrid={"smagorinsky": 0.12e-6, "keqn": 0.38e-6, "dynamic-lagrangian": 0.77e-6, "localized-dynamic": 0.55e-6},
+    shared={"dem": 1.07, "cfd": 1.20, "exchange": 1.20},
 )
-"""Of two cores of an x86-64 virtual machine, by `fbcouple bench calibrate` in processor time, beside other programs. Of
-the machine when it was quiet, from patil/c2: `rebuild` (41 lists in 600 steps) and `shared` (`bench strong`). Their
-spread is that of usual machines."""
+"""Of two cores of an x86-64 virtual machine, by `fbcouple bench calibrate` in processor time with nothing else on it;
+`rebuild` from patil/c2 (41 lists in 600 steps). Their spread is that of usual machines."""
 
 
 def find_file(host: str | None = None) -> Path:
@@ -128,7 +132,7 @@ def read_coefficients(text: str, path: Path) -> Coefficients:
         if name != "measured" and not (isinstance(value, int | float) and math.isfinite(value) and value >= 0.0)
     ]
     names = {part.name for part in fields(Coefficients)}
-    tables = {"contact": set(LAWS), "shared": set(SHARED)}
+    tables = {"contact": set(LAWS), "subgrid": set(SUBGRID), "shared": set(SHARED)}
     whole = set(given) == names and all(
         isinstance(given[name], dict) and set(given[name]) == parts for name, parts in tables.items()
     )
@@ -175,7 +179,10 @@ def scale(found: Coefficients, factor: float) -> Coefficients:
         "start_cell",
     )
     slower = {name: getattr(found, name) * factor for name in times}
-    return replace(found, **slower, contact={law: value * factor for law, value in found.contact.items()})
+    tables = {
+        name: {key: value * factor for key, value in getattr(found, name).items()} for name in ("contact", "subgrid")
+    }
+    return replace(found, **slower, **tables)
 
 
 def _format_damage(path: Path, what: str) -> str:

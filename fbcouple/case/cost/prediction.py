@@ -140,7 +140,8 @@ def time_stages(work: Work, found: Coefficients, ranks: int = 1, ghosts: float =
         stages["dem"] = work.dem_steps * (found.dem_step + own)
     if work.cells:
         pressure = found.corrector * work.correctors * work.digits / USUAL_DIGITS
-        own = work.cells * (found.cell + pressure) * part["cfd"]
+        subgrid = 0.0 if work.subgrid == "none" else found.subgrid[work.subgrid]
+        own = work.cells * (found.cell + pressure + subgrid) * part["cfd"]
         stages["cfd"] = work.fluid_steps * (found.fluid_step + own)
     if work.is_coupled:
         own = work.particles * found.exchange_particle + work.cells * found.exchange_cell

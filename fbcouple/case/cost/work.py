@@ -42,7 +42,8 @@ class Work:
 
     particles: mean number over the run, of a coarse-grained bed that of parcels; contacts: a particle, on the mean;
     is_bed: particles have others around them; law: of the contacts, as `Coefficients.contact` names it; rebuilds: new
-    lists of neighbours; digits: decades that a pressure solve takes its residual down.
+    lists of neighbours; digits: decades that a pressure solve takes its residual down; subgrid: model of the gas, or
+    "none".
     """
 
     seconds: float
@@ -56,6 +57,7 @@ class Work:
     fluid_steps: float
     correctors: int
     digits: float
+    subgrid: str
     is_box: bool
 
     @property
@@ -97,6 +99,7 @@ def count_work(
         fluid_steps=count_fluid_steps(case, seconds, find_thinnest(case, folder)) if gas else 0.0,
         correctors=gas.correctors if gas else 0,
         digits=count_digits(gas.pressure_tolerance, gas.max_courant) if gas else 0.0,
+        subgrid=gas.turbulence if gas else "none",
         is_box=case.domain.is_plain_box,
     )
 
@@ -180,11 +183,14 @@ def _guess_contacts(case: Case, region: Region, law: Law | None) -> float:
 
 
 def _guess_speed(case: Case, region: Region, contacts: float) -> float:
-    """Speed [m/s] of the fastest particle: of a bed that rests hardly any, else that of a fall by the bed's height."""
+    """Speed [m/s] of the fastest particle: of a bed that rests hardly any, where particles leave one that of a fall by
+    the region's height, else that of a fall by the bed's."""
     assert case.particles is not None
-    if contacts == RESTING:
-        return CREEP
     height = region.find_level(solids_volume(case.particles) / SETTLED)
+    if contacts == RESTING:
+        if not case.particles.outlets:
+            return CREEP
+        height = region.volume / region.section
     return FASTEST * math.sqrt(max(height, largest_diameter(case.particles)) * case.gravity)
 
 
