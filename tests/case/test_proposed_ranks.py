@@ -23,6 +23,7 @@ FREE = replace(
     ),
     exchange_step=0.0,
     contact=dict.fromkeys(SHIPPED.contact, 0.0),
+    subgrid=dict.fromkeys(SHIPPED.subgrid, 0.0),
     shared=dict.fromkeys(SHIPPED.shared, 1.0),
 )
 """Only cells and the fluid step cost something."""

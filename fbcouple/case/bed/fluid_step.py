@@ -14,7 +14,7 @@ def gas_step(case: Case, share: float = 1.0, thinnest: float | None = None) -> f
     """Fluid step [s] that the Courant limit at U_f/0.40, the Fourier limit and `gas.max_step` allow.
 
     share: speed of the inlet over the fastest that it has in the whole run; thinnest: width [m] of the thinnest cell
-    along z of a mesh from a file, absent: all cells are alike.
+    along z, absent: all cells are alike.
     """
     assert case.gas is not None
     cell = cell_size(case)

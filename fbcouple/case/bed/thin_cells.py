@@ -1,4 +1,4 @@
-"""How thin the thinnest cell of a mesh from a file is: the Courant number there holds the step of all of them."""
+"""How thin the thinnest cell of a mesh is that is no plain box: the Courant number there holds the step of all."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from fbcouple.case.bed.number import Number, judge
-from fbcouple.case.bed.region import find_imported
+from fbcouple.case.bed.region import SHAPES, find_imported
+from fbcouple.case.schema.gas import Domain
 from fbcouple.case.schema.sections import Case
 from fbcouple.geometry.imported import ImportedMesh
 from fbcouple.geometry.quality import measure_widths
@@ -21,15 +22,22 @@ THIN = 0.15
 
 
 def find_widths(case: Case, folder: Path) -> np.ndarray | None:
-    """Width [m] of each cell along z of a mesh from a file, (cells,); None where all cells of a case are alike."""
-    if case.domain.shape != "file":
+    """Width [m] of each cell along z, (cells,); None where all cells of a case are alike."""
+    if case.domain.is_plain_box:
         return None
-    return _measure_once(find_imported(case.domain, case.find_folder(folder, case.domain.mesh)))
+    if case.domain.shape == "file":
+        return _measure_once(find_imported(case.domain, case.find_folder(folder, case.domain.mesh)))
+    return _measure_made(case.domain)
 
 
 @lru_cache(maxsize=2)
 def _measure_once(found: ImportedMesh) -> np.ndarray:
     return measure_widths(found.mesh)[:, ALONG]
+
+
+@lru_cache(maxsize=2)
+def _measure_made(domain: Domain) -> np.ndarray:
+    return measure_widths(SHAPES[domain.shape](domain, Path()))[:, ALONG]
 
 
 def find_thinnest(case: Case, folder: Path) -> float | None:
