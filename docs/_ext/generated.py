@@ -248,7 +248,7 @@ def comparisons() -> str:
     """Comparisons of measured beds."""
     rows = []
     for way in WAYS.values():
-        of = "quantity@height" if way.of is None else "a history" if way.of is UNITS else ", ".join(way.of)
+        of = way.of if isinstance(way.of, str) else "a history" if way.of is UNITS else ", ".join(way.of)
         keys = [*(f"`{key}`" for key in way.needs), *(f"`{key}` if wanted" for key in way.takes)]
         text = " ".join((inspect.getdoc(way.function) or "").split())
         rows.append((f"`{way.name}`", escape(of), ", ".join(keys), escape(text)))

@@ -11,7 +11,7 @@ from fbcouple.case.bed.feeds import has_traffic
 from fbcouple.case.schema.output import AUTO, find_first_sample
 from fbcouple.case.schema.sections import Case
 from fbcouple.postproc.statistics import FEWEST
-from fbcouple.validate.comparisons import COMPARISONS, Task
+from fbcouple.validate.comparisons import COMPARISONS, SECTION, Task
 from fbcouple.validate.source import Bed
 
 _PARTICLES, _GAS, _BOTH = "[particles]", "[gas]", "[gas] and [particles]"
@@ -79,6 +79,9 @@ def find_lacks(bed: Bed, case: Case) -> dict[str, str]:
 
 def _look(case: Case, task: Task) -> Iterator[str]:
     wanted = task.measurement
+    if COMPARISONS[wanted.compare].of == SECTION:
+        yield from _look_at_section(case, task)
+        return
     name = wanted.of if task.line is None else task.line.quantity
     if (need := NEEDED.get(name)) and not _HAS[need](case):
         yield f"{name} is compared, and the case has not {need}; give it that"
@@ -89,6 +92,14 @@ def _look(case: Case, task: Task) -> Iterator[str]:
         yield from _look_at_times(case, wanted.origin + moments)
     elif COMPARISONS[wanted.compare].axis == "":
         yield from _look_at_span(case, task)
+
+
+def _look_at_section(case: Case, task: Task) -> Iterator[str]:
+    wanted = task.measurement
+    if not any(one.name == wanted.of and one.height and "voidage" in one.quantities for one in case.output.probes):
+        yield f"{wanted.of} is no set of output.probes with a height and the voidage; give the case such a set"
+    if wanted.span is not None:
+        yield from _look_at_times(case, np.array(wanted.span))
 
 
 def _look_at_window(case: Case, what: str) -> Iterator[str]:

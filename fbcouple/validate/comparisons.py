@@ -3,15 +3,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
 
 from fbcouple.input_files.measured_lines import QUANTITIES, Points, Reference
 from fbcouple.postproc.experiment import read_run
+from fbcouple.postproc.figures.bubbles import SMALLEST
 from fbcouple.postproc.figures.spectrum import SIGNALS, find_spectrum
+from fbcouple.postproc.sections import find_passing, read_section
 from fbcouple.postproc.statistics import FEWEST, estimate_error
 from fbcouple.results.reader import NotDrawableError, Results
 from fbcouple.results.writer import HISTORIES
@@ -42,12 +45,12 @@ Function = Callable[[Results, Task], Found]
 
 @dataclass(frozen=True)
 class Comparison:
-    """One of COMPARISONS: what of a run it takes (None: a line) with the units, the axis of its points with the unit
-    ("": it compares one number), and which keys of a measurement it needs, and takes besides."""
+    """One of COMPARISONS: what of a run it takes, by name with the units, or LINE or SECTION; the axis of its points
+    with the unit ("": it compares one number), and which keys of a measurement it needs, and takes besides."""
 
     name: str
     function: Function
-    of: dict[str, str] | None
+    of: dict[str, str] | str
     axis: str
     unit: str
     needs: tuple[str, ...]
@@ -55,13 +58,15 @@ class Comparison:
 
 
 COMPARISONS: dict[str, Comparison] = {}
+LINE, SECTION = "quantity@height", "a set of probes at a height"
+"""What a comparison may take that each case names itself."""
 UNITS = {name: unit for name, (unit, _) in HISTORIES.items()}
 """Histories that can be compared, and their units."""
 
 
 def comparison(
     name: str,
-    of: dict[str, str] | None,
+    of: dict[str, str] | str,
     axis: str = "",
     unit: str = "",
     needs: Sequence[str] = ("value",),
@@ -76,7 +81,7 @@ def comparison(
     return register
 
 
-@comparison("line", None, "x", "m", needs=(), takes=("span",))
+@comparison("line", LINE, "x", "m", needs=(), takes=("span",))
 def compare_line(results: Results, task: Task) -> Found:
     """A line across the bed that the case names in `output.references`, of which `of` is quantity@height: the mean of
     the time mean there over the depth, or over the part that the line names, linear between cell centres."""
@@ -147,6 +152,23 @@ def compare_separation(results: Results, task: Task) -> Found:
     return Found(np.array([apart.mean() / height.mean()]), np.array([estimate_error(apart) / height.mean()]))
 
 
+@comparison("bubbles", SECTION, takes=("span", "error"))
+def compare_bubbles(results: Results, task: Task) -> Found:
+    """The mean equivalent diameter of the bubbles that pass a section (`output.probes` with a height and the voidage),
+    each as it is at its widest, against a number."""
+    section = read_section(results, task.measurement.of)
+    span = task.measurement.span or results.window or (-math.inf, math.inf)
+    smallest = SMALLEST * float(results.case["particles"]["diameter"])
+    inside = (section.times >= span[0]) & (section.times <= span[1])
+    kept = replace(section, times=section.times[inside], voidage=section.voidage[inside])
+    diameters = find_passing(kept, smallest).diameters if inside.any() else np.empty(0)
+    if len(diameters) < FEWEST:
+        text = f"{len(diameters)} bubbles pass `{task.measurement.of}` in {results.path}"
+        raise NotDrawableError([f"{text}, {FEWEST} are needed."])
+    error = diameters.std(ddof=1) / math.sqrt(len(diameters))
+    return Found(np.array([diameters.mean()]), np.array([error]))
+
+
 @comparison("impact", {"rebound_angle": "deg", "tangential_restitution": "1"}, "angle of impact", "deg", ("file",))
 def compare_impact(results: Results, task: Task) -> Found:
     """Tracked particles that strike the floor, each at an angle from its normal: angle of rebound, or tangential
@@ -215,7 +237,9 @@ def _require_within(results: Results, places: np.ndarray, known: np.ndarray, wha
 def find_unit(measurement: Measurement) -> str:
     """Unit of the measured values, SI; angles in degrees."""
     chosen = COMPARISONS[measurement.compare]
-    if chosen.of is None:
+    if chosen.of == SECTION:
+        return "m"
+    if isinstance(chosen.of, str):
         return QUANTITIES[measurement.of.partition("@")[0]]
     unit = chosen.of[measurement.of]
     return unit if measurement.compare != "rate" else "s-1" if unit == "1" else f"{unit} s-1"

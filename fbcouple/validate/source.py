@@ -14,7 +14,7 @@ from fbcouple.case.source import FILE_NAME, VALIDATION_NAME, list_shipped, read_
 from fbcouple.errors import CaseError
 from fbcouple.input_files.companion_files import find_companion, is_bare
 from fbcouple.input_files.measured_lines import Points, Reference, parse_reference, read_points
-from fbcouple.validate.comparisons import COMPARISONS, Task, find_unit
+from fbcouple.validate.comparisons import COMPARISONS, LINE, Task, find_unit
 from fbcouple.validate.points import find_within, read_series, take_span, take_value
 from fbcouple.validate.schema import Measurement, Peer, Validation
 
@@ -121,7 +121,7 @@ class _Reader:
 
     def _read_task(self, measurement: Measurement) -> Task:
         unit = find_unit(measurement)
-        if COMPARISONS[measurement.compare].of is None:
+        if COMPARISONS[measurement.compare].of == LINE:
             line = self._lines[_name_line(measurement.of)]
             return Task(measurement, take_span(self._read_line(line, line.file), measurement.span), line)
         if measurement.file is None:
@@ -193,9 +193,9 @@ def check_keys(measurement: Measurement, lines: dict[str, Reference]) -> Iterato
         yield Problem("compare", f"{given}, allowed are: {', '.join(COMPARISONS)}{hint}.")
         return
     chosen = COMPARISONS[measurement.compare]
-    if chosen.of is None:
+    if chosen.of == LINE:
         yield from _check_line(measurement.of, lines)
-    elif measurement.of not in chosen.of:
+    elif isinstance(chosen.of, dict) and measurement.of not in chosen.of:
         close = suggest(measurement.of, chosen.of)
         hint = f"; did you mean `{close}`" if close else ""
         yield Problem("of", f"{show(measurement.of)} is given, allowed are: {', '.join(chosen.of)}{hint}.")

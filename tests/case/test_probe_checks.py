@@ -1,7 +1,9 @@
 """[[output.probes]]: what cannot be had is told with its place, what is allowed and how to mend it."""
 
+import numpy as np
 import pytest
 
+from fbcouple.case.bed.probes import list_points
 from fbcouple.case.load import load_case, write_case
 from fbcouple.errors import CaseError
 
@@ -31,8 +33,11 @@ def test_probes_come_back_from_a_run_folder(tmp_path):
         ),
         (f"{SET}, points=[[40.0, 7.0, 100.0]]", "(they look like mm)"),
         (f"{SET}, line=[[0.0, 0.0, 0.0], [0.0, 0.0, 0.5]], count=11", "point 7 at (0, 0, 0.3) m and 4 more are not in"),
-        (f"{SET}", "neither points nor line is given; give one of them (in m)"),
-        (f"{SET}, points=[[0,0,0]], line=[[0,0,0],[0,0,0.1]]", "points and line are both given"),
+        (f"{SET}", "one of points, line, height says where the points are, none of them is given; give one (in m)"),
+        (f"{SET}, points=[[0,0,0]], line=[[0,0,0],[0,0,0.1]]", "points, line are given; give one (in m)"),
+        (f"{SET}, height=0.1, line=[[0,0,0],[0,0,0.1]], count=3", "line, height are given; give one (in m)"),
+        (f"{SET}, height=0.1, count=3", "count is given and no line"),
+        (f"{SET}, height=0.3", "point 1 at (0.00114286, 0.00125, 0.3) m and 209 more are not in the box"),
         (f"{SET}, line=[[0,0,0],[0,0,0.1]]", "line is given and no count"),
         (f"{SET}, points=[[0,0,0]], count=4", "count is given and no line"),
         (SET.replace("pressure", "gas_temperature") + ", points=[[0,0,0]]", "the case has no [heat]; remove it or add"),
@@ -60,6 +65,24 @@ def test_quantities_need_their_phase(spoil):
     path.write_text(text[: text.index("[gas]")] + text[text.index("[particles]") : text.index("[exchange]")])
     (problem,) = problems_of(f"{SET}, points=[[0,0,0]]", case=str(path))
     assert '"pressure" is given and the case has no [gas]; remove it or add [gas].' in problem
+
+
+def test_a_section_of_more_points_than_a_set_may_have():
+    problems = problems_of(f"{SET}, height=0.1", sets=["domain.cells=[350, 60, 110]"])
+    assert "with a point in each of 21000 cells, at most 10000 are allowed; give points." in "\n".join(problems)
+
+
+def test_a_section_has_the_middles_of_cells_within_the_walls():
+    """Of the 8 x 8 cells across a cylinder the corners lie outside, or too near the wall that its mesh has."""
+    probe = f"output.probes=[{{{SET}, height=0.1}}]"
+    box = load_case("patil/c2", [probe])
+    points = list_points(box.output.probes[0], box.domain)
+    assert points.shape == (35 * 6, 3) and points[1] - points[0] == pytest.approx([0.08 / 35, 0.0, 0.0])
+    size = ["domain.shape=cylinder", "domain.size=[0.08, 0.08, 0.25]", "domain.cells=[8, 8, 25]"]
+    column = load_case("mueller/0.9", [probe, *size])
+    points = list_points(column.output.probes[0], column.domain)
+    from_axis = np.hypot(*(points[:, :2] - 0.04).T)
+    assert len(points) == 44 and from_axis.max() <= 0.0375 and set(points[:, 2]) == {0.1}
 
 
 def test_points_beside_a_cylinder_are_outside_of_its_mesh():

@@ -65,7 +65,8 @@ def open_simulation(kind, *probes):
         velocity=np.outer(np.arange(count), [1.0, 10.0, 100.0]),
         voidage=np.full(count, 0.5),
     )
-    case = SimpleNamespace(output=SimpleNamespace(probes=[Probe.model_validate(table) for table in probes]))
+    output = SimpleNamespace(probes=[Probe.model_validate(table) for table in probes])
+    case = SimpleNamespace(output=output, domain=SimpleNamespace(shape="box", size=GRID.size, cells=GRID.cells))
     timers = lambda stage: nullcontext()  # noqa: E731
     return SimpleNamespace(case=case, comm=COMM, cells=cells, gas=gas, has_gas=True, timers=timers, time=0.0)
 
@@ -88,6 +89,17 @@ def test_a_linear_pressure_is_exact_at_any_point_and_the_rest_is_that_of_the_cel
     away = np.abs(points - sim.gas.centres[cells])
     limit = GRID.spacing / 2 if kind != "tetrahedra" else np.full(3, 0.01)
     assert (away <= limit * (1 + 1e-9)).all()
+
+
+def test_a_section_has_each_cell_of_its_layer_once(tmp_path):
+    """The third of five layers: its cells are numbered by their velocity."""
+    sim = open_simulation("box", TAP | {"quantities": ["gas_flux"], "height": 0.025})
+    probes = Probes(sim, tmp_path)
+    probes.after_step(sim)
+    ((_, *row),) = read_rows(probes).tolist()
+    cells = np.rint(np.array(row).reshape(-1, 3)[:, 0] / 0.5).astype(int)
+    assert sorted(cells) == sorted(np.flatnonzero(np.abs(sim.gas.centres[:, 2] - 0.025) < 1e-9))
+    assert sim.gas.centres[cells] == pytest.approx(probes.records[0].points)
 
 
 def test_temperature_of_the_gas_is_that_of_the_cell(tmp_path):

@@ -64,7 +64,9 @@ def lay(write):
 
 
 def test_everything_that_can_be_compared_says_what_it_needs():
-    compared = {name for one in COMPARISONS.values() for name in one.of or ()} - {"species_centre_z"}
+    compared = {name for one in COMPARISONS.values() if isinstance(one.of, dict) for name in one.of} - {
+        "species_centre_z"
+    }
     assert {*HISTORIES, *compared} <= set(NEEDED)
 
 
@@ -123,3 +125,22 @@ def test_a_bed_whose_own_case_lacks_something_is_refused_before_anything_is_writ
     assert done.exit_code == 1 and not (tmp_path / "out").exists()
     assert "measurements (ramp): inlet_velocity is compared, and the case has not a ramp of the inlet" in done.stderr
     assert len(done.stderr.splitlines()) == 2
+
+
+SECTION = """
+[[measurements]]
+name = "bubbles"
+compare = "bubbles"
+of = "cut"
+value = 0.02
+"""
+
+
+def test_bubbles_want_a_section(lay):
+    folder = lay()
+    with (folder / "validation.toml").open("a") as file:
+        file.write(SECTION)
+    (lack,) = find_lacks(read_bed(str(folder)), load_case(str(folder))).values()
+    assert lack == "cut is no set of output.probes with a height and the voidage; give the case such a set"
+    probe = 'output.probes=[{name="cut", every=0.01, quantities=["voidage"], height=0.02}]'
+    assert find_lacks(read_bed(str(folder)), load_case(str(folder), [probe])) == {}

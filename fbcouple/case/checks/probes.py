@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fbcouple.case.bed.probes import list_points
+from fbcouple.case.bed.probes import WAYS, list_points
 from fbcouple.case.bed.region import read_mesh
 from fbcouple.case.checks.bed import try_region
 from fbcouple.case.checks.registry import check
@@ -58,16 +58,28 @@ def _check_words(case: Case, probe: Probe, names: set[str]) -> Iterator[str]:
         yield f"{text}; start before end_time."
 
 
-def _check_positions(case: Case, folder: Path, probe: Probe) -> Iterator[str]:
-    if (probe.points is None) == (probe.line is None):
-        given = "neither points nor line is" if probe.points is None else "points and line are both"
-        yield f"{given} given; give one of them (in m)."
+def _check_ways(case: Case, probe: Probe) -> Iterator[str]:
+    """Whether the set says in one way, and whole, where its points are."""
+    given = [way for way in WAYS if getattr(probe, way) is not None]
+    if len(given) != 1:
+        text = f"{', '.join(given)} are given" if given else "none of them is given"
+        yield f"one of {', '.join(WAYS)} says where the points are, {text}; give one (in m)."
         return
     if (probe.line is None) != (probe.count is None):
         missing, other = ("count", "line") if probe.count is None else ("line", "count")
-        yield f"{other} is given and no {missing}; a line has both, points has neither."
+        yield f"{other} is given and no {missing}; a line has both, points and a section have neither."
         return
-    points = list_points(probe)
+    if probe.height is not None and case.domain.shape == "file":
+        yield "height is given; a section wants a box or a cylinder, give the points of this mesh."
+    if probe.height is not None and (count := case.domain.cells[0] * case.domain.cells[1]) > MOST_POINTS:
+        yield f"height is given, with a point in each of {count} cells, at most {MOST_POINTS} are allowed; give points."
+
+
+def _check_positions(case: Case, folder: Path, probe: Probe) -> Iterator[str]:
+    if wrong := next(_check_ways(case, probe), None):
+        yield wrong
+        return
+    points = list_points(probe, case.domain)
     if len(points) > MOST_POINTS:
         yield f"{len(points)} points are given, at most {MOST_POINTS} are allowed; part them among sets."
         return
@@ -79,8 +91,8 @@ def _check_positions(case: Case, folder: Path, probe: Probe) -> Iterator[str]:
 @check(KEY, "end_time")
 def check_size(case: Case, folder: Path) -> Iterator[Problem]:
     """The sets are not more than a file should hold that is rewritten all the time."""
-    sets = [probe for probe in case.output.probes if (probe.points is None) != (probe.line is None)]
-    counts = [len(probe.points) if probe.points else probe.count or 0 for probe in sets]
+    sets = [probe for probe in case.output.probes if not any(_check_ways(case, probe))]
+    counts = [len(list_points(probe, case.domain)) for probe in sets]
     rates = [count_columns(probe.quantities) * count / probe.every for probe, count in zip(sets, counts, strict=True)]
     lengths = [max(case.end_time - probe.start, 0.0) for probe in sets]
     if (total := sum(map(operator.mul, rates, lengths))) > MOST_NUMBERS:

@@ -179,10 +179,10 @@ def scale(found: Coefficients, factor: float) -> Coefficients:
         "start_cell",
     )
     slower = {name: getattr(found, name) * factor for name in times}
-    tables = {
-        name: {key: value * factor for key, value in getattr(found, name).items()} for name in ("contact", "subgrid")
-    }
-    return replace(found, **slower, **tables)
+    contact, subgrid = (
+        {key: value * factor for key, value in table.items()} for table in (found.contact, found.subgrid)
+    )
+    return replace(found, **slower, contact=contact, subgrid=subgrid)
 
 
 def _format_damage(path: Path, what: str) -> str:

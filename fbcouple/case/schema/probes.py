@@ -38,11 +38,20 @@ class Probe(Section):
     )
     every: float = option("Time between samples.", "s", **Positive)
     start: float = option("Time from which samples are taken.", "s", 0.0, **NonNegative)
-    points: Points | None = option("Points, rows of x, y and z. Give this or `line`.", "m", None)
+    points: Points | None = option("Points, rows of x, y and z. Give this, `line` or `height`.", "m", None)
     line: Ends | None = option(
-        "First and last of `count` points at equal distances on a straight line. Give this or `points`.", "m", None
+        "First and last of `count` points at equal distances on a straight line. Give this, `points` or `height`.",
+        "m",
+        None,
     )
     count: int | None = option("Points of `line`.", default=None, ge=2, le=10_000)
+    height: float | None = option(
+        "Height of a horizontal section through a box or cylinder, with a point in the middle of each cell across that "
+        "`domain.cells` has; of a cylinder those a quarter of a cell or more from its wall. Bubbles are found in it. "
+        "Give this, `points` or `line`.",
+        "m",
+        None,
+    )
 
 
 Probes = Annotated[tuple[Probe, ...], BeforeValidator(as_tuple)]

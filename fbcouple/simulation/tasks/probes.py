@@ -127,7 +127,7 @@ class Probes(Task):
 
 def _open_set(sim: Simulation, probe: Probe, folder: Path) -> _Set:
     """(collective)"""
-    points = list_points(probe)
+    points = list_points(probe, sim.case.domain)
     cells = sim.cells.find_holders(sim.comm, points)
     mine = np.flatnonzero(cells >= 0)
     owners = sim.comm.allreduce((cells >= 0).astype(int))
