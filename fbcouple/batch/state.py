@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from fbcouple.api import Run
+from fbcouple.errors import CaseError
 from fbcouple.run_folder.lock import find_holder
 from fbcouple.run_folder.manifest import read_manifest
 
@@ -17,7 +19,8 @@ _RECENT = 20
 
 @dataclass(frozen=True)
 class RunState:
-    """`state` as `fbcouple.Run.status` has it; times in s; `left` and `pace` are nan where nothing tells them."""
+    """`state` as `fbcouple.Run.status` has it, or `damaged`; times in s; `left` and `pace` are nan where nothing tells
+    them."""
 
     run: Path
     state: str
@@ -57,6 +60,21 @@ def look_at(run: Path) -> RunState:
         f"{holder['host']}, process {holder['pid']}" if holder else "",
         status.message or ("" if holder else _tell_start_up(rows)),
     )
+
+
+def look_at_all(runs: Sequence[Path]) -> list[RunState]:
+    """The state of each run. One of several that cannot be read is `damaged`, and its message says why.
+
+    Raises: CaseError if the only one cannot be read.
+    """
+    return [look_at(runs[0])] if len(runs) == 1 else list(map(_try_look, runs))
+
+
+def _try_look(run: Path) -> RunState:
+    try:
+        return look_at(run)
+    except CaseError as error:
+        return RunState(run, "damaged", math.nan, math.nan, 0.0, math.nan, 0, "", str(error))
 
 
 def _tell_start_up(rows: list[dict[str, Any]]) -> str:

@@ -22,7 +22,7 @@ from fbcouple.launcher.progress import format_clock
 if TYPE_CHECKING:
     from fbcouple.batch.state import RunState
 
-COLOURS = {"complete": "green", "running": "cyan", "failed": "bold red", "stopped": "yellow"}
+COLOURS = {"complete": "green", "running": "cyan", "failed": "bold red", "damaged": "bold red", "stopped": "yellow"}
 
 
 @click.command()
@@ -31,11 +31,11 @@ COLOURS = {"complete": "green", "running": "cyan", "failed": "bold red", "stoppe
 def status(folder: Path, as_json: bool) -> None:
     """Tell how far the run, or each run, in FOLDER has come; it may be under way, here or in a batch job."""
     from fbcouple.batch.folders import find_runs
-    from fbcouple.batch.state import look_at
+    from fbcouple.batch.state import look_at_all
 
     runs = find_runs(folder, partial(click.echo, err=True))
     if as_json:
-        click.echo(json.dumps([_list_values(look_at(run)) for run in runs], indent=1))
+        click.echo(json.dumps([_list_values(state) for state in look_at_all(runs)], indent=1))
         return
     console = Console()
     if not console.is_terminal:
@@ -51,7 +51,7 @@ def _list_values(state: RunState) -> dict[str, Any]:
 
 def make_table(runs: list[Path]) -> Table:
     """State, time, wall time and what is left of each run."""
-    from fbcouple.batch.state import look_at
+    from fbcouple.batch.state import look_at_all
 
     table = Table(box=None, pad_edge=False)
     table.add_column("run", overflow="fold")
@@ -59,7 +59,7 @@ def make_table(runs: list[Path]) -> Table:
     for column in ("t, s", "of", "wall", "wall s per s", "left", "ranks"):
         table.add_column(column, justify="right", no_wrap=True)
     table.add_column("", overflow="fold")
-    for state in map(look_at, runs):
+    for state in look_at_all(runs):
         table.add_row(*_write(state))
     return table
 
@@ -68,8 +68,8 @@ def _write(state: RunState) -> list[str | Text]:
     return [
         state.run.name,
         Text(state.state, style=COLOURS.get(state.state, "")),
-        f"{state.time:.3f}",
-        f"{state.end_time:g}",
+        f"{state.time:.3f}" if math.isfinite(state.time) else "",
+        f"{state.end_time:g}" if math.isfinite(state.end_time) else "",
         format_clock(state.wall) if state.wall else "",
         f"{state.pace:.0f}" if math.isfinite(state.pace) else "",
         format_clock(state.left) if math.isfinite(state.left) else "",
@@ -80,9 +80,9 @@ def _write(state: RunState) -> list[str | Text]:
 
 def summarise(runs: list[Path]) -> str:
     """A line: how many runs are in which state, and how far those under way are."""
-    from fbcouple.batch.state import look_at
+    from fbcouple.batch.state import look_at_all
 
-    states = list(map(look_at, runs))
+    states = look_at_all(runs)
     counts = Counter(state.state for state in states)
     parts = [f"{count} {name}" for name, count in counts.items()]
     parts += [_tell(state) for state in states if state.state == "running"]

@@ -99,6 +99,16 @@ def test_a_look_at_a_run_reads_its_history_once(many, monkeypatch):
     assert reads == [many / "seed-1/logs/run.jsonl"]
 
 
+def test_a_damaged_run_hides_none_of_the_others(many):
+    (many / "seed-2/manifest.json").write_text('{"x":', encoding="utf-8")
+    told = json.loads(call("status", many, "--json").output)
+    assert [state["state"] for state in told] == ["set up", "damaged", "set up"]
+    assert "seed-2/manifest.json: was not written by this version" in told[1]["message"]
+    table = call("status", many)
+    assert table.exit_code == 0 and "damaged" in table.output and "nan" not in table.output
+    assert call("status", many / "seed-2").exit_code == 1
+
+
 def test_the_longest_run_goes_first(many):
     walls = [predict_wall(run) for run in find_runs(many)]
     assert walls[0] == walls[1] < walls[2]
