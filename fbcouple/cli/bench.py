@@ -62,7 +62,7 @@ def bench() -> None:
 @click.option("--fresh", is_flag=True, help="Measure again where this machine has been measured.")
 @take_file
 def calibrate(fresh: bool, file: Path | None) -> None:
-    """Measure what a step costs on this machine, for the predictions of `check`; a minute, with nothing else running.
+    """Measure what a step costs on this machine, for the predictions of `check`; 2 minutes, with nothing else running.
 
     The costs are kept in the cache, by host.
     """
