@@ -37,11 +37,13 @@ class Passing:
 def read_section(results: Results, name: str) -> Section:
     """The section that the set of probes `name` took. Raises: NotDrawableError if there is no such set with voidage at
     a height."""
-    found = {one.name: one for one in read_probes(results.data, results.case)}
-    probed = found.get(name)
-    if probed is None or "voidage" not in probed.values or len(probed.points) < 4 or np.ptp(probed.points[:, 2]) > 0.0:
-        raise NotDrawableError([f"{results.path} has no set of probes `{name}` with the voidage at one height."])
+    lack = NotDrawableError([f"{results.path} has no set of probes `{name}` with the voidage at one height."])
+    probed = {one.name: one for one in read_probes(results.data, results.case)}.get(name)
+    if probed is None or "voidage" not in probed.values or np.ptp(probed.points[:, 2]) > 0.0:
+        raise lack
     (x, column), (y, row) = (np.unique(np.round(probed.points[:, axis], 12), return_inverse=True) for axis in (0, 1))
+    if min(len(x), len(y)) < 2:
+        raise lack
     voidage = np.full((len(probed.times), len(y), len(x)), np.nan)
     voidage[:, row, column] = probed.values["voidage"]
     return Section(probed.times, voidage, float(np.diff(x).min() * np.diff(y).min()))

@@ -59,8 +59,7 @@ def make_scene(
     else:
         contact |= {"stiffness": 400.0}
     gas: Content = {"density": 1.165, "viscosity": 2e-5, "inlet_velocity": velocity, "correctors": correctors}
-    gas |= {"pressure_tolerance": 1e-5, "max_courant": 0.5, "max_fourier": 1.5}
-    gas |= {"turbulence": turbulence}
+    gas |= {"pressure_tolerance": 1e-5, "max_courant": 0.5, "max_fourier": 1.5, "turbulence": turbulence}
     return Case.model_validate(
         {
             "title": f"{count} beads, {law}, gas at {velocity:g} m/s, {correctors} pressure corrections",

@@ -37,7 +37,7 @@ from fbcouple.case.bed.rest_overlap import estimate_rest_overlap
 from fbcouple.case.bed.speeds import SETTLED, estimate_overlap
 from fbcouple.case.bed.start_numbers import describe_start
 from fbcouple.case.bed.streams import has_openings
-from fbcouple.case.bed.thin_cells import find_widths, tell_thin_cells
+from fbcouple.case.bed.thin_cells import find_thinnest, find_widths, tell_thin_cells
 from fbcouple.case.schema.sections import Case
 from fbcouple.case.user_code import OWN
 from fbcouple.errors import CaseError
@@ -74,7 +74,7 @@ def estimate(case: Case, law: Law | None = None, folder: Path = Path()) -> list[
             parts.append(partial(estimate_rest_overlap, region=region))
             parts.append(partial(_watch_rest, law=law, region=region))
     widths = find_widths(case, folder) if case.gas else None
-    thinnest = None if widths is None else float(widths.min())
+    thinnest = find_thinnest(case, folder) if case.gas else None
     if case.gas:
         parts.append(partial(_time_gas, thinnest=thinnest))
         if widths is not None:

@@ -96,7 +96,8 @@ def _look(case: Case, task: Task) -> Iterator[str]:
 
 def _look_at_section(case: Case, task: Task) -> Iterator[str]:
     wanted = task.measurement
-    if not any(one.name == wanted.of and one.height and "voidage" in one.quantities for one in case.output.probes):
+    sections = [one for one in case.output.probes if one.height is not None and "voidage" in one.quantities]
+    if wanted.of not in [one.name for one in sections]:
         yield f"{wanted.of} is no set of output.probes with a height and the voidage; give the case such a set"
     if wanted.span is not None:
         yield from _look_at_times(case, np.array(wanted.span))

@@ -5,12 +5,15 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import asdict, replace
+from pathlib import Path
 from typing import get_args
 
 import pytest
 from click.testing import CliRunner
 
 from fbcouple.case.bed.derived import dem_step
+from fbcouple.case.bed.region import read_mesh
+from fbcouple.case.bed.thin_cells import find_thinnest
 from fbcouple.case.cost.coefficients import (
     FORMAT,
     SHIPPED,
@@ -40,6 +43,7 @@ from fbcouple.case.schema.gas import Gas
 from fbcouple.case.source import find_case
 from fbcouple.cli.main import cli
 from fbcouple.errors import CaseError
+from fbcouple.geometry.quality import measure_widths
 
 ROUND = replace(
     SHIPPED,
@@ -299,3 +303,11 @@ def test_what_leaves_a_bed_at_rest_falls_fast():
 def test_every_sub_grid_model_has_a_cost():
     allowed = get_args(Gas.model_fields["turbulence"].annotation)
     assert set(allowed) == {"none", *SUBGRID}
+
+
+@pytest.mark.parametrize("shape", ["cylinder", "box"])
+@pytest.mark.parametrize("elements", ["prisms", "tetrahedra"])
+def test_cells_that_are_made_here_are_as_thin_as_their_mesh_has_them(shape, elements):
+    sets = [f"domain.shape={shape}", f"domain.elements={elements}", "domain.size=[0.05, 0.05, 0.1]"]
+    case = load_case("mueller/0.9", [*sets, "domain.cells=[6, 6, 12]"])
+    assert find_thinnest(case, Path()) == pytest.approx(measure_widths(read_mesh(case))[:, 2].min(), rel=1e-9)

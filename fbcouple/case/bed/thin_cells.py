@@ -8,10 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
+from fbcouple.case.bed.derived import cell_size
 from fbcouple.case.bed.number import Number, judge
-from fbcouple.case.bed.region import SHAPES, find_imported
-from fbcouple.case.schema.gas import Domain
+from fbcouple.case.bed.region import TETRAHEDRA, find_imported
 from fbcouple.case.schema.sections import Case
+from fbcouple.geometry.extrusion import PER_PRISM
 from fbcouple.geometry.imported import ImportedMesh
 from fbcouple.geometry.quality import measure_widths
 
@@ -22,12 +23,10 @@ THIN = 0.15
 
 
 def find_widths(case: Case, folder: Path) -> np.ndarray | None:
-    """Width [m] of each cell along z, (cells,); None where all cells of a case are alike."""
-    if case.domain.is_plain_box:
+    """Width [m] of each cell along z of a mesh from a file, (cells,); None where all cells of a case are alike."""
+    if case.domain.shape != "file":
         return None
-    if case.domain.shape == "file":
-        return _measure_once(find_imported(case.domain, case.find_folder(folder, case.domain.mesh)))
-    return _measure_made(case.domain)
+    return _measure_once(find_imported(case.domain, case.find_folder(folder, case.domain.mesh)))
 
 
 @lru_cache(maxsize=2)
@@ -35,15 +34,14 @@ def _measure_once(found: ImportedMesh) -> np.ndarray:
     return measure_widths(found.mesh)[:, ALONG]
 
 
-@lru_cache(maxsize=2)
-def _measure_made(domain: Domain) -> np.ndarray:
-    return measure_widths(SHAPES[domain.shape](domain, Path()))[:, ALONG]
-
-
 def find_thinnest(case: Case, folder: Path) -> float | None:
-    """The least of `find_widths`."""
+    """The least of `find_widths`; of a mesh that is made here, the part of a cell's height that its elements have."""
     widths = find_widths(case, folder)
-    return None if widths is None else float(widths.min())
+    if widths is not None:
+        return float(widths.min())
+    if case.domain.is_plain_box:
+        return None
+    return float(cell_size(case)[ALONG]) / PER_PRISM[case.domain.elements or TETRAHEDRA]
 
 
 def tell_thin_cells(case: Case, widths: np.ndarray) -> Iterator[Number]:

@@ -190,7 +190,7 @@ def _guess_speed(case: Case, region: Region, contacts: float) -> float:
     if contacts == RESTING:
         if not case.particles.outlets:
             return CREEP
-        height = region.volume / region.section
+        height = region.height
     return FASTEST * math.sqrt(max(height, largest_diameter(case.particles)) * case.gravity)
 
 
