@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
 
 from fbcouple.postproc.figures.profiles import Profile, vertical_flux
+from fbcouple.postproc.jackknife import estimate_number_error, mirror_flux
 from fbcouple.results.depth_means import depth_average
 from fbcouple.results.reader import NotDrawableError, Results
 
@@ -87,41 +88,46 @@ def centre_fluctuation(results: Results) -> Measured:
     return Measured(deviation / mean, error / (2.0 * deviation) / mean if deviation else 0.0)
 
 
+def measure(results: Results, number: Callable[[Results], float]) -> Measured:
+    """`number` of the time means of a run, with its standard error by blocks of the window."""
+    return Measured(number(results), estimate_number_error(results, number))
+
+
 def freeboard_solids(results: Results) -> Measured:
     """Solids fraction above z/H = 0.375, mean over the width, of the layer that has most."""
-    field, error = (_rows(results, name) for name in ("solids_fraction", "solids_fraction_stderr"))
-    above = results.share("z") >= FREEBOARD
-    row = int(np.argmax(field[above].mean(axis=1)))
-    return Measured(float(field[above].mean(axis=1)[row]), float(error[above].mean(axis=1)[row]))
+    return measure(results, lambda run: float(_rows(run, "solids_fraction")[run.share("z") >= FREEBOARD].mean(1).max()))
 
 
 def agitation_peak(results: Results, height: float, allowed: float) -> tuple[float, Measured]:
     """z/H of the layer with most agitation per mass below z/H = 0.375, and by how much [m2 s-2] the largest value
     within `allowed` of z/H = `height` is above the largest elsewhere."""
+
+    def lead(run: Results) -> float:
+        heights, layers = _layer_agitation(run)
+        near = np.abs(heights - height) <= allowed
+        return float(layers[near].max() - layers[~near].max())
+
+    heights, layers = _layer_agitation(results)
+    return float(heights[np.argmax(layers)]), measure(results, lead)
+
+
+def _layer_agitation(results: Results) -> tuple[np.ndarray, np.ndarray]:
+    """z/H of the layers below z/H = 0.375 and their agitation per mass [m2 s-2], 0 where no particle ever was."""
     weight, agitation = results.mean("solids_fraction").values, _agitation(results)
-    error = np.nan_to_num(_require_errors(results, "agitation_stderr").values)
-    heights = results.share("z")
-    below = heights < FREEBOARD
-    heights, mass = heights[below], weight[below].sum(axis=(1, 2))
-    layers, errors = (
-        np.divide((weight * field)[below].sum(axis=(1, 2)), mass, out=np.zeros_like(mass), where=mass > 0.0)
-        for field in (agitation, error)
-    )
-    near = np.abs(heights - height) <= allowed
-    inside, outside = (np.flatnonzero(part)[np.argmax(layers[part])] for part in (near, ~near))
-    lead = Measured(layers[inside], errors[inside]) - Measured(layers[outside], errors[outside])
-    return float(heights[np.argmax(layers)]), lead
+    below = results.share("z") < FREEBOARD
+    mass, total = (values[below].sum(axis=(1, 2)) for values in (weight, weight * agitation))
+    return results.share("z")[below], np.divide(total, mass, out=np.zeros_like(mass), where=mass > 0.0)
 
 
 def bed_agitation(results: Results) -> Measured:
     """Mean agitation per mass [m2 s-2] of the dense bed."""
-    weight, agitation = results.mean("solids_fraction").values, _agitation(results)
-    error = _require_errors(results, "agitation_stderr").values
-    dense = weight > DENSE
-    total = weight[dense].sum()
-    return Measured(
-        float((weight * agitation)[dense].sum() / total), float((weight * np.nan_to_num(error))[dense].sum() / total)
-    )
+
+    def number(run: Results) -> float:
+        weight, agitation = run.mean("solids_fraction").values, _agitation(run)
+        dense = weight > DENSE
+        return float((weight * agitation)[dense].sum() / weight[dense].sum())
+
+    return measure(results, number)
 
 
 def _flux_profile(results: Results) -> Profile:
@@ -130,35 +136,39 @@ def _flux_profile(results: Results) -> Profile:
 
 def middle_flux(results: Results) -> Measured:
     """Vertical solids flux over rho U_f at z/H = 0.092, mean of the middle third of the width."""
-    profile = _flux_profile(results)
-    middle = np.abs(profile.position - 0.5) < 1.0 / 6.0
-    return Measured(float(profile.value[middle].mean()), _error(profile.stderr, middle))
+
+    def number(run: Results) -> float:
+        profile = _flux_profile(run)
+        return float(profile.value[np.abs(profile.position - 0.5) < 1.0 / 6.0].mean())
+
+    return measure(results, number)
 
 
 def wall_flux(results: Results) -> Measured:
     """Vertical solids flux over rho U_f at z/H = 0.092 in the cells next to the side walls, mean of both."""
-    profile = _flux_profile(results)
-    ends = np.zeros(len(profile.value), dtype=bool)
-    ends[[0, -1]] = True
-    return Measured(float(profile.value[ends].mean()), _error(profile.stderr, ends))
+    return measure(results, lambda run: float(_flux_profile(run).value[[0, -1]].mean()))
 
 
 def flux_magnitude(results: Results) -> Measured:
-    """Magnitude of the depth-mean solids flux [kg m-2 s-1], mean below z/H = 0.375; its error is that along it."""
-    flux = np.array([_rows(results, "solids_flux", axis) for axis in "xz"])
-    errors = np.array([_rows(results, "solids_flux_stderr", axis) for axis in "xz"])
-    size = np.hypot(*flux)
-    along = np.divide(np.hypot(*(flux * errors)), size, out=np.hypot(*errors), where=size > 0.0)
-    below = results.share("z") < FREEBOARD
-    return Measured(float(size[below].mean()), float(along[below].mean()))
+    """Magnitude of the depth-mean solids flux [kg m-2 s-1], mean below z/H = 0.375; of a bed that is its own mirror
+    image that of the flux averaged with its image, as chance alone makes them differ and a magnitude adds chance up."""
+
+    def number(run: Results) -> float:
+        flux = mirror_flux(run, np.array([_rows(run, "solids_flux", axis) for axis in "xz"]))
+        return float(np.hypot(*flux)[run.share("z") < FREEBOARD].mean())
+
+    return measure(results, number)
 
 
 def wall_solids(results: Results) -> Measured:
     """Solids fraction within 5 mm of the side walls, mean below z/H = 0.25, the height of the dense bed."""
-    field, error = (_rows(results, name) for name in ("solids_fraction", "solids_fraction_stderr"))
-    x, below = results.share("x"), results.share("z") < 0.25
-    strip = np.minimum(x, 1.0 - x) * results.size[0] < WALL_STRIP
-    return Measured(float(field[below][:, strip].mean()), float(error[below][:, strip].mean()))
+
+    def number(run: Results) -> float:
+        x, below = run.share("x"), run.share("z") < 0.25
+        strip = np.minimum(x, 1.0 - x) * run.size[0] < WALL_STRIP
+        return float(_rows(run, "solids_fraction")[below][:, strip].mean())
+
+    return measure(results, number)
 
 
 def map_difference(one: Results, other: Results) -> Measured:
@@ -192,13 +202,6 @@ def _require_errors(results: Results, name: str) -> xr.DataArray:
 
 def _agitation(results: Results) -> np.ndarray:
     """Agitation (z, y, x) [m2 s-2], 0 where no particle ever was."""
-    if "agitation" not in results.data or "agitation_stderr" not in results.data:
+    if "agitation" not in results.data:
         raise NotDrawableError([f"{results.path} has no `agitation`."])
     return np.nan_to_num(results.data["agitation"].values.astype(float))
-
-
-def _error(stderr: np.ndarray | None, cells: np.ndarray) -> float:
-    """Bound on the error of a mean over `cells`: reached if they err together."""
-    if stderr is None or not np.isfinite(stderr[cells]).all():
-        raise NotDrawableError(["the vertical flux has no standard error; run longer."])
-    return float(stderr[cells].mean())

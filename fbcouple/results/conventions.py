@@ -15,7 +15,7 @@ CONVENTIONS = "CF-1.10"
 STANDARD_ERROR = "_stderr"
 """End of the names of standard errors, each beside what it is the error of."""
 _METHODS = (
-    (r"^time-mean|mean since the last row", "time: mean"),
+    (r"^time-mean|mean since the last row|mean over each block", "time: mean"),
     (r"largest .*since the last row|farthest off", "time: maximum"),
     (r"wall time of .* since the last row", "time: sum"),
 )

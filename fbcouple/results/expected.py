@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from fbcouple.results.block_means import BLOCKS, REPLICA, SAMPLES, START
 from fbcouple.results.probes import PROBED, find_dimensions, list_tables, name_variable
 from fbcouple.results.writer import EXITS, HISTORIES, HISTORIES_OF_OUTLETS, HISTORIES_OF_SPECIES, HISTORY_VECTORS, MEANS
 
@@ -251,6 +252,8 @@ def _list_shapes(data: xr.Dataset) -> dict[str, tuple[str, ...]]:
         "sampled_cell": ("z", "y", "x"),
         "drag_onset_velocity": ("packed_voidage",),
     }
+    known |= dict.fromkeys(BLOCKS, ("block", "z", "x")) | dict.fromkeys((SAMPLES, START, REPLICA), ("block",))
+    known["block_solids_flux"] = ("block", "component", "z", "x")
     known |= dict.fromkeys(HISTORIES, ("time",)) | dict.fromkeys(HISTORY_VECTORS, ("time", "component"))
     known |= dict.fromkeys(HISTORIES_OF_SPECIES, ("time", "species"))
     known |= dict.fromkeys(HISTORIES_OF_OUTLETS, ("time", "outlet"))

@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from fbcouple.results.block_means import join_blocks
 from fbcouple.results.conventions import STANDARD_ERROR
 from fbcouple.results.replicas import WINDOW_BLOCKS, Replica, require_alike
 from fbcouple.results.writer import HISTORIES, MEANS
@@ -112,9 +113,9 @@ def pool(replicas: Sequence[Replica]) -> xr.Dataset:
         for full, values in ((name, found.mean), (f"{name}{STANDARD_ERROR}", found.error)):
             like = first.data[name]
             changed[full] = (like.dims, values, first.data[full].attrs if full in first.data else {})
-    changed |= _pool_windows(replicas) | _find_worst(replicas)
+    changed |= _pool_windows(replicas) | _find_worst(replicas) | join_blocks([one.data for one in replicas])
     attributes = {name: value for name, value in first.data.attrs.items() if not _is_of_one(name)}
-    kept = first.data.drop_dims("quantity", errors="ignore")
+    kept = first.data.drop_dims(["quantity", "block"], errors="ignore")
     pooled = kept.assign(changed).set_coords("quantity")
     return _describe(pooled.assign_attrs(attributes), replicas)
 

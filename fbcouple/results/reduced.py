@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from fbcouple.results.block_means import BLOCKS, SAMPLES, START, has_blocks, pair_blocks
 from fbcouple.results.conventions import STANDARD_ERROR, follow_conventions
 from fbcouple.results.depth_means import depth_average
 from fbcouple.results.pooling import OF_MASS, OF_SOLIDS, pool
@@ -21,8 +22,11 @@ from fbcouple.results.writer import HISTORIES, HISTORIES_OF_SPECIES, MEANS, writ
 
 ROWS = 200
 """Rows of a history that are kept."""
-_BITS, _ERROR_BITS = 16, 7
-"""Bits of the fraction that are kept of means and of standard errors: they are then right to 8e-6 and 0.4 %."""
+MOST_BLOCKS = 20
+"""Blocks of the averaging window of a replica that are kept."""
+_BITS, _ERROR_BITS, _BLOCK_BITS = 16, 7, 5
+"""Bits of the fraction that are kept of means, of standard errors and of blocks: they are then right to 8e-6, 0.4 and
+1.6 %, each with an error of its own."""
 _PACKED = 1000
 """Numbers from which a variable is packed: what tells of the packing takes some kB."""
 _KEPT = ("stage", "component", "species")
@@ -46,7 +50,9 @@ def reduce(replica: Replica) -> Replica:
     made = _name_cells(made, data) if "inside" in data.coords else made
     thin = _thin(replica.data)
     coords = {name: replica.data[name] for name in _KEPT if name in replica.data.coords}
-    return replace(replica, data=made.assign(thin.data_vars).assign_coords(coords | {"time": thin["time"]}))
+    blocks = pair_blocks(replica.data[[SAMPLES, START, *BLOCKS]], MOST_BLOCKS) if has_blocks(replica.data) else {}
+    made = made.assign(thin.data_vars).assign(blocks)
+    return replace(replica, data=made.assign_coords(coords | {"time": thin["time"]}))
 
 
 def _flatten(data: xr.Dataset, name: str) -> xr.DataArray:
@@ -132,6 +138,6 @@ def write(path: Path, data: xr.Dataset) -> None:
             if is_reduced:
                 data[name] = data[name].astype(np.float32)
             if is_reduced and data[name].size > _PACKED:
-                bits = _ERROR_BITS if name.endswith(STANDARD_ERROR) else _BITS
+                bits = _ERROR_BITS if name.endswith(STANDARD_ERROR) else _BLOCK_BITS if name in BLOCKS else _BITS
                 encoding[name] |= {"significant_digits": bits, "quantize_mode": "BitRound"}
     write_dataset(path, follow_conventions(data), encoding)

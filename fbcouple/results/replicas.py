@@ -16,13 +16,14 @@ from fbcouple.errors import CaseError
 from fbcouple.input_files.toml_text import parse_toml
 from fbcouple.paths import list_replicas
 from fbcouple.results.block_errors import estimate_errors
+from fbcouple.results.block_means import take_blocks
 from fbcouple.results.conventions import STANDARD_ERROR
 from fbcouple.results.expected import find_faults
 from fbcouple.results.stored import load
 from fbcouple.results.writer import HISTORIES, MEANS
 
 WINDOW_BLOCKS = 16
-"""Blocks that the rows of a history in the window are cut into, for its error within a replica."""
+"""Blocks, at the fewest, that the rows of a history in the window are cut into, for its error within a replica."""
 REDUCED = "reduced"
 """Attribute of a file that has depth-averaged means, and those of each of its replicas."""
 OF_EACH = "replica_"
@@ -95,12 +96,16 @@ def _average_windows(data: xr.Dataset, window: tuple[float, float]) -> dict[str,
 
 
 def estimate_window_error(values: np.ndarray) -> float:
-    """Standard error of the mean of the rows `values` by blocks of them; nan where they are too short to tell it."""
-    length = len(values) // WINDOW_BLOCKS
-    if not length:
-        return float("nan")
-    blocks = values[len(values) - length * WINDOW_BLOCKS :].reshape(WINDOW_BLOCKS, length).mean(axis=1)
-    return float(estimate_errors(blocks[:, None, None])[0, 0])
+    """Standard error of the mean of the rows `values` by blocks of them; nan where they are too short to tell it.
+
+    The correlation is seen best by many blocks: as many as are long enough against it are taken.
+    """
+    error = float("nan")
+    for count in (4 * WINDOW_BLOCKS, 2 * WINDOW_BLOCKS, WINDOW_BLOCKS):
+        if np.isnan(error) and (length := len(values) // count):
+            blocks = values[len(values) - length * count :].reshape(count, length).mean(axis=1)
+            error = float(estimate_errors(blocks[:, None, None])[0, 0])
+    return error
 
 
 def split_reduced(path: Path, data: xr.Dataset, case: dict[str, Any]) -> list[Replica]:
@@ -119,6 +124,7 @@ def _take(data: xr.Dataset, case: dict[str, Any], number: int, about: dict[str, 
         if count == 1 or of_each in data:
             own[name] = data[name] if count == 1 else data[of_each].isel(replica=number, drop=True)
     kept = data.drop_vars([name for name in data.data_vars if str(name).startswith(OF_EACH)]).assign(own)
+    kept = take_blocks(kept, 1 + number)
     windows = {name: (float(mean), float(error), int(rows)) for name, (mean, error, rows) in about["windows"].items()}
     start, end = map(float, about["window"])
     return Replica(kept, case, int(about["samples"]), (start, end), windows, about)

@@ -14,6 +14,7 @@ import xarray as xr
 from fbcouple.geometry.grid import Grid
 from fbcouple.geometry.ragged import Ragged
 from fbcouple.machine.whole_files import replacing
+from fbcouple.results.block_means import BLOCKS
 from fbcouple.results.conventions import encode_coordinates, follow_conventions
 from fbcouple.results.probes import ProbeSet, append_probes
 
@@ -149,6 +150,7 @@ def write_results(
     exits: Mapping[str, np.ndarray] | None = None,
     probes: Sequence[ProbeSet] = (),
     onset: np.ndarray | None = None,
+    blocks: Mapping[str, Any] | None = None,
     centres: np.ndarray | None = None,
     volumes: np.ndarray | None = None,
     samples: np.ndarray | None = None,
@@ -161,7 +163,8 @@ def write_results(
     in it the seconds of each stage since the row before, `tracked` particles by number; `snapshots`:
     time [s] and depth-mean voidage (z, x); `exits`: name of EXITS -> values of the particles that left;
     `probes`: sets of probes, whose rows are copied from their files; `onset`: rows (n, 2) of a
-    packed bed's voidage and U_mf by the case's drag [m/s], none where no ramp is to be held against them.
+    packed bed's voidage and U_mf by the case's drag [m/s], none where no ramp is to be held against them; `blocks`:
+    variables of the solids in each block of the averaging window, as `lay_out_blocks` gives them.
 
     Of a mesh of polyhedra the means are (cell,) or (component, cell), with the cells' `centres` (cell, 3) [m] and
     `volumes` (cell,) [m3], the mesh's `points` (node, 3) [m] and `faces`, a row a cell: how many it has, and of each
@@ -174,7 +177,7 @@ def write_results(
         dims = axes if values.ndim == len(axes) else ("component", *axes)
         words = f"standard error by block averaging of the {text}" if name.endswith("_stderr") else text
         data[name] = (dims, values, {"units": unit, "long_name": words})
-    data |= _lay_out_histories(history)
+    data |= _lay_out_histories(history) | dict(blocks or {})
     for name, values in (exits or {}).items():
         unit, text = EXITS[name]
         data[f"exit_{name}"] = ("exit", values, {"units": unit, "long_name": text})
@@ -199,7 +202,7 @@ def write_results(
         coordinates["packed_voidage"] = ("packed_voidage", onset[:, 0], about)
         about = {"units": "m s-1", "long_name": "minimum fluidization velocity by the case's drag at that voidage"}
         data["drag_onset_velocity"] = ("packed_voidage", onset[:, 1], about)
-    encoding: dict[str, Any] = {}
+    encoding: dict[str, Any] = {name: {"zlib": True, "complevel": 1} for name in BLOCKS if name in data}
     if points is not None and faces is not None:
         data |= _lay_out_mesh(points, faces)
         encoding["mesh_faces"] = {"zlib": True, "complevel": 1}

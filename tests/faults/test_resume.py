@@ -43,6 +43,22 @@ def test_resumed_run_is_the_uninterrupted_one(tmp_path, ranks):
         assert results["tracked"].values.tolist() == [7, 250] and np.ptp(results["tracked_position"].values[:, 1, 2])
 
 
+@pytest.mark.parametrize("sets", [(), ("averages.until_error=1e-9", "averages.blocks=8")])
+def test_blocks_of_the_solids_make_the_means(tmp_path, sets):
+    """Also of a run that was stopped; the last block need not be full."""
+    run = prepare(tmp_path / "run", sets)
+    run_with_stops(run, 1, 2)
+    with xr.open_dataset(run / "results.nc") as results:
+        samples = results["block_samples"].astype(float)
+        assert samples.sum() == results.attrs["averaging_samples"] and len(samples) > 1
+        starts = results["block_start"].values
+        assert (np.diff(starts) > 0.0).all() and starts[0] >= results.attrs["averaging_start"]
+        for name in ("solids_fraction", "solids_flux"):
+            blocks, mean = results[f"block_{name}"], results[name].mean("y")
+            apart = (blocks * samples).sum("block") / samples.sum() - mean
+            assert float(np.abs(apart).max()) < 1e-6 * float(np.abs(mean).max())
+
+
 def test_frames_that_came_after_the_checkpoint_are_taken_again(tmp_path):
     """A run that went on without a checkpoint has frames that its history does not know any more."""
     run, other = prepare(tmp_path / "run"), prepare(tmp_path / "other")

@@ -32,7 +32,7 @@ SETTINGS = [
     'output.probes=[{name="bed", every=1e-5, points=[[0.041, 0.0074, 0.0011], [0.02, 0.001, 0.012]], '
     f"quantities={QUANTITIES}}}]",
 ]
-FIELDS = ["solids_fraction", "solids_flux", "voidage", "gas_velocity", "gas_flux", "pressure"]
+FIELDS = ["solids_fraction", "solids_flux", "voidage", "gas_velocity", "gas_flux", "pressure", "block_solids_flux"]
 PROBED = [f"probe_bed_{quantity}" for quantity in QUANTITIES]
 MEANS = ["voidage", "gas_velocity", "gas_flux", "solids_fraction", "solids_flux"]
 

@@ -303,7 +303,7 @@ def test_a_mean_without_a_standard_error_decides_nothing(make):
     for name in names:
         run = make(name, agitation=0.1 if name.endswith("0.4") else 0.2)
         bare = {each: xr.full_like(field, np.nan) for each, field in run.data.items() if str(each).endswith("_stderr")}
-        runs.append(Results(run.path, run.data.assign(bare), run.case))
+        runs.append(Results(run.path, run.data.assign(bare).drop_dims("block"), run.case))
     rows = {row.name: row for row in judge_claims(runs) if row.beds == STATED}
     by_maps = ("freeboard", "agitation-peak", "double-loop", "denser-walls", "flux-mesh", "flux-c4", "turbulence")
     for name in (*by_maps, "agitation-friction", "agitation-wall-friction", "wall-flux-c5"):

@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from fbcouple.geometry.grid import Grid
+from fbcouple.results.block_means import lay_out_blocks
 from fbcouple.results.probes import ProbeSet, Rows
 from fbcouple.results.writer import STAGES, write_results
 
@@ -81,7 +82,8 @@ def write_whole(
     }
     snapshots, probes = make_snapshots(grid), make_probes(run)
     means, history = make_means(grid, shift), make_history()
-    write_results(run / "results.nc", grid, means, history, attributes, snapshots, probes=probes)
+    blocks = lay_out_blocks(range(2, 20), [500] * 18, make_blocks(means))
+    write_results(run / "results.nc", grid, means, history, attributes, snapshots, probes=probes, blocks=blocks)
     return run
 
 
@@ -132,6 +134,14 @@ def make_means(grid: Grid, shift: float = 0.0) -> dict[str, np.ndarray]:
         "pressure": 600.0 * (1.0 - above / SIZE[2]),
     }
     return means | {f"{name}_stderr": np.full_like(values, 0.01) for name, values in means.items()}
+
+
+def make_blocks(means: dict[str, np.ndarray]) -> list[np.ndarray]:
+    """Solids of 18 blocks, each as far above or below the mean as chance has it, a twentieth."""
+    solids, agitation = means["solids_fraction"], np.nan_to_num(means["agitation"])
+    square = agitation + (np.nan_to_num(means["solids_velocity"]) ** 2).sum(axis=0)
+    row = np.stack([solids, 2500.0 * solids, *means["solids_flux"], 2500.0 * solids * square]).mean(axis=2)
+    return [row * (1.0 + 0.05 * chance) for chance in np.random.default_rng(5).standard_normal(18)]
 
 
 def make_history() -> list[dict[str, Any]]:

@@ -49,6 +49,20 @@ def test_saved_means_go_on_bit_for_bit(rng):
     assert all(np.array_equal(a, b, equal_nan=True) for a, b in zip(one, other, strict=True))
 
 
+def test_blocks_one_after_another_are_those_of_the_window(rng):
+    """The last one is open; blocks before the first of the window are not told."""
+    series = rng.standard_normal((45, 6))
+    means = GrowingMeans("gas", 6, 8)
+    for n, pressure in enumerate(series):
+        means.add(sample(pressure), 0.1 * n)
+    means.first = 2
+    blocks = list(means.split_window())
+    assert [block.samples for block in blocks] == [4] * 9 + [1] and means.samples == 37
+    assert [block.start for block in blocks] == pytest.approx([0.4 * n for n in range(2, 12)])
+    assert blocks[1].rows[:, 7] == pytest.approx(series[12:16].mean(axis=0), rel=1e-12)
+    assert blocks[-1].rows[:, 7] == pytest.approx(series[44], rel=1e-12)
+
+
 def test_memory_does_not_grow_with_the_window():
     means = GrowingMeans("gas", 3, 8)
     before = means.save()[1]["blocks"].shape

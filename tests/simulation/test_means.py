@@ -98,6 +98,25 @@ def test_blocks_keep_their_length_where_the_window_grows(rng):
     assert error[:, 0] == pytest.approx(pressure.std(axis=0, ddof=1) / np.sqrt(8), rel=1e-9)
 
 
+def test_rows_of_the_solids_are_kept_by_block(rng):
+    """Saved and gone on with, also before a block is full."""
+    rows = rng.random((7, 5, SOLIDS_COLUMNS))
+    means = Means("solids", 5, (1.0, 3.0), 4)
+    for n in range(7):
+        if n in (0, 3):
+            counts, sums = means.save()
+            means = Means("solids", 5, (1.0, 3.0), 4)
+            means.load(dict(counts), {name: values.copy() for name, values in sums.items()})
+        means.add(rows[n], 1.1 + 0.25 * n)
+    blocks = list(means.split_window())
+    assert [block.samples for block in blocks] == [2, 2, 2, 1]
+    assert [block.start for block in blocks] == pytest.approx([1.1, 1.6, 2.1, 2.6])
+    for n, block in enumerate(blocks):
+        assert block.rows == pytest.approx(rows[2 * n : 2 * n + 2].mean(axis=0), rel=1e-6)
+    means.collect(final=True)
+    assert [block.samples for block in means.split_window()] == [2, 2, 2, 1]
+
+
 def test_standard_error_of_correlated_samples_is_larger_than_the_naive_one(rng):
     """An AR(1) series with correlation 0.95 has (1 + 0.95)/(1 - 0.95) = 39 times the variance of the mean."""
     n, cells, blocks, correlation = 4000, 400, 20, 0.95

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from fbcouple.case.schema.output import AUTO, find_first_sample
 from fbcouple.case.schema.output import Averages as Options
+from fbcouple.results.block_means import COLUMNS, lay_out_blocks
 from fbcouple.simulation.clock import ALMOST, Cadence
 from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.tasks.growing_means import GrowingMeans
@@ -34,6 +37,7 @@ class Averages(Task):
         self._cadence = Cadence(options.every, self._given)
         self._phases: dict[str, Means | GrowingMeans] = {}
         self._sampler: SolidsSampler | CellSampler | None = None
+        self._find_depth_mean: Callable[[np.ndarray], np.ndarray | None] | None = None
         self.until_sure: UntilSure | None = None
         """What ends the run when its means are sure enough; None where the case does not ask for it."""
         self.start_up: StartUp | None = None
@@ -93,6 +97,19 @@ class Averages(Task):
             if means.samples:
                 found |= _gather(sim, means)
         return found
+
+    def collect_blocks(self, sim: Simulation) -> dict[str, Any]:
+        """Variables of results.nc: the solids in each block of the window, depth means, on rank 0 (collective)."""
+        solids = self._phases.get("solids")
+        if solids is None or not solids.samples:
+            return {}
+        find = self._find_depth_mean = self._find_depth_mean or sim.cells.open_depth_mean(sim.comm).find
+        blocks = list(solids.split_window())
+        rows = [[find(column) for column in block.rows.T[:COLUMNS]] for block in blocks]
+        if sim.comm.rank:
+            return {}
+        starts, samples = [block.start for block in blocks], [block.samples for block in blocks]
+        return lay_out_blocks(starts, samples, map(np.array, rows))
 
     def save(self, sim: Simulation, folder: Path) -> Saved:
         """Counts, and sums of this rank's cells."""

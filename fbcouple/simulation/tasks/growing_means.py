@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 from fbcouple.results.block_errors import AddUp, estimate_errors, join_pairs, list_errors
-from fbcouple.simulation.tasks.means import QUANTITIES, count_columns
+from fbcouple.simulation.tasks.means import QUANTITIES, Block, count_columns
 
 
 class GrowingMeans:
@@ -84,6 +85,12 @@ class GrowingMeans:
         """The quantity `name` of each full block from the first sample on (blocks, cells), of a vector its component
         along z."""
         return self._derive_blocks(name, self._blocks[: self.full] / self.per_block)[..., -1]
+
+    def split_window(self) -> Iterator[Block]:
+        """The blocks of the window one after another; the last one may not be full."""
+        counts = [self.per_block] * (self.full - self.first) + [self._open]
+        for number, count in enumerate(counts[: len(self.begins) - self.first], start=self.first):
+            yield Block(self.begins[number], count, self._blocks[number] / count)
 
     def _derive_blocks(self, name: str, rows: np.ndarray) -> np.ndarray:
         quantity = self._quantities[name]

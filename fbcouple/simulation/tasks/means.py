@@ -7,8 +7,9 @@ ratios of their means. Particles count in the cell that holds their centre, as t
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -72,15 +73,25 @@ QUANTITIES: dict[str, Quantity] = {
 }
 
 
+class Block(NamedTuple):
+    """A part of the averaging window: the time of its `start` [s], its `samples`, and their mean `rows` (cells,
+    columns)."""
+
+    start: float
+    samples: int
+    rows: np.ndarray
+
+
 def count_columns(phase: str) -> int:
     """Columns of a row of `phase`: solids or gas, or the heat of one of them."""
     return {"solids": SOLIDS_COLUMNS, "gas": GAS_COLUMNS}.get(phase, HEAT_COLUMNS)
 
 
 class Means:
-    """Running sums of one phase's rows over the averaging window, and of its quantities over blocks of the window."""
+    """Running sums of one phase's rows over the averaging window, and of its quantities over blocks of the window; of
+    the solids the rows of each block, too."""
 
-    _NUMBERS = ("_samples", "_block_samples", "_block_number", "_length")
+    _NUMBERS = ("_samples", "_block_samples", "_block_number", "_length", "_starts", "_counts")
 
     def __init__(self, phase: str, cells: int, window: tuple[float, float], blocks: int) -> None:
         """The `window` [s] is cut into `blocks` equal blocks."""
@@ -91,6 +102,10 @@ class Means:
         self._total, self._block = np.zeros((cells, columns)), np.zeros((cells, columns))
         self._samples = self._block_samples = self._block_number = 0
         self._sums = {name: np.zeros((3, cells, q.components)) for name, q in self._quantities.items()}
+        self._keeps_rows = phase == "solids"
+        self._rows: list[np.ndarray] = []
+        self._starts: list[float] = []
+        self._counts: list[int] = []
 
     @property
     def samples(self) -> int:
@@ -104,6 +119,8 @@ class Means:
         if block != self._block_number:
             self._close_block()
             self._block_number = block
+        if not self._block_samples:
+            self._starts = [*self._starts, time]
         self._total += rows
         self._block += rows
         self._samples += 1
@@ -113,6 +130,9 @@ class Means:
         """Counts and the length of a block, the same on every rank, and sums, a row a cell."""
         counts = {name: getattr(self, name) for name in self._NUMBERS}
         sums = {name: np.moveaxis(values, 1, 0) for name, values in self._sums.items()}
+        if self._keeps_rows:
+            kept: np.ndarray = np.array(self._rows, dtype=np.float32).reshape(len(self._rows), *self._total.shape)
+            sums["rows"] = kept.swapaxes(0, 1)
         return counts, {"total": self._total, "block": self._block, **sums}
 
     def load(self, counts: dict[str, float], sums: dict[str, np.ndarray]) -> None:
@@ -123,6 +143,14 @@ class Means:
         self._total[:], self._block[:] = sums["total"], sums["block"]
         for name, values in self._sums.items():
             values[:] = np.moveaxis(sums[name], 0, 1)
+        if self._keeps_rows:
+            self._rows = list(sums["rows"].swapaxes(0, 1))
+
+    def split_window(self) -> Iterator[Block]:
+        """The blocks of the solids one after another; the last one may not be full."""
+        yield from map(Block, self._starts, self._counts, self._rows)
+        if self._block_samples:
+            yield Block(self._starts[-1], self._block_samples, self._block / self._block_samples)
 
     def _close_block(self) -> None:
         if self._block_samples:
@@ -131,6 +159,9 @@ class Means:
                 known = np.isfinite(value)
                 value = np.where(known, value, 0.0)
                 self._sums[name] += np.stack([known, value, value**2])
+            self._counts = [*self._counts, self._block_samples]
+            if self._keeps_rows:
+                self._rows.append((self._block / self._block_samples).astype(np.float32))
         self._block[:] = 0.0
         self._block_samples = 0
 

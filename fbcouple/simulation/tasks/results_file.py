@@ -74,6 +74,7 @@ class ResultsFile(Task):
 
     def _write(self, sim: Simulation) -> None:
         means = self._averages.collect(sim) if self._averages else {}
+        blocks = self._averages.collect_blocks(sim) if self._averages else {}
         about, bed = sim.cells.describe(sim.comm), _describe_bed(sim, self._run)
         if sim.comm.rank == 0:
             taken = self._snapshots.taken if self._snapshots else ()
@@ -83,7 +84,17 @@ class ResultsFile(Task):
                 probes = self._probes.records if self._probes else ()
                 history, onset = self._history.rows, self._find_onset(sim)
                 write_results(
-                    path, sim.grid, means, history, self._describe(sim) | bed, taken, exits, probes, onset, **about
+                    path,
+                    sim.grid,
+                    means,
+                    history,
+                    self._describe(sim) | bed,
+                    taken,
+                    exits,
+                    probes,
+                    onset,
+                    blocks,
+                    **about,
                 )
         self._saved = time.monotonic()
 

@@ -82,9 +82,12 @@ def settle(measured: str, answers: Iterable[Answer]) -> Finding:
     found = list(answers)
     if any(answer.holds is False for answer in found):
         return Finding(measured, False)
-    longest = max((answer.longer for answer in found if answer.holds is None), default=None)
-    if longest is None:
+    waits = [answer.longer for answer in found if answer.holds is None]
+    if not waits:
         return Finding(measured, True)
+    if any(map(math.isnan, waits)):
+        return Finding(measured, None, "a number has no standard error yet: longer windows")
+    longest = max(waits)
     if longest > LONGEST:
         return Finding(measured, None, "within two standard errors: a number lies on its margin")
     times = f"{longest:.1f}" if longest < 10.0 else f"{longest:.0f}"
