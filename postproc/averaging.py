@@ -98,6 +98,8 @@ def format_window(results: Results) -> str:
 def averaging_text(results: Results) -> str:
     """The averaging window, what marks its means, and whether the run has ended, for the note of a figure."""
     parts = [f"time mean over {format_window(results)}"] if results.window else []
+    if parts and (axes := results.case.get("averages", {}).get("mirror")):
+        parts.append(f"with mirror images in {' and '.join(axes)}")
     parts += [mark.brief for mark in list_marks(results)]
     return "; ".join(parts if results.complete else [*parts, "run not complete"])
 

@@ -24,17 +24,10 @@ _FLUX_Z = 4
 
 def is_own_mirror_image(results: Results) -> bool:
     """Whether nothing that the case says tells the left half of the bed from the right one: a box with a uniform inlet
-    or one around a closed nozzle in the middle, and nothing that comes, goes or stands at a side."""
+    or one around a closed nozzle in the middle, and nothing that comes or goes at a side."""
     case = results.case
-    particles, contact = case.get("particles") or {}, case.get("contact") or {}
-    gas = case.get("gas") or {}
-    sided = (
-        gas.get("inlets"),
-        gas.get("outlets"),
-        particles.get("feeds"),
-        particles.get("outlets"),
-        contact.get("walls"),
-    )
+    gas, particles = case.get("gas") or {}, case.get("particles") or {}
+    sided = gas.get("inlets"), gas.get("outlets"), particles.get("feeds"), particles.get("outlets")
     return results.is_box and case["domain"].get("shape", "box") == "box" and not any(sided)
 
 

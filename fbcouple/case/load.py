@@ -15,6 +15,7 @@ import fbcouple.case.checks.contact
 import fbcouple.case.checks.feeds
 import fbcouple.case.checks.heat
 import fbcouple.case.checks.inlets
+import fbcouple.case.checks.mirror
 import fbcouple.case.checks.outlets
 import fbcouple.case.checks.output
 import fbcouple.case.checks.positions

@@ -11,13 +11,13 @@ import pytest
 
 import fbcouple
 from fbcouple.case.cost.coefficients import SHIPPED
-from fbcouple.case.cost.means import PERIODS, predict_means
+from fbcouple.case.cost.means import MIRRORED, PERIODS, predict_means
 from fbcouple.case.cost.prediction import predict
 from fbcouple.case.cost.ranks import count_worked
 from fbcouple.case.kinds.registry import Wanted
 from fbcouple.case.load import load_case
 from fbcouple.case.new_case import write_new_case
-from fbcouple.case.plan.candidates import LIMIT, Pricing, list_splits, make_member
+from fbcouple.case.plan.candidates import LIMIT, Pricing, list_averages, list_splits, make_member
 from fbcouple.case.plan.choice import make_plan
 from fbcouple.case.plan.knobs import KNOBS, Value, list_numerics
 from fbcouple.case.plan.measured_errors import (
@@ -57,7 +57,8 @@ def test_what_is_chosen_reaches_the_error_by_its_own_case(name, own):
     sets = [f'accuracy="{s.partition("=")[2]}"' if s.startswith("accuracy") else s for s in sets]
     case = load_case(made.name, sets)
     found = predict(case, one.ranks, SHIPPED, find_case(made.name).parent)
-    statistical = PERIODS * math.sqrt(found.means.period / found.means.window / one.replicas)
+    assert case.averages.mirror == ("x",)
+    statistical = MIRRORED * PERIODS * math.sqrt(found.means.period / found.means.window / one.replicas)
     assert math.hypot(statistical, one.numerics.error) == pytest.approx(0.06, rel=0.02)
     assert one.core_hours == pytest.approx(one.replicas * found.core_hours, rel=0.03)
     assert one.wall == pytest.approx(found.wall, rel=0.03) and one.replicas * one.ranks <= 4
@@ -65,11 +66,18 @@ def test_what_is_chosen_reaches_the_error_by_its_own_case(name, own):
     assert one.end_limit == pytest.approx(begin + LIMIT * one.means.window, rel=0.1)
 
 
+def test_mirror_images_are_for_beds_that_are_their_own():
+    box, column = load_case("mueller/0.9"), load_case("verma/1.02")
+    assert list_averages(box, []) == ['averages.mirror=["x"]']
+    assert list_averages(box, ["averages.mirror"]) == list_averages(column, []) == []
+    assert list_averages(load_case("mueller/0.9", ['averages.mirror=["y"]']), []) == []
+
+
 def test_of_all_combinations_none_that_reaches_it_is_cheaper():
     made = make_plan("mueller/0.9", 0.05, found=SHIPPED)
     case, folder = load_case("mueller/0.9"), find_case("mueller/0.9").parent
     pricing = Pricing(SHIPPED, folder)
-    members = [make_member("mueller/0.9", [], numerics, folder) for numerics in list_numerics(case, folder)]
+    members = [make_member("mueller/0.9", made.sets, numerics, folder) for numerics in list_numerics(case, folder)]
     assert len(members) == 5 * 5 * 3 * 3
     found = [pricing.reach(member, 1, 1, 0.05) for member in members]
     costs = [one.core_hours for one in found if one is not None]

@@ -105,10 +105,9 @@ def test_results_without_blocks_have_no_error():
         {"domain": {"size": [0.08, 0.02, 0.06], "shape": "file"}},
         {"gas": {"outlets": [{"face": "left"}]}},
         {"particles": {"feeds": [{"rate": 10.0}]}},
-        {"contact": {"walls": [{"face": "left", "friction": 0.4}]}},
     ],
 )
-def test_what_stands_at_one_side_makes_no_mirror_image(change):
+def test_what_comes_or_goes_at_one_side_makes_no_mirror_image(change):
     run = make(np.random.default_rng(6))
     assert is_own_mirror_image(run)
     assert not is_own_mirror_image(Results(run.path, run.data, BOX | change))

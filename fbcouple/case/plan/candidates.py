@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from fbcouple.case.checks.mirror import find_one_sided
 from fbcouple.case.cost.coefficients import Coefficients
 from fbcouple.case.cost.means import FACTOR, PERIODS, Sureness
 from fbcouple.case.cost.prediction import Prediction, predict
@@ -30,6 +31,7 @@ SMALLEST, HALVINGS = 1e-4, 14
 """Least statistical error that is looked for, and how often its logarithm's range is halved."""
 FITTING = 10.0
 """`end_time` [s] at least of a case that is given means, until the plan finds its own."""
+MIRROR = "averages.mirror"
 _LONG = 1e6
 """An end [s] that comes after any means that could be wanted."""
 
@@ -138,7 +140,7 @@ class Pricing:
         assert member.case.averages is not None
         least = member.case.averages.blocks * member.case.averages.every
         if found.means.window < least:  # a sample in each block
-            found = self._predict(member, replicas, ranks, PERIODS * math.sqrt(found.means.period / least))
+            found = self._predict(member, replicas, ranks, found.means.error * math.sqrt(found.means.window / least))
         return found
 
     def _predict(self, member: Member, replicas: int, ranks: int, until: float) -> Candidate:
@@ -202,6 +204,9 @@ def _list_powers(most: int) -> list[int]:
     return sorted({*(2**n for n in range(most.bit_length())), most})
 
 
-def list_averages(case: Case) -> list[str]:
-    """Settings that give a case without means some from where its start-up ends, and a run that they fit into."""
-    return [] if case.averages else [f'averages.start="{AUTO}"', f"end_time={max(case.end_time, FITTING):g}"]
+def list_averages(case: Case, held: Sequence[str]) -> list[str]:
+    """Settings that give a case without means some from where its start-up ends, and a run that they fit into; and
+    mirror images in x where the bed is its own and `held`, the keys that are set, do not say."""
+    found = [] if case.averages else [f'averages.start="{AUTO}"', f"end_time={max(case.end_time, FITTING):g}"]
+    is_asked = MIRROR in held or (case.averages and case.averages.mirror)
+    return found if is_asked or any(find_one_sided(case, "x")) else [*found, f'{MIRROR}=["x"]']

@@ -128,7 +128,7 @@ def make_plan(
     held = [setting.partition("=")[0].strip() for setting in sets]
     case = load_case(name, sets)
     _require_bed(case, held)
-    sets = (*sets, *list_averages(case))
+    sets = (*sets, *list_averages(case, held))
     case = load_case(name, sets)
     _require_known(case, folder)
     members, left_out = _make_members(name, sets, case, folder, held)

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import PlainValidator, WithJsonSchema
 
-from fbcouple.case.schema.option import Amounts, Numbers, Positive, Section, Texts, option
+from fbcouple.case.schema.option import Amounts, Numbers, Positive, Section, Sides, Texts, option
 from fbcouple.case.schema.probes import Probes
 
 MeanMap = Literal[
@@ -77,6 +77,10 @@ class Averages(Section):
         "Mean map whose error ends the run, of a vector its component along z, or history; absent: solids_flux, "
         "without particles gas_velocity.",
         default=None,
+    )
+    mirror: Sides = option(
+        'Axes in whose middle plane the bed is its own mirror image, as ["x"]: samples are averaged with their images.',
+        default=(),
     )
 
 

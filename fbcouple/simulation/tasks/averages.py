@@ -15,6 +15,7 @@ from fbcouple.simulation.clock import ALMOST, Cadence
 from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.tasks.growing_means import GrowingMeans
 from fbcouple.simulation.tasks.means import Means
+from fbcouple.simulation.tasks.mirror import MirrorImages
 from fbcouple.simulation.tasks.samplers import (
     CellSampler,
     SolidsSampler,
@@ -37,6 +38,7 @@ class Averages(Task):
         self._cadence = Cadence(options.every, self._given)
         self._phases: dict[str, Means | GrowingMeans] = {}
         self._sampler: SolidsSampler | CellSampler | None = None
+        self._images = MirrorImages(sim.comm, sim.grid.cells, sim.owned, options.mirror) if options.mirror else None
         self._find_depth_mean: Callable[[np.ndarray], np.ndarray | None] | None = None
         self.until_sure: UntilSure | None = None
         """What ends the run when its means are sure enough; None where the case does not ask for it."""
@@ -72,9 +74,9 @@ class Averages(Task):
             return
         with sim.timers("average"):
             if self._sampler:
-                self._phases["solids"].add(sample_solids(self._sampler, sim), time)
+                self._add("solids", sample_solids(self._sampler, sim), time)
             if sim.has_gas:
-                self._phases["gas"].add(sample_gas(sim.gas.voidage, sim.gas.velocity, sim.gas.pressure), time)
+                self._add("gas", sample_gas(sim.gas.voidage, sim.gas.velocity, sim.gas.pressure), time)
             if sim.heat:
                 self._sample_heat(sim, time)
             if self.start_up:
@@ -84,10 +86,13 @@ class Averages(Task):
 
     def _sample_heat(self, sim: Simulation, time: float) -> None:
         if self._sampler:
-            self._phases["solids_heat"].add(sample_heat(self._sampler, sim), time)
+            self._add("solids_heat", sample_heat(self._sampler, sim), time)
         if sim.heat and sim.heat.gas:
             voidage = sim.gas.voidage
-            self._phases["gas_heat"].add(np.column_stack([voidage, voidage * sim.heat.gas.temperatures]), time)
+            self._add("gas_heat", np.column_stack([voidage, voidage * sim.heat.gas.temperatures]), time)
+
+    def _add(self, phase: str, rows: np.ndarray, time: float) -> None:
+        self._phases[phase].add(self._images.average(phase, rows) if self._images else rows, time)
 
     def collect(self, sim: Simulation) -> dict[str, np.ndarray]:
         """Name -> mean and, with `_stderr` behind it, its standard error in the cells of all ranks, on rank 0
