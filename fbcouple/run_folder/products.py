@@ -30,6 +30,7 @@ PICTURES = (
     "spectrum",
     "throughput",
     "bed_views",
+    "means_error",
     "measured_lines",
 )
 """Figures of one run."""
