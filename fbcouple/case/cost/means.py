@@ -12,12 +12,13 @@ from fbcouple.case.bed.speeds import SETTLED
 from fbcouple.case.schema.output import AUTO, find_first_sample, name_map
 from fbcouple.case.schema.sections import Case
 
-PERIODS = 0.38
+PERIODS = 0.7
 """Standard error of the map of vertical solids flux over the map, times the root of the bubble periods averaged."""
 MIRRORED = 0.85
 """What it is times where samples are averaged with their mirror images in x: 0.59 to 0.92 in six of Patil's beds."""
-FACTOR = 1.5
-"""Factor within which most beds are of it; one whose flow turns round once in many seconds misses by up to ten."""
+FACTOR = 2.5
+"""Factor within which eight of twelve beds are of it; one whose flow turns round once in many seconds misses by up to
+six."""
 START_UP = 4.0
 """Bubble periods that a start-up is taken to last where the run finds its end itself: mueller/0.9 in a box half as wide
 took one, patil/c1 about sixteen."""
