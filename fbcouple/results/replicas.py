@@ -98,10 +98,11 @@ def _average_windows(data: xr.Dataset, window: tuple[float, float]) -> dict[str,
 def estimate_window_error(values: np.ndarray) -> float:
     """Standard error of the mean of the rows `values` by blocks of them; nan where they are too short to tell it.
 
-    The correlation is seen best by many blocks: as many as are long enough against it are taken.
+    Long blocks hold the strokes of a bed, whose halves take each other's place; in few of them chance may look like a
+    correlation that is too long, which more of them then tell from it.
     """
     error = float("nan")
-    for count in (4 * WINDOW_BLOCKS, 2 * WINDOW_BLOCKS, WINDOW_BLOCKS):
+    for count in (WINDOW_BLOCKS, 2 * WINDOW_BLOCKS, 4 * WINDOW_BLOCKS):
         if np.isnan(error) and (length := len(values) // count):
             blocks = values[len(values) - length * count :].reshape(count, length).mean(axis=1)
             error = float(estimate_errors(blocks[:, None, None])[0, 0])
