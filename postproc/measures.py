@@ -89,8 +89,12 @@ def centre_fluctuation(results: Results) -> Measured:
 
 
 def measure(results: Results, number: Callable[[Results], float]) -> Measured:
-    """`number` of the time means of a run, with its standard error by blocks of the window."""
-    return Measured(number(results), estimate_number_error(results, number))
+    """`number` of the time means of a run, with its standard error by blocks, nan where they tell none."""
+    try:
+        error = estimate_number_error(results, number)
+    except NotDrawableError:
+        error = math.nan
+    return Measured(number(results), error)
 
 
 def freeboard_solids(results: Results) -> Measured:

@@ -311,6 +311,16 @@ def test_a_mean_without_a_standard_error_decides_nothing(make):
     assert above(Measured(1.0, float("nan"))).holds is None
 
 
+def test_a_clear_no_needs_no_error_of_the_others():
+    """Neighbours whose errors are not known may rise: that is not decided, unless the ends decide it."""
+    nan = float("nan")
+    unsure, far = Measured(2.0, nan), Measured(9.0, 0.1)
+    assert settle("", fall([Measured(1.0, 0.1), unsure, far])).holds is False
+    open_end = settle("", fall([far, unsure, Measured(1.0, 0.1)]))
+    assert open_end.holds is None and "no standard error" in open_end.why
+    assert settle("", fall([far, Measured(5.0, 0.1), Measured(1.0, 0.1)])).holds is True
+
+
 def test_the_twin_of_a_bed_counts_under_its_second_name(make):
     """Two runs of C4-0.1, which is C5-0.1, are one for each; one alone is both; another sub-grid model is no twin."""
     calm, wild = make("c4-0.1", unrest=0.01), make("c5-0.1", unrest=0.09, end=12.0)

@@ -56,7 +56,10 @@ def within(value: Measured, middle: float, allowed: float) -> Answer:
 
 
 def _stretch(error: float, apart: float) -> float:
-    """Factor on the window by which the error falls to half of the distance from the margin."""
+    """Factor on the window by which the error falls to half of the distance from the margin; nan where there is no
+    error."""
+    if math.isnan(error):
+        return math.nan
     return math.inf if apart == 0.0 else (2.0 * error / apart) ** 2
 
 
@@ -64,7 +67,8 @@ def fall(values: Sequence[Measured]) -> list[Answer]:
     """Whether the values fall from the first to the last, and rise nowhere between neighbours by more than their
     errors."""
     rises = [after - before for before, after in pairwise(values)]
-    return [above(values[0] - values[-1]), *(Answer(False) for rise in rises if rise.is_above(0.0))]
+    unknown = [Answer(None, math.nan) for rise in rises if math.isnan(rise.error)]
+    return [above(values[0] - values[-1]), *unknown, *(Answer(False) for rise in rises if rise.is_above(0.0))]
 
 
 def rise(values: Sequence[Measured]) -> list[Answer]:
@@ -95,6 +99,9 @@ def settle(measured: str, answers: Iterable[Answer]) -> Finding:
 
 
 def word(values: Iterable[Measured], factor: float = 1.0, unit: str = "") -> str:
-    """Values with their standard errors, in `unit` after `factor`."""
-    text = ", ".join(f"{factor * value.value:.3g} ± {factor * value.error:.1g}" for value in values)
+    """Values with their standard errors, where they are known, in `unit` after `factor`."""
+    text = ", ".join(
+        f"{factor * value.value:.3g} ± " + (f"{factor * value.error:.1g}" if math.isfinite(value.error) else "?")
+        for value in values
+    )
     return f"{text} {unit}".strip()
