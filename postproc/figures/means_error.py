@@ -13,11 +13,12 @@ from matplotlib.ticker import FuncFormatter
 from fbcouple.postproc.figures.registry import comparison, figure
 from fbcouple.postproc.style import COLUMN, GREY, LINES, lay_out, wrap_label
 from fbcouple.results.block_errors import compare_with_map, estimate_errors
-from fbcouple.results.block_means import REPLICA, SAMPLES, START, has_blocks, pack_blocks
+from fbcouple.results.block_means import SAMPLES, START, has_blocks, pack_blocks
 from fbcouple.results.reader import NotDrawableError, NotMeantError, Results
 
 MAPS = {"vertical solids flux": 4, "solids fraction": 0}
 """Depth-mean maps, and which number of a place in a block each is of."""
+NOTE = "root mean square over the depth-mean map; dotted: as the root of the averaged time"
 _FEWEST = 3
 
 
@@ -39,7 +40,7 @@ def follow_error(results: Results, column: int) -> Growing:
     Raises: NotMeantError without blocks of the solids, or of a pool; NotDrawableError if the window is too short to
     tell any error.
     """
-    if not has_blocks(results.data) or REPLICA in results.data:
+    if not has_blocks(results.data) or results.replicas > 1:
         raise NotMeantError([f"{results.path} has no blocks of one run's window."])
     rows, starts = pack_blocks(results.data)[:, column], results.data[START].values
     full = results.data[SAMPLES].values >= results.data[SAMPLES].values[0]
@@ -67,8 +68,7 @@ def means_error(results: Results) -> Figure:
     lines = {name: follow_error(results, column) for name, column in MAPS.items() if _is_told(results, column)}
     if not lines:
         follow_error(results, MAPS["vertical solids flux"])
-    note = "root mean square over the depth-mean map; dotted: as the root of the averaged time"
-    picture = lay_out(results.title, COLUMN, 2.5, note)
+    picture = lay_out(results.title, COLUMN, 2.7, NOTE)
     axes = picture.subplots()
     for (name, line), style in zip(lines.items(), LINES, strict=False):
         _draw(axes, line, name, style, results)
@@ -84,7 +84,7 @@ def means_error(results: Results) -> Figure:
             color=GREY,
             size="small",
         )
-    _finish(axes)
+    _finish(picture, axes)
     return picture
 
 
@@ -94,13 +94,12 @@ def means_errors(runs: Sequence[Results]) -> Figure:
     told = [run for run in runs if _is_told(run, MAPS["vertical solids flux"])]
     if len(told) < 2:
         raise NotMeantError(["fewer than two runs tell an error of their means."])
-    picture = lay_out(
-        "Error of the mean solids flux against run time", COLUMN, 2.6, "root mean square over the depth-mean map"
-    )
+    rows = (len(told) + 1) // 2
+    picture = lay_out("Error of the mean solids flux against run time", COLUMN, 2.5 + 0.16 * rows, NOTE)
     axes = picture.subplots()
     for run, style in zip(told, _cycle(len(told)), strict=True):
         _draw(axes, follow_error(run, MAPS["vertical solids flux"]), wrap_label(run.label), style, run)
-    _finish(axes)
+    _finish(picture, axes)
     return picture
 
 
@@ -124,9 +123,9 @@ def _draw(axes: Axes, line: Growing, name: str, style: dict[str, object], result
     axes.loglog(line.core_hours, guide, color=style["color"], linestyle=":", linewidth=0.8)
 
 
-def _finish(axes: Axes) -> None:
+def _finish(picture: Figure, axes: Axes) -> None:
     axes.set(xlabel="Core-hours", ylabel="Standard error over the mean")
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axis.set_minor_formatter(FuncFormatter(lambda value, _: f"{value:.2g}" if f"{value:e}"[0] in "25" else ""))
-    axes.legend(loc="best")
+    picture.legend(loc="outside lower center", ncols=2, handlelength=2.4)

@@ -7,7 +7,7 @@ from whole_run import write_whole
 from fbcouple.postproc import FIGURES
 from fbcouple.postproc.figures.means_error import MAPS, follow_error, means_errors
 from fbcouple.postproc.figures.registry import COMPARISONS
-from fbcouple.results.block_means import BLOCKS, REPLICA
+from fbcouple.results.block_means import BLOCKS
 from fbcouple.results.reader import NotDrawableError, NotMeantError, Results, open_results
 
 
@@ -34,11 +34,11 @@ def test_it_falls_with_the_root_of_the_window(run):
 
 
 def test_figure_and_comparison(run):
-    axes = FIGURES["means_error"](run).axes[0]
-    assert axes.get_xscale() == axes.get_yscale() == "log"
-    assert axes.get_legend().get_texts()[0].get_text() == "vertical solids flux"
+    picture = FIGURES["means_error"](run)
+    assert picture.axes[0].get_xscale() == picture.axes[0].get_yscale() == "log"
+    assert picture.legends[0].get_texts()[0].get_text() == "vertical solids flux"
     other = Results(run.path, run.data, run.case, "other")
-    lines = COMPARISONS["means_errors"]([run, other]).axes[0].get_legend().get_texts()
+    lines = COMPARISONS["means_errors"]([run, other]).legends[0].get_texts()
     assert [text.get_text() for text in lines] == ["bed", "other"]
     with pytest.raises(NotMeantError, match="fewer than two"):
         means_errors([run])
@@ -46,7 +46,7 @@ def test_figure_and_comparison(run):
 
 def test_what_has_none_is_left_out(run):
     bare = Results(run.path, run.data.drop_dims("block"), run.case)
-    pooled = run.data.assign({REPLICA: ("block", np.ones(18, dtype=int))})
+    pooled = run.data.assign_attrs(replicas=2)
     for results in (bare, Results(run.path, pooled, run.case)):
         with pytest.raises(NotMeantError, match="no blocks of one run"):
             FIGURES["means_error"](results)
