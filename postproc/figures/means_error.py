@@ -19,6 +19,8 @@ from fbcouple.results.reader import NotDrawableError, NotMeantError, Results
 MAPS = {"vertical solids flux": 4, "solids fraction": 0}
 """Depth-mean maps, and which number of a place in a block each is of."""
 NOTE = "root mean square over the depth-mean map; dotted: as the root of the averaged time"
+SHORT = 16
+"""Letters of a label of which two stand side by side."""
 _FEWEST = 3
 
 
@@ -94,12 +96,14 @@ def means_errors(runs: Sequence[Results]) -> Figure:
     told = [run for run in runs if _is_told(run, MAPS["vertical solids flux"])]
     if len(told) < 2:
         raise NotMeantError(["fewer than two runs tell an error of their means."])
-    rows = (len(told) + 1) // 2
-    picture = lay_out("Error of the mean solids flux against run time", COLUMN, 2.5 + 0.16 * rows, NOTE)
+    labels = [wrap_label(run.label) for run in told]
+    columns = 2 if max(map(len, labels)) <= SHORT else 1
+    lines = sum(label.count("\n") + 1 for label in labels) / columns
+    picture = lay_out("Error of the mean solids flux against run time", COLUMN, 2.5 + 0.16 * lines, NOTE)
     axes = picture.subplots()
-    for run, style in zip(told, _cycle(len(told)), strict=True):
-        _draw(axes, follow_error(run, MAPS["vertical solids flux"]), wrap_label(run.label), style, run)
-    _finish(picture, axes)
+    for run, label, style in zip(told, labels, _cycle(len(told)), strict=True):
+        _draw(axes, follow_error(run, MAPS["vertical solids flux"]), label, style, run)
+    _finish(picture, axes, columns)
     return picture
 
 
@@ -123,9 +127,9 @@ def _draw(axes: Axes, line: Growing, name: str, style: dict[str, object], result
     axes.loglog(line.core_hours, guide, color=style["color"], linestyle=":", linewidth=0.8)
 
 
-def _finish(picture: Figure, axes: Axes) -> None:
+def _finish(picture: Figure, axes: Axes, columns: int = 2) -> None:
     axes.set(xlabel="Core-hours", ylabel="Standard error over the mean")
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axis.set_minor_formatter(FuncFormatter(lambda value, _: f"{value:.2g}" if f"{value:e}"[0] in "25" else ""))
-    picture.legend(loc="outside lower center", ncols=2, handlelength=2.4)
+    picture.legend(loc="outside lower center", ncols=columns, handlelength=2.4)
