@@ -67,7 +67,7 @@ def _count_core_hours(results: Results, times: np.ndarray) -> np.ndarray:
 def means_error(results: Results) -> Figure:
     """Standard error of the mean maps of solids flux and fraction over the maps, against what the run had cost by
     then."""
-    lines = {name: follow_error(results, column) for name, column in MAPS.items() if _is_told(results, column)}
+    lines = {name: line for name, column in MAPS.items() if (line := _find_told(results, column))}
     if not lines:
         follow_error(results, MAPS["vertical solids flux"])
     picture = lay_out(results.title, COLUMN, 2.7, NOTE)
@@ -93,26 +93,25 @@ def means_error(results: Results) -> Figure:
 @comparison
 def means_errors(runs: Sequence[Results]) -> Figure:
     """Standard error of the mean map of vertical solids flux over the map against what each run had cost."""
-    told = [run for run in runs if _is_told(run, MAPS["vertical solids flux"])]
+    told = [(run, line) for run in runs if (line := _find_told(run, MAPS["vertical solids flux"]))]
     if len(told) < 2:
         raise NotMeantError(["fewer than two runs tell an error of their means."])
-    labels = [wrap_label(run.label) for run in told]
+    labels = [wrap_label(run.label) for run, _ in told]
     columns = 2 if max(map(len, labels)) <= SHORT else 1
-    lines = sum(label.count("\n") + 1 for label in labels) / columns
-    picture = lay_out("Error of the mean solids flux against run time", COLUMN, 2.5 + 0.16 * lines, NOTE)
+    height = 2.5 + 0.16 * sum(label.count("\n") + 1 for label in labels) / columns
+    picture = lay_out("Error of the mean solids flux against run time", COLUMN, height, NOTE)
     axes = picture.subplots()
-    for run, label, style in zip(told, labels, _cycle(len(told)), strict=True):
-        _draw(axes, follow_error(run, MAPS["vertical solids flux"]), label, style, run)
+    for (run, line), label, style in zip(told, labels, _cycle(len(told)), strict=True):
+        _draw(axes, line, label, style, run)
     _finish(picture, axes, columns)
     return picture
 
 
-def _is_told(results: Results, column: int) -> bool:
+def _find_told(results: Results, column: int) -> Growing | None:
     try:
-        follow_error(results, column)
+        return follow_error(results, column)
     except NotDrawableError:
-        return False
-    return True
+        return None
 
 
 def _cycle(count: int) -> list[dict[str, object]]:
