@@ -90,7 +90,7 @@ def settle(measured: str, answers: Iterable[Answer]) -> Finding:
     if not waits:
         return Finding(measured, True)
     if any(map(math.isnan, waits)):
-        return Finding(measured, None, "a number has no standard error yet: longer windows")
+        return Finding(measured, None, "a number has no standard error: longer windows, or results with blocks")
     longest = max(waits)
     if longest > LONGEST:
         return Finding(measured, None, "within two standard errors: a number lies on its margin")
