@@ -24,7 +24,7 @@ class Study(Section):
     reference: dict[str, Any] = option(
         "Case keys and values of the finest member, which is no member itself.", default={}
     )
-    measures: Texts = option("What is measured: name, or name:argument, of the registry in fbcouple/study/measures.py.")
+    measures: Texts = option("What is measured: name, or name:argument, of the registry in fbcouple/study/measures/.")
     cost: Literal["wall", "cpu"] = option(
         "Cost of a member: wall time of its ranks, or their processor time, on a machine that others use too.",
         default="wall",

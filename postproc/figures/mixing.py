@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -23,7 +23,8 @@ LEAST = 4.0
 MIXED = 0.9
 """Index from which a bed is called mixed."""
 _MOST = 200
-_HALVES = ("right", "back", "upper")
+HALVES = {axis: f"{axis} half at the start" for axis in ("right", "back", "upper")}
+"""Halves of the bed that are followed, across x, y and z."""
 
 
 @dataclass(frozen=True)
@@ -42,8 +43,10 @@ class Mixing:
         return float(self.time[mixed[0]]) if len(mixed) else float("nan")
 
 
-def follow_mixing(results: Results) -> list[Mixing]:
+def follow_mixing(results: Results, edge: float | None = None) -> list[Mixing]:
     """The mixing of a run with frames: of each species but the first, of each feed, of halves of the bed as it began.
+
+    edge: that of a sample [m]; by default `EDGE` largest diameters.
 
     Raises: NotDrawableError if nothing is mixed with anything; NotMeantError if there are no frames, and one kind of
     particles that does not come and go.
@@ -53,19 +56,28 @@ def follow_mixing(results: Results) -> list[Mixing]:
     except NotDrawableError as lack:
         asked = "mass_fed" in results.data or "species_centre_z" in results.data
         raise lack if asked else NotMeantError(list(lack.problems)) from lack
-    found = _follow(tuple(paths), paths[-1].stat().st_mtime_ns)
+    found = _follow(tuple(paths), paths[-1].stat().st_mtime_ns, edge)
     if not found:
         raise NotDrawableError([f"{results.path}: no frame has two kinds of particles, or parts of the first bed."])
     return list(found)
 
 
+def find_largest_diameter(results: Results) -> float:
+    """The largest diameter [m] in the first and the last frame; of parcels, theirs. Raises: NotDrawableError if there
+    are no frames."""
+    return _find_largest(list_frames(results))
+
+
+def _find_largest(paths: Sequence[Path]) -> float:
+    return max(float(read_frame(path).diameters.max(initial=0.0)) for path in (paths[0], paths[-1]))
+
+
 @lru_cache(maxsize=2)
-def _follow(paths: tuple[Path, ...], newest: int) -> tuple[Mixing, ...]:
-    first = read_frame(paths[0])
-    diameters = [float(read_frame(path).diameters.max(initial=0.0)) for path in (paths[0], paths[-1])]
-    if not max(diameters):
+def _follow(paths: tuple[Path, ...], newest: int, edge: float | None) -> tuple[Mixing, ...]:
+    first, largest, times = read_frame(paths[0]), _find_largest(paths), np.empty(len(paths))
+    if not largest:
         return ()
-    edge, times = EDGE * max(diameters), np.empty(len(paths))
+    edge = edge or EDGE * largest
     halves = _find_halves(first, edge)
     rows: dict[str, np.ndarray] = {}
     for row, path in enumerate(paths):
@@ -81,7 +93,7 @@ def _follow(paths: tuple[Path, ...], newest: int) -> tuple[Mixing, ...]:
 def _find_halves(first: Frame, edge: float) -> dict[str, np.ndarray]:
     """Numbers of the particles in halves of the bed `first`, across each axis along which it is long enough."""
     halves = {}
-    for axis, name in enumerate(_HALVES):
+    for axis, name in enumerate(HALVES.values()):
         places = first.positions[:, axis]
         if len(places) and np.ptp(places) >= LEAST * edge:
             halves[name] = first.numbers[places > np.median(places)]
@@ -100,7 +112,7 @@ def _mark(
             yield f"feed {feed}", slice(None), frame.feeds == feed
     there = np.flatnonzero(np.isin(frame.numbers, known))
     for name, half in halves.items():
-        yield f"{name} half at the start", there, np.isin(frame.numbers[there], half)
+        yield name, there, np.isin(frame.numbers[there], half)
 
 
 @figure

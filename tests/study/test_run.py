@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from fbcouple.case.bed.drag_balance import terminal_velocity
 from fbcouple.case.load import load_case
 from fbcouple.cli.main import cli
-from fbcouple.study.measures import _solve_path
+from fbcouple.study.measures.against_theory import _solve_path
 from fbcouple.study.runs import run_case
 
 SHORT = (("[set]\n", "[set]\nend_time = 0.04\noutput.record_every = 2e-3\n"), ('"exponential"]', '"semi-implicit"]'))

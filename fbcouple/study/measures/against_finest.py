@@ -1,0 +1,78 @@
+"""Measures against the finest member: histories, maps, and how the bed moves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import xarray as xr
+
+from fbcouple.errors import CaseError
+from fbcouple.input_files.measured_lines import QUANTITIES
+from fbcouple.postproc.measures import mean_of_history
+from fbcouple.results.depth_means import depth_average
+from fbcouple.results.reader import Results
+from fbcouple.results.writer import HISTORIES
+from fbcouple.study.measures.registry import Error, Finished, measure
+
+
+@measure("finest", arguments=tuple(HISTORIES), needs_reference=True)
+def compare_finest(run: Finished, argument: str, reference: Finished | None) -> Error:
+    """Root mean square distance of a history from the finest member's, over the range of that one."""
+    assert reference is not None
+    here, there = run.results.history(argument), reference.results.history(argument)
+    known = np.isfinite(there.values)
+    time, wanted = there["time"].values[known], there.values[known]
+    found = np.isfinite(here.values)
+    values = np.interp(time, here["time"].values[found], here.values[found])
+    scale = float(np.ptp(wanted)) or abs(float(wanted[-1])) or 1.0
+    error = float(np.sqrt(np.mean((values - wanted) ** 2))) / scale
+    return Error(float(values[-1]), float(wanted[-1]), HISTORIES[argument][0], error)
+
+
+@measure("history-mean", arguments=tuple(HISTORIES), needs_reference=True)
+def compare_history_mean(run: Finished, argument: str, reference: Finished | None) -> Error:
+    """Time mean of a history over the averaging window against the finest member's; `stderr` is that of both."""
+    assert reference is not None
+    here, there = (mean_of_history(one.results, argument) for one in (run, reference))
+    if not there.value:
+        raise CaseError([f"history-mean:{argument}: the finest member's is 0, and nothing is a part of it."])
+    error, chance = abs(here.value / there.value - 1.0), math.hypot(here.error, there.error) / abs(there.value)
+    return Error(here.value, there.value, HISTORIES[argument][0], error, chance)
+
+
+@measure("means", arguments=tuple(QUANTITIES), needs_reference=True)
+def compare_means(run: Finished, argument: str, reference: Finished | None) -> Error:
+    """Root mean square distance of a time mean over width and height from the finest member's, depth means both, over
+    the range of that one; `stderr` is the distance that the block errors of the two alone would make."""
+    return _compare_maps(run, argument, reference, lambda there: float(there.max() - there.min()))
+
+
+@measure("maps", arguments=tuple(QUANTITIES), needs_reference=True)
+def compare_maps(run: Finished, argument: str, reference: Finished | None) -> Error:
+    """As `means`, over the root mean square of the finest member's map in place of its range: so the standard error of
+    a map is told, `averages.until_error`."""
+    return _compare_maps(run, argument, reference, lambda there: math.sqrt(float((there**2).mean())))
+
+
+def _compare_maps(
+    run: Finished, argument: str, reference: Finished | None, find_scale: Callable[[xr.DataArray], float]
+) -> Error:
+    assert reference is not None
+    there = _average(reference.results, argument)
+    here, own = (
+        _average(run.results, name).interp(x=there["x"], z=there["z"]) for name in (argument, f"{argument}_stderr")
+    )
+    away = here - there
+    noise = own**2 + _average(reference.results, f"{argument}_stderr") ** 2
+    scale = find_scale(there)
+    rms = math.sqrt(float((away**2).mean()))
+    chance = math.sqrt(float(noise.where(np.isfinite(away)).mean()))
+    return Error(float(here.mean()), float(there.mean()), QUANTITIES[argument], rms / scale, chance / scale)
+
+
+def _average(results: Results, name: str) -> xr.DataArray:
+    """Depth average of a time mean, of a vector its vertical component."""
+    field = results.data[name].astype(float)
+    return depth_average(field.sel(component="z") if "component" in field.dims else field)
