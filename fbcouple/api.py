@@ -29,7 +29,7 @@ from fbcouple.launcher.launch import is_complete, launch
 from fbcouple.launcher.progress import RunProgress
 from fbcouple.launcher.stop_signals import Requests
 from fbcouple.paths import LOG
-from fbcouple.results.writer import read_log
+from fbcouple.results.line_log import read_log
 from fbcouple.run_folder.checkpoint import list_checkpoints
 from fbcouple.run_folder.failure import read_note
 from fbcouple.run_folder.lock import is_held

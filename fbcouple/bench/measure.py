@@ -14,7 +14,7 @@ from mpi4py import MPI
 
 from fbcouple.bench.lammps import SETTLE
 from fbcouple.case.schema.sections import Case
-from fbcouple.results.writer import STAGES
+from fbcouple.results.variables import STAGES
 from fbcouple.simulation.loop import start, step
 from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.task_list import list_tasks

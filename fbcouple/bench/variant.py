@@ -11,7 +11,7 @@ from mpi4py import MPI
 from fbcouple.bench.measure import open_run, time_coupled
 from fbcouple.bench.memory import find_arrays
 from fbcouple.case.schema.sections import Case
-from fbcouple.results.writer import STAGES
+from fbcouple.results.variables import STAGES
 from fbcouple.simulation.tasks.averages import Averages
 
 _BLOCKS = 10

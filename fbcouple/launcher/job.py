@@ -17,7 +17,7 @@ from fbcouple.machine.cache import list_compiled
 from fbcouple.machine.environment import missing_program, mpi_environment
 from fbcouple.machine.stop_signals import LONGEST_WAIT, follow_parent
 from fbcouple.paths import HEARTBEAT, LOG
-from fbcouple.results.writer import read_line
+from fbcouple.results.line_log import read_line
 from fbcouple.run_folder.checkpoint import format_newest
 from fbcouple.run_folder.failure import correct_note, give_room_back, read_failure
 from fbcouple.run_folder.lock import Lock

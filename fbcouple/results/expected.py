@@ -11,7 +11,14 @@ import xarray as xr
 
 from fbcouple.results.block_means import BLOCKS, REPLICA, SAMPLES, START
 from fbcouple.results.probes import PROBED, find_dimensions, list_tables, name_variable
-from fbcouple.results.writer import EXITS, HISTORIES, HISTORIES_OF_OUTLETS, HISTORIES_OF_SPECIES, HISTORY_VECTORS, MEANS
+from fbcouple.results.variables import (
+    EXITS,
+    HISTORIES,
+    HISTORIES_OF_OUTLETS,
+    HISTORIES_OF_SPECIES,
+    HISTORY_VECTORS,
+    MEANS,
+)
 
 SECTIONS = ("domain", "gas", "particles", "contact", "exchange", "averages", "output", "start")
 Is = Callable[[Any], bool]

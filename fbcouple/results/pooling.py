@@ -25,7 +25,7 @@ import xarray as xr
 from fbcouple.results.block_means import join_blocks
 from fbcouple.results.conventions import STANDARD_ERROR
 from fbcouple.results.replicas import WINDOW_BLOCKS, Replica, require_alike
-from fbcouple.results.writer import HISTORIES, MEANS
+from fbcouple.results.variables import HISTORIES, MEANS
 
 REPLICAS, WINDOW_MEAN = "replicas", "window_mean"
 """Attribute of a pooled results.nc: how many replicas are in it. `replicas_of` tells of each, as JSON."""

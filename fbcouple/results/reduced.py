@@ -18,7 +18,8 @@ from fbcouple.results.depth_means import depth_average
 from fbcouple.results.pooling import OF_MASS, OF_SOLIDS, pool
 from fbcouple.results.reader import sample
 from fbcouple.results.replicas import OF_EACH, REDUCED, Replica
-from fbcouple.results.writer import HISTORIES, HISTORIES_OF_SPECIES, MEANS, write_dataset
+from fbcouple.results.variables import HISTORIES, HISTORIES_OF_SPECIES, MEANS
+from fbcouple.results.writer import write_dataset
 
 ROWS = 200
 """Rows of a history that are kept."""

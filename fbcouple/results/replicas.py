@@ -20,7 +20,7 @@ from fbcouple.results.block_means import take_blocks
 from fbcouple.results.conventions import STANDARD_ERROR
 from fbcouple.results.expected import find_faults
 from fbcouple.results.stored import load
-from fbcouple.results.writer import HISTORIES, MEANS
+from fbcouple.results.variables import HISTORIES, MEANS
 
 WINDOW_BLOCKS = 16
 """Blocks, at the fewest, that the rows of a history in the window are cut into, for its error within a replica."""

@@ -17,7 +17,7 @@ from fbcouple.coupling.coupling import Coupling
 from fbcouple.coupling.particles import NOBODY, Particles
 from fbcouple.errors import CaseError
 from fbcouple.geometry.grid import Grid
-from fbcouple.results.writer import STAGES
+from fbcouple.results.variables import STAGES
 from fbcouple.simulation.conservation import Conservation
 from fbcouple.simulation.heat import Heat
 from fbcouple.simulation.opening import start_solvers

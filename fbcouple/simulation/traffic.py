@@ -21,7 +21,7 @@ from fbcouple.decks.open_walls import name_opening
 from fbcouple.errors import DivergedError
 from fbcouple.geometry.grid import Grid
 from fbcouple.geometry.sides import SIDES
-from fbcouple.results.writer import EXITS
+from fbcouple.results.variables import EXITS
 from fbcouple.simulation.clock import Clock
 from fbcouple.simulation.exits import make_exits
 from fbcouple.simulation.feed import FeedSource, FreeSpace

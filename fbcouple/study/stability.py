@@ -14,7 +14,7 @@ from fbcouple.case.bed.particle_types import mean_volume
 from fbcouple.case.load import load_case
 from fbcouple.case.preflight import estimate
 from fbcouple.case.schema.sections import Case
-from fbcouple.results.writer import read_line
+from fbcouple.results.line_log import read_line
 from fbcouple.study.indicators import judge, read_indicators
 from fbcouple.study.runs import Ending, run_case, run_from_middle, run_side_by_side
 from fbcouple.study.scenes import Scene, list_scenes

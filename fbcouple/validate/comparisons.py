@@ -17,7 +17,7 @@ from fbcouple.postproc.figures.spectrum import SIGNALS, find_spectrum
 from fbcouple.postproc.sections import find_passing, read_section
 from fbcouple.postproc.statistics import FEWEST, estimate_error
 from fbcouple.results.reader import NotDrawableError, Results
-from fbcouple.results.writer import HISTORIES
+from fbcouple.results.variables import HISTORIES
 from fbcouple.validate.schema import Measurement
 
 

@@ -21,7 +21,7 @@ from fbcouple.case.load import load_case, write_case
 from fbcouple.cli.main import cli
 from fbcouple.decks.render import set_up
 from fbcouple.errors import CaseError
-from fbcouple.results.writer import read_log
+from fbcouple.results.line_log import read_log
 from fbcouple.run_folder.checkpoint import list_checkpoints
 
 BED = """

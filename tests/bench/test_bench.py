@@ -25,7 +25,7 @@ from fbcouple.cli.main import cli
 from fbcouple.decks.render import render_decks
 from fbcouple.errors import CaseError
 from fbcouple.geometry.grid import Grid
-from fbcouple.results.writer import STAGES
+from fbcouple.results.variables import STAGES
 
 
 @pytest.mark.parametrize("cells", [(12, 12, 12), (24, 12, 12), (64, 12, 12)])

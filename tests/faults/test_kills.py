@@ -18,7 +18,7 @@ from small_bed import PATIENCE, await_true, find_differences, find_ranks, prepar
 from fbcouple.case.load import load_case
 from fbcouple.errors import CaseError
 from fbcouple.launcher.launch import launch
-from fbcouple.results.writer import read_line
+from fbcouple.results.line_log import read_line
 from fbcouple.run_folder.checkpoint import list_checkpoints, read
 
 SETS = ["checkpoint.every=2e-4", "checkpoint.moment_steps=1", "output.save_every=1e-3"]

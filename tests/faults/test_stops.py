@@ -17,7 +17,7 @@ from small_bed import PATIENCE, await_true, find_differences, find_ranks, prepar
 from fbcouple.errors import CaseError
 from fbcouple.launcher.launch import launch
 from fbcouple.machine.stop_signals import LONGEST_WAIT
-from fbcouple.results.writer import read_line
+from fbcouple.results.line_log import read_line
 
 LONG = ["checkpoint.every=5e-4"]
 

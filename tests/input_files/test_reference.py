@@ -4,7 +4,7 @@ import pytest
 
 from fbcouple.errors import CaseError
 from fbcouple.input_files.measured_lines import QUANTITIES, Reference, parse_reference, read_line, read_points
-from fbcouple.results.writer import MEANS
+from fbcouple.results.variables import MEANS
 
 
 def test_a_reference_is_quantity_height_and_file():

@@ -16,7 +16,7 @@ from fbcouple.postproc.figures.measured_lines import draw_measured_lines
 from fbcouple.postproc.report.monitors import MONITORS
 from fbcouple.results.depth_means import depth_average
 from fbcouple.results.reader import NotDrawableError, open_results
-from fbcouple.results.writer import write_results
+from fbcouple.results.writer import MeshTable, write_results
 
 CELLS, SIZE = (4, 4, 5), (0.08, 0.08, 0.25)
 CASE = """
@@ -53,7 +53,7 @@ def run(tmp_path):
     about = {"case": CASE, "averaging_start": 1.0, "averaging_end": 20.0, "complete": 1, "bed_section": 0.005}
     volumes = np.full(len(centres), 1e-6)
     table = {"centres": centres, "volumes": volumes, "samples": samples}
-    write_results(tmp_path / "results.nc", grid, means, history, about, **table)
+    write_results(tmp_path / "results.nc", grid, means, history, about, mesh=MeshTable(**table))
     return tmp_path
 
 

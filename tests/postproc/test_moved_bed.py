@@ -16,7 +16,7 @@ from fbcouple.postproc.report.monitors import MONITORS
 from fbcouple.postproc.report.tables import tabulate_statistics
 from fbcouple.postproc.style import journal_style
 from fbcouple.results.reader import open_results
-from fbcouple.results.writer import write_results
+from fbcouple.results.writer import MeshTable, write_results
 from tests.postproc.whole_run import SIZE, write_whole
 
 CORNER = (-0.04, 2.0, 0.3)
@@ -106,7 +106,7 @@ def test_a_round_mesh_about_its_axis_is_drawn_whole(tmp_path):
     history = [{"time": 0.1, "bed_height": 0.1, "wall": dict.fromkeys(_stages(), 0.0)}]
     table = {"centres": centres, "volumes": np.full(len(centres), 1e-6), "samples": samples}
     about = {"case": text, "averaging_start": 0.0, "averaging_end": 1.0, "complete": 1}
-    write_results(tmp_path / "results.nc", grid, means, history, about, **table)
+    write_results(tmp_path / "results.nc", grid, means, history, about, mesh=MeshTable(**table))
     results = open_results(tmp_path)
     shown = np.ma.asarray(solids_fraction(results).axes[0].collections[0].get_array())
     assert not shown.mask.any(), "the middle of each column is inside"

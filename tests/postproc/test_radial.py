@@ -15,7 +15,7 @@ from fbcouple.postproc.radial import find_radial_profile, list_radial_heights
 from fbcouple.postproc.spreadsheets import export_tables
 from fbcouple.postproc.style import journal_style
 from fbcouple.results.reader import NotMeantError, open_results
-from fbcouple.results.writer import write_results
+from fbcouple.results.writer import MeshTable, write_results
 from tests.postproc.test_labels import list_cut
 from tests.postproc.whole_run import write_whole
 
@@ -67,7 +67,7 @@ def run(tmp_path):
     history = [{"time": 0.1 * n, "pressure_drop": drop, "wall": dict.fromkeys(stages, 0.0)} for n, drop in drops]
     about = {"case": CASE, "averaging_start": 1.0, "averaging_end": 20.0, "complete": 1, "bed_section": 0.005}
     table = {"centres": centres, "volumes": np.full(len(centres), 1e-6), "samples": samples}
-    write_results(tmp_path / "results.nc", grid, means, history, about, **table)
+    write_results(tmp_path / "results.nc", grid, means, history, about, mesh=MeshTable(**table))
     return tmp_path
 
 

@@ -21,7 +21,7 @@ from fbcouple.postproc.report.report import write_report
 from fbcouple.postproc.report.tables import make_plain, tabulate_statistics
 from fbcouple.postproc.report.wording import keep_units, show
 from fbcouple.results.reader import open_results
-from fbcouple.results.writer import HISTORIES
+from fbcouple.results.variables import HISTORIES
 from tests.postproc.frames_of_bed import write_frames
 from tests.postproc.whole_run import (
     BUBBLE,

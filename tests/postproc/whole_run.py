@@ -11,7 +11,8 @@ import xarray as xr
 from fbcouple.geometry.grid import Grid
 from fbcouple.results.block_means import lay_out_blocks
 from fbcouple.results.probes import ProbeSet, Rows
-from fbcouple.results.writer import STAGES, write_results
+from fbcouple.results.variables import STAGES
+from fbcouple.results.writer import Extras, write_results
 
 SIZE = (0.08, 0.015, 0.25)
 PRESSURE_FREQUENCY, HEIGHT_FREQUENCY, TAP_FREQUENCY = 2.5, 2.0, 3.0
@@ -83,7 +84,7 @@ def write_whole(
     snapshots, probes = make_snapshots(grid), make_probes(run)
     means, history = make_means(grid, shift), make_history()
     blocks = lay_out_blocks(range(2, 20), [500] * 18, make_blocks(means))
-    write_results(run / "results.nc", grid, means, history, attributes, snapshots, probes=probes, blocks=blocks)
+    write_results(run / "results.nc", grid, means, history, attributes, Extras(snapshots, probes=probes, blocks=blocks))
     return run
 
 

@@ -13,7 +13,8 @@ from netCDF4 import Dataset
 import fbcouple
 from fbcouple.geometry.grid import Grid
 from fbcouple.results.conventions import follow_conventions
-from fbcouple.results.writer import HISTORIES, MEANS, STAGES, write_results
+from fbcouple.results.variables import HISTORIES, MEANS, STAGES
+from fbcouple.results.writer import Extras, write_results
 
 UNITS = {"1", "s", "m", "m3", "J", "Pa", "m s-1", "m2 s-2", "kg m-2 s-1", "kg", "kg m s-1", "K", "W"}
 METHODS = {"time: mean", "time: maximum", "time: sum"}
@@ -31,7 +32,7 @@ def stored(tmp_path):
     rows = [same | {"time": 0.1 * n} for n in range(3)]
     snapshots = [(0.1, np.ones((3, 4))), (0.2, np.ones((3, 4)))]
     about = {"title": "a bed", "source": "fbcouple 0.1.0"}
-    write_results(tmp_path / "results.nc", grid, means, rows, about, snapshots)
+    write_results(tmp_path / "results.nc", grid, means, rows, about, Extras(snapshots))
     with Dataset(tmp_path / "results.nc") as data:
         yield data
 

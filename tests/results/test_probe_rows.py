@@ -8,8 +8,9 @@ import xarray as xr
 
 from fbcouple.geometry.grid import Grid
 from fbcouple.results.probes import COPIED, ProbeSet, Rows, count_columns, read_probes
-from fbcouple.results.writer import write_results
+from fbcouple.results.writer import Extras, write_results
 
+GRID = Grid((1, 1, 1), (1.0, 1.0, 1.0))
 POINTS = np.array([[0.01, 0.0, 0.02], [0.01, 0.0, 0.05]])
 QUANTITIES = ("pressure", "gas_velocity")
 CASE = {"output": {"probes": [{"name": "tap", "points": POINTS.tolist(), "quantities": list(QUANTITIES)}]}}
@@ -26,7 +27,12 @@ def make_values(number):
 
 def write(path, rows):
     write_results(
-        path, Grid((1, 1, 1), (1.0, 1.0, 1.0)), {}, [], {}, probes=[ProbeSet("tap", POINTS, QUANTITIES, rows)]
+        path,
+        GRID,
+        {},
+        [],
+        {},
+        extras=Extras(probes=[ProbeSet("tap", POINTS, QUANTITIES, rows)]),
     )
     with xr.open_dataset(path) as data:
         return data.load()
@@ -104,7 +110,7 @@ def test_memory_does_not_grow_with_the_samples(tmp_path):
     tracemalloc.reset_peak()
     points = np.zeros((columns, 3))
     probes = [ProbeSet("tap", points, ("pressure",), rows)]
-    write_results(tmp_path / "results.nc", Grid((1, 1, 1), (1.0, 1.0, 1.0)), {}, [], {}, probes=probes)
+    write_results(tmp_path / "results.nc", GRID, {}, [], {}, Extras(probes=probes))
     copied = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     size = rows.path.stat().st_size

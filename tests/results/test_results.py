@@ -9,7 +9,9 @@ import pytest
 import xarray as xr
 
 from fbcouple.geometry.grid import Grid
-from fbcouple.results.writer import HISTORIES, MEANS, STAGES, append_line, read_line, write_results
+from fbcouple.results.line_log import append_line, read_line
+from fbcouple.results.variables import HISTORIES, MEANS, STAGES
+from fbcouple.results.writer import Extras, write_results
 
 GRID = Grid((4, 2, 3), (0.08, 0.02, 0.15))
 VECTORS = ("solids_flux", "solids_velocity", "gas_velocity", "gas_flux")
@@ -168,7 +170,7 @@ def test_lines_without_a_checksum_are_none(line):
 def test_snapshots_come_back_with_times_of_their_own(tmp_path):
     field = np.linspace(0.4, 1.0, 12, dtype=np.float32).reshape(3, 4)
     snapshots = [(0.0, field), (0.5, field[::-1])]
-    write_results(tmp_path / "results.nc", GRID, {}, make_history(5), {}, snapshots)
+    write_results(tmp_path / "results.nc", GRID, {}, make_history(5), {}, Extras(snapshots))
     with xr.open_dataset(tmp_path / "results.nc") as data:
         stored = data["voidage_snapshots"]
         assert stored.dims == ("snapshot_time", "z", "x") and stored.dtype == np.float32

@@ -10,7 +10,7 @@ from click.testing import CliRunner
 from fbcouple.case.load import load_case
 from fbcouple.cli.main import cli
 from fbcouple.errors import CaseError
-from fbcouple.results.writer import HISTORIES
+from fbcouple.results.variables import HISTORIES
 from fbcouple.validate.ahead import NEEDED, find_lacks
 from fbcouple.validate.comparisons import COMPARISONS
 from fbcouple.validate.runs import require_gives

@@ -13,7 +13,7 @@ from fbcouple.case.bed.streams import has_openings, list_outlets
 from fbcouple.case.schema.gas import Gas
 from fbcouple.paths import LOG
 from fbcouple.results.inlet_speed import find_mean
-from fbcouple.results.writer import append_line, read_log
+from fbcouple.results.line_log import append_line, read_log
 from fbcouple.simulation.clock import Cadence
 from fbcouple.simulation.heat import FLOWS
 from fbcouple.simulation.simulation import Simulation

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fbcouple.results.writer import EXITS
+from fbcouple.results.variables import EXITS
 from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.tasks.diagnostics import as_grains
 from fbcouple.simulation.tasks.limits import Numbers

@@ -12,7 +12,7 @@ from fbcouple.case.bed.drag_balance import tabulate_onset
 from fbcouple.case.bed.particle_types import mean_density, solids_volume
 from fbcouple.case.bed.region import find_region
 from fbcouple.case.bed.speeds import SETTLED
-from fbcouple.results.writer import write_results
+from fbcouple.results.writer import Extras, MeshTable, write_results
 from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.tasks.averages import Averages
 from fbcouple.simulation.tasks.history import History
@@ -77,25 +77,16 @@ class ResultsFile(Task):
         blocks = self._averages.collect_blocks(sim) if self._averages else {}
         about, bed = sim.cells.describe(sim.comm), _describe_bed(sim, self._run)
         if sim.comm.rank == 0:
-            taken = self._snapshots.taken if self._snapshots else ()
+            extras = Extras(
+                self._snapshots.taken if self._snapshots else (),
+                self._ledger.exits if self._ledger else {},
+                self._probes.records if self._probes else (),
+                self._find_onset(sim),
+                blocks,
+            )
+            mesh, attributes = MeshTable(**about) if about else None, self._describe(sim) | bed
             with writing(self._run, _NAME):
-                path = self._run / _NAME
-                exits = self._ledger.exits if self._ledger else {}
-                probes = self._probes.records if self._probes else ()
-                history, onset = self._history.rows, self._find_onset(sim)
-                write_results(
-                    path,
-                    sim.grid,
-                    means,
-                    history,
-                    self._describe(sim) | bed,
-                    taken,
-                    exits,
-                    probes,
-                    onset,
-                    blocks,
-                    **about,
-                )
+                write_results(self._run / _NAME, sim.grid, means, self._history.rows, attributes, extras, mesh)
         self._saved = time.monotonic()
 
     def _find_onset(self, sim: Simulation) -> np.ndarray:

@@ -13,7 +13,7 @@ from fbcouple.input_files.measured_lines import QUANTITIES
 from fbcouple.postproc.measures import mean_of_history
 from fbcouple.results.depth_means import depth_average
 from fbcouple.results.reader import Results
-from fbcouple.results.writer import HISTORIES
+from fbcouple.results.variables import HISTORIES
 from fbcouple.study.measures.registry import Error, Finished, measure
 
 

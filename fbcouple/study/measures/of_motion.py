@@ -13,7 +13,7 @@ from fbcouple.postproc.figures.mixing import EDGE, HALVES, MIXED, find_largest_d
 from fbcouple.postproc.figures.spectrum import SIGNALS, find_spectrum
 from fbcouple.postproc.measures import BLOCKS, Measured, bed_agitation, in_window
 from fbcouple.results.reader import NotDrawableError, Results
-from fbcouple.results.writer import HISTORIES
+from fbcouple.results.variables import HISTORIES
 from fbcouple.study.measures.registry import Error, Finished, measure
 
 
