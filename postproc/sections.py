@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import ndimage
 
 from fbcouple.postproc.figures.bubbles import EDGE
-from fbcouple.results.probes import read_probes
+from fbcouple.results.probes import Probed, read_probes
 from fbcouple.results.reader import NotDrawableError, Results
 
 OPEN = 0.9
@@ -17,12 +17,14 @@ OPEN = 0.9
 
 @dataclass(frozen=True)
 class Section:
-    """Voidage of a section: `times` (t,) [s], `voidage` (t, y, x), nan outside of the bed, and the area [m2] of a
-    point."""
+    """Voidage of a section: `times` (t,) [s], `voidage` (t, y, x), nan outside of the bed, the area [m2] of a point,
+    where its points lie along x [m] and its height [m]."""
 
     times: np.ndarray
     voidage: np.ndarray
     area: float
+    x: np.ndarray
+    height: float
 
 
 @dataclass(frozen=True)
@@ -34,19 +36,40 @@ class Passing:
     open: int
 
 
+def list_sections(results: Results) -> list[str]:
+    """Names of the sets of probes that are sections, in the order of the case."""
+    return [one.name for one in read_probes(results.data, results.case) if _lay_out(one) is not None]
+
+
 def read_section(results: Results, name: str) -> Section:
     """The section that the set of probes `name` took. Raises: NotDrawableError if there is no such set with voidage at
     a height."""
-    lack = NotDrawableError([f"{results.path} has no set of probes `{name}` with the voidage at one height."])
     probed = {one.name: one for one in read_probes(results.data, results.case)}.get(name)
-    if probed is None or "voidage" not in probed.values or np.ptp(probed.points[:, 2]) > 0.0:
-        raise lack
+    section = _lay_out(probed) if probed else None
+    if section is None:
+        raise NotDrawableError([f"{results.path} has no set of probes `{name}` with the voidage at one height."])
+    return section
+
+
+def _lay_out(probed: Probed) -> Section | None:
+    """The section that a set of probes is; None if it is none."""
+    if "voidage" not in probed.values or np.ptp(probed.points[:, 2]) > 0.0:
+        return None
     (x, column), (y, row) = (np.unique(np.round(probed.points[:, axis], 12), return_inverse=True) for axis in (0, 1))
     if min(len(x), len(y)) < 2:
-        raise lack
+        return None
     voidage = np.full((len(probed.times), len(y), len(x)), np.nan)
     voidage[:, row, column] = probed.values["voidage"]
-    return Section(probed.times, voidage, float(np.diff(x).min() * np.diff(y).min()))
+    area = float(np.diff(x).min() * np.diff(y).min())
+    return Section(probed.times, voidage, area, x, float(probed.points[0, 2]))
+
+
+def cut_section(section: Section, span: tuple[float, float] | None) -> Section:
+    """The section from the first to the second of the times [s] alone; all of it without them."""
+    if span is None:
+        return section
+    inside = (section.times >= span[0]) & (section.times <= span[1])
+    return replace(section, times=section.times[inside], voidage=section.voidage[inside])
 
 
 def find_passing(section: Section, smallest: float) -> Passing:
@@ -58,6 +81,8 @@ def find_passing(section: Section, smallest: float) -> Passing:
     """
     labels, count = ndimage.label(section.voidage > EDGE)
     samples = len(section.times)
+    if not samples or not count:
+        return Passing(np.empty(0), 0)
     covered = np.zeros((samples, count + 1))
     for sample in range(samples):
         covered[sample] = np.bincount(labels[sample].ravel(), minlength=count + 1)

@@ -26,6 +26,7 @@ PICTURES = (
     "probes",
     "flux_profile",
     "radial_profiles",
+    "sections",
     "voidage_snapshots",
     "spectrum",
     "throughput",

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
@@ -14,7 +14,7 @@ from fbcouple.input_files.measured_lines import QUANTITIES, Points, Reference
 from fbcouple.postproc.experiment import read_run
 from fbcouple.postproc.figures.bubbles import SMALLEST
 from fbcouple.postproc.figures.spectrum import SIGNALS, find_spectrum
-from fbcouple.postproc.sections import find_passing, read_section
+from fbcouple.postproc.sections import cut_section, find_passing, read_section
 from fbcouple.postproc.statistics import FEWEST, estimate_error
 from fbcouple.results.reader import NotDrawableError, Results
 from fbcouple.results.variables import HISTORIES
@@ -156,12 +156,8 @@ def compare_separation(results: Results, task: Task) -> Found:
 def compare_bubbles(results: Results, task: Task) -> Found:
     """The mean equivalent diameter of the bubbles that pass a section (`output.probes` with a height and the voidage),
     each as it is at its widest, against a number."""
-    section = read_section(results, task.measurement.of)
-    span = task.measurement.span or results.window or (-math.inf, math.inf)
-    smallest = SMALLEST * float(results.case["particles"]["diameter"])
-    inside = (section.times >= span[0]) & (section.times <= span[1])
-    kept = replace(section, times=section.times[inside], voidage=section.voidage[inside])
-    diameters = find_passing(kept, smallest).diameters if inside.any() else np.empty(0)
+    section = cut_section(read_section(results, task.measurement.of), task.measurement.span or results.window)
+    diameters = find_passing(section, SMALLEST * float(results.case["particles"]["diameter"])).diameters
     if len(diameters) < FEWEST:
         text = f"{len(diameters)} bubbles pass `{task.measurement.of}` in {results.path}"
         raise NotDrawableError([f"{text}, {FEWEST} are needed."])

@@ -11,6 +11,7 @@ from matplotlib.ticker import MaxNLocator
 
 from fbcouple.postproc.figures.history import keep_in_view
 from fbcouple.postproc.figures.registry import figure
+from fbcouple.postproc.sections import list_sections
 from fbcouple.postproc.style import BLUE, LINES, PAGE, inset_axes, new_figure, wrap_label
 from fbcouple.results.probes import VECTORS, Probed, read_probes
 from fbcouple.results.reader import NotDrawableError, NotMeantError, Results
@@ -39,14 +40,17 @@ _LEFT, _BOTTOM, _EACH, _GAP = 0.85, 0.42, 1.15, 0.42
 def probes(results: Results) -> Figure:
     """Each quantity of each set of probes: of points against time, of a line over time, with its mean along the line.
 
-    Of a velocity or a flux it is the upward component.
+    Of a velocity or a flux it is the upward component. The voidage of a section is in the figure `sections`.
     """
     if not (results.case.get("output") or {}).get("probes"):
         raise NotMeantError([f"the case of {results.path} has no probes (output.probes)."])
     sets = [found for found in read_probes(results.data, results.case) if found.times.size]
     if not sets:
         raise NotDrawableError([f"{results.path} has no sample of its probes yet."])
-    rows = [(found, quantity) for found in sets for quantity in found.values]
+    cut = list_sections(results)
+    rows = [(found, name) for found in sets for name in found.values if name != "voidage" or found.name not in cut]
+    if not rows:
+        raise NotMeantError([f"{results.path} has sections of the voidage alone; they are in `sections`."])
     picture = new_figure(results.title, PAGE, _BOTTOM + len(rows) * (_EACH + _GAP), _describe(sets))
     for row, (found, quantity) in enumerate(reversed(rows)):
         bottom = _BOTTOM + row * (_EACH + _GAP)

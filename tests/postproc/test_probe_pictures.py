@@ -40,6 +40,13 @@ def test_thinned_rows_are_means_of_what_is_known():
 def test_results_without_probes_or_without_a_sample(dataset, write, results):
     with pytest.raises(NotMeantError, match=r"no probes \(output\.probes\)"):
         probes(open_results(write(dataset)))
-    empty = results.data.isel(probe_tap_time=slice(0, 0), probe_axis_time=slice(0, 0))
+    none = slice(0, 0)
+    empty = results.data.isel(probe_tap_time=none, probe_axis_time=none, probe_cut_time=none)
     with pytest.raises(NotDrawableError, match="no sample of its probes yet"):
         probes(type(results)(results.path, empty, results.case))
+
+
+def test_a_section_of_the_voidage_is_left_to_its_own_figure(results):
+    alone = {"output": {"probes": [one for one in results.case["output"]["probes"] if one["name"] == "cut"]}}
+    with pytest.raises(NotMeantError, match="they are in `sections`"):
+        probes(type(results)(results.path, results.data, results.case | alone))

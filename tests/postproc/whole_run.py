@@ -54,6 +54,11 @@ line = [[0.04, 0.0075, 0.0], [0.04, 0.0075, 0.25]]
 count = 11
 quantities = ["solids_fraction", "solids_velocity"]
 every = 0.02
+[[output.probes]]
+name = "cut"
+height = 0.05
+quantities = ["voidage"]
+every = 0.02
 """
 
 
@@ -96,7 +101,8 @@ def leave_out(data: xr.Dataset, outside: xr.DataArray) -> xr.Dataset:
 
 
 def make_probes(run: Path) -> list[ProbeSet]:
-    """Two taps, every 5 ms, at 3 Hz; a line with solids, that go up and down, in its lower part alone."""
+    """Two taps, every 5 ms, at 3 Hz; a line with solids, that go up and down, in its lower part alone; a section that
+    a bubble of 30 mm passes every second."""
     rng = np.random.default_rng(11)
     points = np.array([[0.04, 0.0, 0.01], [0.04, 0.0, 0.05]])
     taps = Rows(run / "probes/tap.rows", 2)
@@ -109,7 +115,13 @@ def make_probes(run: Path) -> list[ProbeSet]:
         velocity = np.where(bed[:, None], [0.0, 0.0, np.sin(time)], np.nan)
         axis.append(time, np.concatenate([np.where(bed, 0.3, 0.0), velocity.ravel()]))
     quantities = "solids_fraction", "solids_velocity"
-    return [ProbeSet("tap", points, ("pressure",), taps), ProbeSet("axis", line, quantities, axis)]
+    x, y = np.meshgrid((np.arange(16) + 0.5) * SIZE[0] / 16, (np.arange(3) + 0.5) * SIZE[1] / 3)
+    places = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, 0.05)])
+    cut, away = Rows(run / "probes/cut.rows", len(places)), np.abs(places[:, 0] - 0.04)
+    for time in 0.02 * np.arange(1, 1001):
+        cut.append(time, np.where(np.hypot(away, 0.3 * (time % 1.0 - 0.5)) < 0.015, 0.9, 0.5))
+    sets = ("tap", points, ("pressure",), taps), ("axis", line, quantities, axis), ("cut", places, ("voidage",), cut)
+    return [ProbeSet(*one) for one in sets]
 
 
 def make_means(grid: Grid, shift: float = 0.0) -> dict[str, np.ndarray]:
