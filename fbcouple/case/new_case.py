@@ -12,6 +12,7 @@ import fbcouple.case.kinds.column
 import fbcouple.case.kinds.riser
 import fbcouple.case.kinds.spout  # noqa: F401  (each registers its kind)
 from fbcouple.case.bed.adopt_inlets import adopt_inlets
+from fbcouple.case.bed.adopt_spring import adopt_spring
 from fbcouple.case.bed.number import Number
 from fbcouple.case.checks.registry import list_problems
 from fbcouple.case.kinds.registry import KINDS, Wanted
@@ -51,6 +52,8 @@ def _write_text(kind: str, wanted: Wanted) -> tuple[str, list[Number]]:
         text = KINDS[kind](wanted)
         case = adopt_inlets(Case.model_validate(tomllib.loads(text)))
         problems = list_problems(case, Path(), set())
+        if not problems and case.contact and case.contact.max_overlap is not None:
+            case, problems = adopt_spring(case, Path())
     except (ValidationError, ArithmeticError):
         text = "the values are too large or too small to calculate with; give every one in SI units."
         raise CaseError([f"init: {text}"]) from None

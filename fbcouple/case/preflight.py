@@ -35,6 +35,7 @@ from fbcouple.case.bed.particle_types import (
 from fbcouple.case.bed.region import Region, find_region, list_inner_surfaces
 from fbcouple.case.bed.rest_overlap import estimate_rest_overlap
 from fbcouple.case.bed.speeds import SETTLED, estimate_overlap
+from fbcouple.case.bed.stacks import watch_columns
 from fbcouple.case.bed.start_numbers import describe_start
 from fbcouple.case.bed.streams import has_openings
 from fbcouple.case.bed.thin_cells import find_thinnest, find_widths, tell_thin_cells
@@ -73,6 +74,8 @@ def estimate(case: Case, law: Law | None = None, folder: Path = Path()) -> list[
         if case.contact:
             parts.append(partial(estimate_rest_overlap, region=region))
             parts.append(partial(_watch_rest, law=law, region=region))
+            if not (case.gas and case.exchange):
+                parts.append(partial(watch_columns, speed=None))
     widths = find_widths(case, folder) if case.gas else None
     thinnest = find_thinnest(case, folder) if case.gas else None
     if case.gas:
@@ -232,10 +235,12 @@ def _fluidize(case: Case, law: Law | None, region: Region) -> Iterator[Number]:
     terminal = terminal_velocity(case, law)
     if fastest <= 0.0:
         yield Number("terminal velocity", terminal, "m s-1", None, None, "Fall speed of a lone particle.")
+        yield from watch_columns(case, None)
         return
     onset, there = minimum_fluidization(case, law=law), _spread_out(case, fastest, region)
     meaning = "U_mf of the case's drag law at voidage 0.40; below it the bed stays packed."
     yield Number("minimum fluidization", onset, "m s-1", f"below U_f = {there:g}", _judge(onset < there), meaning)
+    yield from watch_columns(case, there, law)
     yield from measure_bubbles(case, region, there - onset)
     above = fastest * region.inlet / region.section
     if any(outlet.face == "top" for outlet in case.particles.outlets):

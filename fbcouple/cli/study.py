@@ -83,6 +83,8 @@ def error_vs_time(name: str, output: Path | None, dry: bool, only_done: bool, on
     )
     columns = ["measure", "member", "error", "stderr", "core_seconds_per_second", "pareto", "over_cheapest"]
     print_table(columns, [[show_cell(row[column]) for column in columns] for row in rows])
+    for text in dict.fromkeys(f"{row['measure']}, {row['member']}: {row['why']}" for row in rows if row["why"]):
+        click.echo(text, err=True)
     columns = ["measure", "knob", "points", "order", "slope", "gain", "price"]
     print_table(columns, [[show_cell(row[column]) for column in columns] for row in knobs])
     for file in (*files, picture, page):

@@ -129,7 +129,7 @@ def read_points(path: Path, quantity: str, axis: str = "x") -> Points:
     """Read the columns `x`, or `r` as `axis` has it, `value` and, if there is one, `error` of a file of points.
 
     quantity: one of QUANTITIES; the column of the values may have its name in place of `value`. The head may name the
-    unit of the values, or another that is converted.
+    unit of the values, or another that is converted; errors whose head names none have that of the values.
     Returns: the points in the order of x.
     Raises: CaseError (one text) naming the file and the line that is wrong.
     """
@@ -138,7 +138,7 @@ def read_points(path: Path, quantity: str, axis: str = "x") -> Points:
     mend = f"this line is of {quantity}: name its column `value` or `{quantity}`, or give the line as {{}}@height=file"
     others = {word: mend.format(word.replace(" ", "_")) for word in _list_words() if word not in names}
     units = {axis: LENGTHS, "value": values, "error": values}
-    form = Form(units, (axis, "value"), "points", LARGEST, names, _UNCLEAR, others)
+    form = Form(units, (axis, "value"), "points", LARGEST, names, _UNCLEAR, others, {"error": "value"})
     columns = read_table(path, form).columns
     order = np.argsort(columns[axis], kind="stable")
     x, value, error = (columns[name][order] if name in columns else None for name in form.columns)

@@ -35,7 +35,8 @@ class Form:
 
     columns: name -> units that its head may say; needed: those that must be there; aliases: other heads -> name;
     unclear: heads that could mean one of the columns -> what to do about it; others: heads that may be
-    one of them where a needed one is missing; largest: bytes that the file may have; rows: what a row stands for.
+    one of them where a needed one is missing; largest: bytes that the file may have; rows: what a row stands for;
+    follows: name -> the column whose unit it has where its own head says none.
     """
 
     columns: dict[str, dict[str, float]]
@@ -45,6 +46,7 @@ class Form:
     aliases: dict[str, str] = field(default_factory=dict)
     unclear: dict[str, str] = field(default_factory=dict)
     others: dict[str, str] = field(default_factory=dict)
+    follows: dict[str, str] = field(default_factory=dict)
 
     @property
     def first_line(self) -> str:
@@ -190,12 +192,7 @@ def _place_columns(file: str, head: _Head, form: Form) -> dict[str, tuple[int, f
             continue
         if column in indices:
             raise CaseError([f"{where} names the column {column} twice; keep one."])
-        units = form.columns[column]
-        size = 1.0 if unit is None else find_size(unit, units)
-        if size is None:
-            known = ", ".join(units) or "none"
-            raise CaseError([f"{where} gives {column} in `{_shorten(unit or '')}`; units that are read: {known}."])
-        indices[column] = index, size
+        indices[column] = index, _find_size(where, column, unit, form.columns[column])
     missing = [name for name in form.needed if name not in indices]
     if missing:
         lacking = " and ".join(missing) if len(missing) < 3 else f"{', '.join(missing[:-1])} and {missing[-1]}"
@@ -209,7 +206,19 @@ def _place_columns(file: str, head: _Head, form: Form) -> dict[str, tuple[int, f
         raise CaseError([f"{text}. Where they stand further down, begin the lines above with `#`."])
     if unclear:
         raise CaseError([unclear])
+    for column, leader in form.follows.items():
+        if column in indices and _understand(head.names[indices[column][0]], form)[1] is None:
+            indices[column] = indices[column][0], indices[leader][1]
     return indices
+
+
+def _find_size(where: str, column: str, unit: str | None, units: dict[str, float]) -> float:
+    """The `unit` of a column in SI units; 1 where its head says none."""
+    size = 1.0 if unit is None else find_size(unit, units)
+    if size is None:
+        known = ", ".join(units) or "none"
+        raise CaseError([f"{where} gives {column} in `{_shorten(unit or '')}`; units that are read: {known}."])
+    return size
 
 
 def _read_numbers(file: str, lines: Iterable[tuple[int, str]], head: _Head, indices: list[int]) -> Iterator[float]:

@@ -19,7 +19,7 @@ from fbcouple.results.block_errors import estimate_errors
 from fbcouple.results.block_means import take_blocks
 from fbcouple.results.conventions import STANDARD_ERROR
 from fbcouple.results.expected import find_faults
-from fbcouple.results.stored import load
+from fbcouple.results.stored import AGAIN, load
 from fbcouple.results.variables import HISTORIES, MEANS
 
 WINDOW_BLOCKS = 16
@@ -218,7 +218,7 @@ def read_results(path: Path) -> tuple[xr.Dataset, dict[str, Any]]:
     except ValueError as error:
         raise CaseError([f"{path}: attribute `case` is not TOML ({error})."]) from error
     if faults := find_faults(data, case):
-        raise CaseError([f"{path}: {fault}; fbcouple did not write it so. Run the case again." for fault in faults])
+        raise CaseError([f"{path}: {fault}; fbcouple did not write it so. {AGAIN}" for fault in faults])
     return data, case
 
 

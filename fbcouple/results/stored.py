@@ -17,6 +17,8 @@ SMALL = 10_000_000
 """Bytes that are read whatever the file's size."""
 _TEXT = 64
 """Bytes counted for an entry that is a text."""
+AGAIN = "`fbcouple run RUN --resume` writes it anew from a checkpoint; without one, run the case again."
+"""What mends a damaged results.nc."""
 _REASONS = (OSError, ValueError, RuntimeError, TypeError, KeyError, AttributeError, OverflowError)
 """What the libraries below raise at a damaged or odd file."""
 
@@ -34,7 +36,7 @@ def load(path: Path) -> xr.Dataset:
             return stored.load()
     except _REASONS as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise CaseError([f"{path} cannot be read as NetCDF ({reason}). Run the case again."]) from error
+        raise CaseError([f"{path} cannot be read as NetCDF ({reason}). {AGAIN}"]) from error
 
 
 def _count_bytes(path: Path) -> int:
@@ -53,7 +55,7 @@ def _require_true(path: Path, claimed: int) -> None:
     length = path.stat().st_size
     if claimed > DENSEST * length:
         said = f"it says that it holds {claimed / 1e9:.3g} GB, and has {length / 1e6:.3g} MB"
-        raise CaseError([f"{path}: {said}: it is damaged, or no file of fbcouple. Run the case again."])
+        raise CaseError([f"{path}: {said}: it is damaged, or no file of fbcouple. {AGAIN}"])
     free = find_free_memory()
     if 2 * claimed > free:
         said = f"it holds {claimed / 1e9:.3g} GB, to be worked on twice that, and this machine has {free / 1e9:.3g} GB"

@@ -41,6 +41,10 @@ def draw(rows: list[dict[str, Any]], knobs: list[str], title: str, path: Path) -
         panels = picture.subplots(len(measures), 1, squeeze=False)[:, 0]
         for axes, measure in zip(panels, measures, strict=True):
             _draw_panel(axes, [row for row in shown if row["measure"] == measure], knobs)
+            if not any(row["measure"] == measure for row in shown):
+                why = next((row["why"] for row in rows if row["measure"] == measure and row["why"]), "")
+                text = textwrap.fill(f"no member has an error above zero{': ' * bool(why)}{why}", 90)
+                axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", parse_math=False)
             axes.set_ylabel(f"{measure}\nrelative error [-]")
         panels[-1].set_xlabel("Core-seconds a simulated second")
         return save(picture, path, title)
@@ -50,7 +54,6 @@ def _draw_panel(axes: Axes, rows: list[dict[str, Any]], knobs: list[str]) -> Non
     axes.set_xscale("log")
     axes.set_yscale("log")
     if not rows:
-        axes.text(0.5, 0.5, "no member came to its end", transform=axes.transAxes, ha="center")
         return
     base = next((row for row in rows if row["member"] == "base"), rows[0])
     named: set[int] = set()

@@ -32,7 +32,8 @@ def read_series(path: Path, axis: str, axis_unit: str, unit: str) -> Points:
     """
     word = axis.split(maxsplit=1)[0]
     values = _UNITS.get(unit, {unit: 1.0})
-    form = Form({word: _UNITS[axis_unit], "value": values, "error": values}, (word, "value"), "points", LARGEST)
+    units = {word: _UNITS[axis_unit], "value": values, "error": values}
+    form = Form(units, (word, "value"), "points", LARGEST, follows={"error": "value"})
     columns = read_table(path, form).columns
     order = np.argsort(columns[word], kind="stable")
     error = columns["error"][order] if "error" in columns else None

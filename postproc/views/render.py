@@ -146,23 +146,21 @@ def open_plotter(request: Request) -> pyvista.Plotter:
 
 
 def draw(request: Request) -> None:
-    """Draw every picture of `request`; one plotter serves all of one view."""
-    plotters: dict[str, pyvista.Plotter] = {}
+    """Draw every picture of `request`, each by a plotter of its own: in one that is used again VTK draws particles as
+    dots."""
     frames: dict[str, Frame] = {}
     for path, name, target in request.pictures:
-        if name not in plotters:
-            plotters[name] = open_plotter(request)
-        plotter = plotters[name]
         if path not in frames:
             frames = {path: read_frame(Path(path))}
+        plotter = open_plotter(request)
         camera = plotter.camera.copy()
-        plotter.clear_actors()
         ends = np.column_stack([request.corner, np.add(request.corner, request.size)])
         plotter.add_mesh(pyvista.Box(tuple(ends.ravel())), style="wireframe", color="#444444", line_width=2)
         VIEWS[name](plotter, frames[path], request)
         plotter.camera = camera
         plotter.renderer.ResetCameraClippingRange()
         pixels = np.asarray(plotter.screenshot(None, return_img=True))
+        plotter.close()
         Image.fromarray(pixels).reduce(FINER).save(target, compress_level=1)
 
 

@@ -60,6 +60,42 @@ def test_what_tells_sides_apart_is_refused(name, sets, text):
     assert text in str(error.value) and "leave it out" in str(error.value)
 
 
+STRIPS = [
+    f"{{rectangle=[[{low}, 0.0], [{high}, 0.015]], velocity={velocity}}}"
+    for low, high, velocity in ((0.0, 0.05, 0.6), (0.02, 0.06, 3.0), (0.03, 0.08, 0.6))
+]
+
+
+def test_inlets_upon_each_other_in_another_order_than_their_images_are_refused(tmp_path):
+    with pytest.raises(CaseError, match=r"inlet 3 of gas.inlets lies upon inlet 1, and their images the other way"):
+        load_inlets(tmp_path, *STRIPS)
+    middle_on_top = load_inlets(tmp_path, "{rectangle=[[0.0, 0.0], [0.08, 0.015]], velocity=0.6}", DISC)
+    assert middle_on_top.averages.mirror == ("x",)
+
+
+def test_a_ramp_is_its_own_image_whatever_file_it_lies_in(tmp_path):
+    (tmp_path / "ramp.csv").write_text("time,velocity\n0,1\n1,3\n")
+    ramped = DISC.replace("velocity=3.0", 'ramp_file="ramp.csv"')
+    assert load_inlets(tmp_path, ramped).averages.mirror == ("x",)
+
+
+def test_a_profile_over_a_circle_is_its_own_image_and_one_over_a_rectangle_is_not_looked_at(tmp_path):
+    (tmp_path / "profile.csv").write_text("r,velocity\n0,3\n0.01,1\n")
+    assert load_inlets(tmp_path, DISC.replace("velocity", 'profile_file="profile.csv", velocity')).averages.mirror
+    (tmp_path / "profile.csv").write_text("x,velocity\n0.03,3\n0.05,1\n")
+    middle = '{rectangle=[[0.03, 0.0], [0.05, 0.015]], profile_file="profile.csv", velocity=3.0}'
+    with pytest.raises(CaseError, match=r"what lies in profile_file of inlet 1 of gas.inlets is not compared"):
+        load_inlets(tmp_path, middle)
+
+
+def test_walls_of_two_temperatures_are_refused():
+    hot = 'heat.walls=[{face="left", temperature=500.0}]'
+    with pytest.raises(CaseError, match=r'the walls "left" and "right" of heat.walls are not alike'):
+        load("patil/heat-1.20", hot)
+    both = 'heat.walls=[{face="left", temperature=500.0}, {face="right", temperature=500.0}]'
+    assert load("patil/heat-1.20", both).averages.mirror == ("x",)
+
+
 def test_an_axis_is_named_once():
     with pytest.raises(CaseError, match="name each axis once"):
         load(axes='["x", "x"]')

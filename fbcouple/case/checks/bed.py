@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from fbcouple.case.bed.lattice import find_start_box, is_layered, lattice_height, lay_out, mixed_height
-from fbcouple.case.bed.particle_types import largest_diameter, mean_density, mean_volume, particle_count
+from fbcouple.case.bed.particle_types import find_ratio, largest_diameter, mean_density, mean_volume, particle_count
 from fbcouple.case.bed.region import Region, find_region
 from fbcouple.case.checks.mixture import check_counts, check_species
 from fbcouple.case.checks.registry import (
@@ -54,9 +54,13 @@ def check_diameter(case: Case, folder: Path) -> Iterator[Problem]:
         return
     size, axis = min(zip(case.domain.size, "xyz", strict=True))
     if (diameter := largest_diameter(case.particles)) > size * (1 + 1e-9):
-        text = f"{diameter:g} m is given, but the box is {size:g} m along {axis} (domain.size)"
+        key, text = "particles.diameter", f"{diameter:g} m is given"
         mend = "give a smaller particle (in m: 1 mm is 1e-3) or a larger box."
-        yield Problem("particles.diameter", f"{text}, at most that is allowed; {mend}")
+        if (ratio := find_ratio(case.particles)) != 1.0:
+            key, text = "particles.coarse_graining", f"{ratio:g} is given, so that a parcel has {diameter:g} m"
+            mend = "give a smaller one, or a larger box."
+        where = f"the box is {size:g} m along {axis} (domain.size)"
+        yield Problem(key, f"{text}, but {where}, at most that is allowed; {mend}")
 
 
 @check("particles.diameter", "domain.size", "domain.periodic")

@@ -15,7 +15,6 @@ _ROUNDING = 1e-9
 _FACES = {"x": ("left", "right"), "y": ("front", "back")}
 _ACROSS = {"x": {"floor": 0, "front": 0, "back": 0}, "y": {"floor": 1, "left": 0, "right": 0}}
 """Axis -> faces that the plane cuts, and which of their two coordinates lies along the axis."""
-_FILES = ("ramp_file", "profile_file")
 
 
 @check("averages.mirror", "domain", "gas", "particles")
@@ -42,12 +41,54 @@ def find_one_sided(case: Case, axis: str) -> Iterator[str]:
         "particles.outlets": case.particles and case.particles.outlets,
     }
     yield from (f"{key} are places of their own" for key, tables in sided.items() if tables)
+    yield from _find_sided_walls(case, axis)
+    yield from _find_sided_inlets(case, axis)
+
+
+def _find_sided_walls(case: Case, axis: str) -> Iterator[str]:
+    """Walls across from each other that are not alike to heat."""
+    one, other = _FACES[axis]
+    if case.heat and case.heat.find_wall(one) != case.heat.find_wall(other):
+        yield f'the walls "{one}" and "{other}" of heat.walls are not alike'
+
+
+def _find_sided_inlets(case: Case, axis: str) -> Iterator[str]:
+    """Inlets without an image, and those that lie upon each other in another order than their images do."""
     inlets = case.gas.inlets if case.gas else ()
     length = case.domain.size["xy".index(axis)]
-    images = [_mirror(inlet, axis, length) for inlet in inlets]
-    for number, image in enumerate(images, start=1):
-        if not any(_is_same(image, _describe(inlet)) for inlet in inlets):
+    images: list[int] = []
+    for number, inlet in enumerate(inlets, start=1):
+        if inlet.profile_file is not None and inlet.circle is None:
+            yield f"what lies in profile_file of inlet {number} of gas.inlets is not compared with its image"
+            return
+        image = _mirror(inlet, axis, length)
+        images.append(next((n for n, other in enumerate(inlets) if _is_same(image, _describe(other))), -1))
+        if images[-1] < 0:
             yield f"inlet {number} of gas.inlets has no image on the other side"
+            return
+    for above, below in ((n, m) for n in range(len(inlets)) for m in range(n)):
+        if images[above] < images[below] and _may_meet(inlets[above], inlets[below]):
+            yield f"inlet {above + 1} of gas.inlets lies upon inlet {below + 1}, and their images the other way round"
+
+
+def _may_meet(one: Inlet, other: Inlet) -> bool:
+    """Whether two inlets of a face have a place in common, by the rectangles around them."""
+    if one.face != other.face:
+        return False
+    boxes = [_find_bounds(inlet) for inlet in (one, other)]
+    if any(box is None for box in boxes):
+        return True
+    return all(min(a[1], b[1]) > max(a[0], b[0]) for a, b in zip(*filter(None, boxes), strict=True))
+
+
+def _find_bounds(inlet: Inlet) -> list[tuple[float, float]] | None:
+    """Extents of an inlet along both axes of its face [m]; None: all of it."""
+    if inlet.rectangle is not None:
+        return [(min(pair), max(pair)) for pair in zip(*inlet.rectangle, strict=True)]
+    if inlet.circle is not None:
+        *middle, radius = inlet.circle
+        return [(place - radius, place + radius) for place in middle]
+    return None
 
 
 def _describe(inlet: Inlet) -> dict[str, Any]:
@@ -59,10 +100,8 @@ def _describe(inlet: Inlet) -> dict[str, Any]:
 
 
 def _mirror(inlet: Inlet, axis: str, length: float) -> dict[str, Any]:
-    """The same of its image; of what lies in a file nothing is known, so it is no image of anything."""
+    """The same of its image; a ramp is the same, whatever file it lies in, and so is a profile over a radius."""
     given = _describe(inlet)
-    if any(given[name] is not None for name in _FILES):
-        return {}
     if inlet.face in _FACES[axis]:
         given["face"] = next(face for face in _FACES[axis] if face != inlet.face)
     elif (across := _ACROSS[axis].get(inlet.face)) is not None:
