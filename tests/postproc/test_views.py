@@ -60,7 +60,7 @@ def test_still_pictures_show_slow_and_fast_particles_where_they_are_and_the_gas(
 
 
 def test_a_particle_is_drawn_as_large_as_it_is(tmp_path):
-    """One alone in a box of 20 mm: its disc has the area of its cross section."""
+    """One alone in a box of 20 mm: its disc has the area of its cross section, in the first picture and the second."""
     areas, turn, rise = [], np.radians(20.0), np.radians(14.0)
     tall = 0.02 * (np.cos(rise) + (np.cos(turn) + np.sin(turn)) * np.sin(rise))
     for diameter in (2e-3, 4e-3):
@@ -78,15 +78,16 @@ def test_a_particle_is_drawn_as_large_as_it_is(tmp_path):
             "voidage": [0.35, 1.0],
             "temperature": None,
         }
-        request["pictures"] = [(str(place / "frame-000000.nc"), "particles", str(place / "one.png"))]
+        names = [str(place / name) for name in ("one.png", "two.png")]
+        request["pictures"] = [(str(place / "frame-000000.nc"), "particles", name) for name in names]
         (place / "request.json").write_text(json.dumps(request))
         subprocess.run(
             [sys.executable, "-m", "fbcouple.postproc.views.render", str(place / "request.json")], check=True
         )
-        pixels = imread(place / "one.png")
-        centre = pixels[150:250, pixels.shape[1] // 2 - 50 : pixels.shape[1] // 2 + 50, :3]
-        areas.append(float((centre.min(axis=-1) < 0.9).sum()) * (1.02 * tall / 400) ** 2)
-    assert areas == pytest.approx([np.pi * 1e-6, np.pi * 4e-6], rel=0.05)
+        for pixels in map(imread, names):
+            centre = pixels[150:250, pixels.shape[1] // 2 - 50 : pixels.shape[1] // 2 + 50, :3]
+            areas.append(float((centre.min(axis=-1) < 0.9).sum()) * (1.02 * tall / 400) ** 2)
+    assert areas == pytest.approx([np.pi * 1e-6] * 2 + [np.pi * 4e-6] * 2, rel=0.05)
 
 
 def test_the_film_has_every_frame(run):
