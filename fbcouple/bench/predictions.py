@@ -52,6 +52,7 @@ def compare(work: Work, costs: StepCosts, found: Coefficients, ghosts: float = 0
         contacts=costs.contacts_each,
         dem_steps=costs.dem_steps,
         rebuilds=costs.rebuilds,
+        turnovers=work.turnovers * length / work.seconds,
         fluid_steps=float(costs.fluid_steps),
     )
     informed = _per_second(time_stages(known, found, ranks, ghosts), length)

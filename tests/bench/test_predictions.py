@@ -22,6 +22,7 @@ WORK = Work(
     law="hooke",
     dem_steps=400_000,
     rebuilds=40_000.0,
+    turnovers=0.0,
     cells=5000,
     fluid_steps=8000.0,
     correctors=2,

@@ -72,6 +72,7 @@ BED = Work(
     law="hooke",
     dem_steps=50_000,
     rebuilds=500.0,
+    turnovers=0.0,
     cells=20_000,
     fluid_steps=1000.0,
     correctors=2,
@@ -311,3 +312,22 @@ def test_cells_that_are_made_here_are_as_thin_as_their_mesh_has_them(shape, elem
     sets = [f"domain.shape={shape}", f"domain.elements={elements}", "domain.size=[0.05, 0.05, 0.1]"]
     case = load_case("mueller/0.9", [*sets, "domain.cells=[6, 6, 12]"])
     assert find_thinnest(case, Path()) == pytest.approx(measure_widths(read_mesh(case))[:, 2].min(), rel=1e-9)
+
+
+def feed(mass_flow, *sets):
+    tables = f"particles.feeds=[{{low=[0.0, 0.0, 0.1], high=[0.08, 0.015, 0.12], mass_flow={mass_flow}}}]"
+    return count_work(load_case("patil/c1", [tables, *sets]), end=2.0)
+
+
+def test_a_feed_costs_a_turnover_in_each_step_in_which_it_brings_something():
+    """A particle has 1.31e-6 kg: 1 kg/s are hundreds in a fluid step, 1.31e-5 kg/s ten a second."""
+    fast, slow = feed(1.0), feed(1.309e-5)
+    assert fast.turnovers == fast.fluid_steps and slow.turnovers == pytest.approx(20.0, rel=1e-3)
+    dear, cheap = (time_stages(work, SHIPPED)["dem"] for work in (slow, replace(slow, turnovers=0.0)))
+    assert dear - cheap == pytest.approx(20.0 * SHIPPED.turnover, rel=1e-3)
+
+
+def test_gas_that_carries_particles_is_as_fast_as_it_comes_in():
+    """No bed makes it 1/0.40 times as fast: 0.4/0.65 of the steps."""
+    bed = load_case("patil/c1")
+    assert count_fluid_steps(bed, 1.0, carried=True) / count_fluid_steps(bed, 1.0) == pytest.approx(0.26, rel=0.1)

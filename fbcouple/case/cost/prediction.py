@@ -137,7 +137,7 @@ def time_stages(work: Work, found: Coefficients, ranks: int = 1, ghosts: float =
     if work.dem_steps:
         each = _cost_alone(work, found) + found.contact[work.law] * work.contacts
         own = each * work.particles * part["dem"] * (1.0 + ghosts)
-        stages["dem"] = work.dem_steps * (found.dem_step + own)
+        stages["dem"] = work.dem_steps * (found.dem_step + own) + work.turnovers * found.turnover
     if work.cells:
         pressure = found.corrector * work.correctors * work.digits / USUAL_DIGITS
         subgrid = 0.0 if work.subgrid == "none" else found.subgrid[work.subgrid]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fbcouple.case.bed.derived import dem_step, fastest_inlet, inlet_ramp, neighbour_skin, tangential_law
-from fbcouple.case.bed.drag_balance import minimum_fluidization
+from fbcouple.case.bed.drag_balance import EXPANDED, minimum_fluidization
 from fbcouple.case.bed.feeds import find_rate
 from fbcouple.case.bed.fluid_step import gas_step
 from fbcouple.case.bed.number import Law
@@ -42,8 +42,8 @@ class Work:
 
     particles: mean number over the run, of a coarse-grained bed that of parcels; contacts: a particle, on the mean;
     is_bed: particles have others around them; law: of the contacts, as `Coefficients.contact` names it; rebuilds: new
-    lists of neighbours; digits: decades that a pressure solve takes its residual down; subgrid: model of the gas, or
-    "none".
+    lists of neighbours; turnovers: fluid steps in which feeds put particles in; digits: decades that a pressure solve
+    takes its residual down; subgrid: model of the gas, or "none".
     """
 
     seconds: float
@@ -53,6 +53,7 @@ class Work:
     law: str
     dem_steps: int
     rebuilds: float
+    turnovers: float
     cells: int
     fluid_steps: float
     correctors: int
@@ -87,6 +88,9 @@ def count_work(
         name = name_law(case)
         rebuilds = min(steps, seconds * _guess_speed(case, region, contacts) / (0.5 * _find_skin(case)))
     gas = case.gas
+    fluid_steps, carried = 0.0, case.gravity > 0.0 and bool(case.particles) and contacts == DILUTE
+    if gas:
+        fluid_steps = count_fluid_steps(case, seconds, find_thinnest(case, folder), carried)
     return Work(
         seconds=seconds,
         particles=particles,
@@ -95,8 +99,9 @@ def count_work(
         law=name,
         dem_steps=steps,
         rebuilds=rebuilds,
+        turnovers=_count_turnovers(case, seconds, fluid_steps),
         cells=region.cells if gas else 0,
-        fluid_steps=count_fluid_steps(case, seconds, find_thinnest(case, folder)) if gas else 0.0,
+        fluid_steps=fluid_steps,
         correctors=gas.correctors if gas else 0,
         digits=count_digits(gas.pressure_tolerance, gas.max_courant) if gas else 0.0,
         subgrid=gas.turbulence if gas else "none",
@@ -110,17 +115,21 @@ def count_dem_steps(case: Case, seconds: float) -> int:
     return math.ceil(seconds / dem_step(case.contact, case.particles) - 1e-6)
 
 
-def count_fluid_steps(case: Case, seconds: float, thinnest: float | None = None) -> float:
+def count_fluid_steps(case: Case, seconds: float, thinnest: float | None = None, carried: bool = False) -> float:
     """Fluid steps of a run of `seconds` [s]: those of the case's limits at the inlet's speed of each time, `LIVELY` as
-    long, in whole DEM steps, and one a DEM step at least."""
+    long, in whole DEM steps, and one a DEM step at least.
+
+    carried: there is no bed, the gas carries the particles, and is hardly faster than where it comes in.
+    """
     assert case.gas is not None
     pieces = _PIECES if len(inlet_ramp(case.gas)) > 1 else 1
     fastest, width = fastest_inlet(case.gas), seconds / pieces
     held = dem_step(case.contact, case.particles) if case.particles and case.contact else 0.0
+    share, longer = (EXPANDED, 1.0) if carried else (1.0, LIVELY)
     steps = 0.0
     for number in range(pieces):
         speed = abs(_find_speed(case, (number + 0.5) * width))
-        step = LIVELY * gas_step(case, speed / fastest if fastest else 0.0, thinnest)
+        step = longer * gas_step(case, share * speed / fastest if fastest else 0.0, thinnest)
         if held:
             step = held * max(1.0, step / held - 0.5)  # rounded down: half a DEM step is lost on the mean
         steps += width / step
@@ -152,6 +161,16 @@ def _average_particles(case: Case, seconds: float) -> float:
     """Mean number of particles over the run; those that outlets take away are counted as if they stayed."""
     assert case.particles is not None
     return particle_count(case.particles) + sum(_fed(case, feed, seconds) for feed in case.particles.feeds)
+
+
+def _count_turnovers(case: Case, seconds: float, fluid_steps: float) -> float:
+    """Fluid steps in which a particle comes in, of the feed that brings some in most of them."""
+    counts = [0.0]
+    for feed in case.particles.feeds if case.particles else ():
+        length = max(0.0, min(feed.end or math.inf, seconds) - feed.start)
+        assert case.particles is not None
+        counts.append(min(fluid_steps * length / seconds, find_rate(case.particles, feed) * length))
+    return max(counts)
 
 
 def _fed(case: Case, feed: Feed, seconds: float) -> float:
