@@ -25,6 +25,7 @@ from fbcouple.decks.starts import expect_start
 from fbcouple.errors import DivergedError, SolverError
 from fbcouple.launcher.launch import is_complete
 from fbcouple.machine.environment import child_environment, hand_down
+from fbcouple.results.reader import open_results
 from fbcouple.run_folder.checkpoint import list_checkpoints
 from fbcouple.run_folder.plain_files import require_plain
 from fbcouple.run_folder.products import remove_run
@@ -79,8 +80,8 @@ def _take_environment(environment: dict[str, str]) -> None:
 def run_case(base: str, settings: Settings, run: Path, ranks: int, wall_limit: float) -> Ending:
     """Run the case `base` under `settings` in the folder `run`, unless it has been run to its end there before.
 
-    A run that stopped early with a checkpoint goes on from it; a folder that holds another case, or a run that failed,
-    is laid out afresh.
+    A run that stopped early with a checkpoint goes on from it, and one that was brought to its end by `fbcouple run`
+    stays; a folder that holds another case, or a run that failed, is laid out afresh.
 
     Raises: CaseError if the case is wrong or the folder cannot be written.
     """
@@ -89,6 +90,8 @@ def run_case(base: str, settings: Settings, run: Path, ranks: int, wall_limit: f
     known = _find_ending(run, case, ranks)
     if known and known.is_final and (known.how == "diverged" or is_complete(run, case)):
         return known
+    if _holds(run, case) and is_complete(run, case) and (seconds := _find_seconds(run, ranks)) is not None:
+        return _keep_ending(run, Ending("complete", "", seconds, ranks))
     begin, before = time.monotonic(), 0.0
     stopped = list_checkpoints(run) and not is_complete(run, case) and (known is None or known.how == "out of time")
     if _holds(run, case) and stopped:
@@ -98,9 +101,18 @@ def run_case(base: str, settings: Settings, run: Path, ranks: int, wall_limit: f
         run.parent.mkdir(parents=True, exist_ok=True)
         lay_out(base, run, format_settings(settings), trusted=False, forced=True)
     how, text = _start(run, ranks, wall_limit)
-    ending = Ending(how, text, before + time.monotonic() - begin, ranks)
+    return _keep_ending(run, Ending(how, text, before + time.monotonic() - begin, ranks))
+
+
+def _keep_ending(run: Path, ending: Ending) -> Ending:
     (run / ENDING).write_text(json.dumps(asdict(ending)) + "\n", encoding="utf-8")
     return ending
+
+
+def _find_seconds(run: Path, ranks: int) -> float | None:
+    """Wall time [s] of the complete run in `run`, by its results; None if it was on another number of ranks."""
+    about = open_results(run).data.attrs
+    return float(about["core_seconds"]) / ranks if about.get("ranks") == ranks else None
 
 
 def run_from_middle(run: Path, again: Path, ranks: int, wall_limit: float) -> Ending | None:
@@ -124,9 +136,7 @@ def run_from_middle(run: Path, again: Path, ranks: int, wall_limit: float) -> En
     (again / "logs").mkdir(exist_ok=True)
     begin = time.monotonic()
     how, text = _start(again, ranks, wall_limit)
-    ending = Ending(how, text, time.monotonic() - begin, ranks)
-    (again / ENDING).write_text(json.dumps(asdict(ending)) + "\n", encoding="utf-8")
-    return ending
+    return _keep_ending(again, Ending(how, text, time.monotonic() - begin, ranks))
 
 
 def look_up_case(base: str, settings: Settings, run: Path, ranks: int) -> Ending:

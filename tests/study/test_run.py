@@ -9,11 +9,12 @@ import pytest
 import xarray as xr
 from click.testing import CliRunner
 
+from fbcouple.api import Run
 from fbcouple.case.bed.drag_balance import terminal_velocity
 from fbcouple.case.load import load_case
 from fbcouple.cli.main import cli
 from fbcouple.study.measures.against_theory import _solve_path
-from fbcouple.study.runs import run_case
+from fbcouple.study.runs import ENDING, run_case
 
 SHORT = (("[set]\n", "[set]\nend_time = 0.04\noutput.record_every = 2e-3\n"), ('"exponential"]', '"semi-implicit"]'))
 
@@ -84,3 +85,17 @@ def test_member_that_is_out_of_time_goes_on_from_its_checkpoint(write, tmp_path)
     begun = [line for line in (run / "logs/run.jsonl").read_text().splitlines() if '"time": 0.0,' in line]
     assert len(begun) == 1, "the history goes on, and was not begun again"
     assert run_case(base, settings, run, 1, 1200.0) == again
+
+
+def test_a_member_that_was_brought_to_its_end_by_hand_stays(write, tmp_path):
+    """Stopped within a study, or begun without one, and ended by `fbcouple run`: nothing of it is run again."""
+    base, run = str(write().parent / "case.toml"), tmp_path / "run"
+    settings = {"end_time": 0.05, "gas.max_step": 1e-4, "gas.max_courant": 10.0, "gas.inlet_velocity": 0.52}
+    assert run_case(base, settings, run, 1, 0.01).how == "out of time"
+    assert Run(run).resume(1, progress=False).state == "complete"
+    kept = (run / "results.nc").stat().st_mtime_ns
+    found = run_case(base, settings, run, 1, 1200.0)
+    assert found.how == "complete" and found.seconds > 0.0 and (run / "results.nc").stat().st_mtime_ns == kept
+    (run / ENDING).unlink()
+    assert run_case(base, settings, run, 1, 1200.0).how == "complete"
+    assert (run / "results.nc").stat().st_mtime_ns == kept
