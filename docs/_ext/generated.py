@@ -31,7 +31,15 @@ from fbcouple.physics.drag.laws import DRAG_LAWS
 from fbcouple.postproc import COMPARISONS, FIGURES
 from fbcouple.postproc.papers.hamidouche2019.claims import STATEMENTS
 from fbcouple.postproc.papers.hamidouche2019.registry import CLAIMS
-from fbcouple.results.variables import EXITS, HISTORIES, HISTORIES_OF_OUTLETS, HISTORIES_OF_SPECIES, HISTORY_VECTORS, MEANS, STAGES
+from fbcouple.results.variables import (
+    EXITS,
+    HISTORIES,
+    HISTORIES_OF_OUTLETS,
+    HISTORIES_OF_SPECIES,
+    HISTORY_VECTORS,
+    MEANS,
+    STAGES,
+)
 from fbcouple.validate.comparisons import COMPARISONS as WAYS
 from fbcouple.validate.comparisons import UNITS
 from fbcouple.validate.schema import Validation

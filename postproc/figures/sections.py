@@ -32,8 +32,8 @@ def sections(results: Results) -> Figure:
         raise NotDrawableError([f"{results.path} has no sample of its sections in the averaging window yet."])
     smallest = SMALLEST * float(results.case["particles"]["diameter"])
     note = (
-        f"edge of a bubble: voidage {EDGE:g}; from {1e3 * smallest:.3g} mm; what covers {OPEN:g} of the section is none; "
-        "equivalent diameter of each at its widest"
+        f"edge of a bubble: voidage {EDGE:g}; from {1e3 * smallest:.3g} mm; what covers {OPEN:g} of the section is "
+        "none; equivalent diameter of each at its widest"
     )
     picture = new_figure(results.title, PAGE, _BOTTOM + len(names) * (_EACH + _GAP), note)
     least = min(float(np.nanmin(section.voidage)) for section in found if len(section.times))
