@@ -24,10 +24,12 @@ _FLUX_Z = 4
 
 def is_own_mirror_image(results: Results) -> bool:
     """Whether nothing that the case says tells the left half of the bed from the right one: a box with a uniform inlet
-    or one around a closed nozzle in the middle, and nothing that comes or goes at a side."""
+    or one around a closed nozzle in the middle, nothing that comes or goes at a side, and no side wall of a
+    temperature of its own."""
     case = results.case
     gas, particles = case.get("gas") or {}, case.get("particles") or {}
-    sided = gas.get("inlets"), gas.get("outlets"), particles.get("feeds"), particles.get("outlets")
+    walls = [wall for wall in (case.get("heat") or {}).get("walls") or () if wall["face"] in ("left", "right")]
+    sided = gas.get("inlets"), gas.get("outlets"), particles.get("feeds"), particles.get("outlets"), walls
     return results.is_box and case["domain"].get("shape", "box") == "box" and not any(sided)
 
 

@@ -105,6 +105,7 @@ def test_results_without_blocks_have_no_error():
         {"domain": {"size": [0.08, 0.02, 0.06], "shape": "file"}},
         {"gas": {"outlets": [{"face": "left"}]}},
         {"particles": {"feeds": [{"rate": 10.0}]}},
+        {"heat": {"walls": [{"face": "left", "temperature": 500.0}]}},
     ],
 )
 def test_what_comes_or_goes_at_one_side_makes_no_mirror_image(change):
