@@ -162,7 +162,7 @@ def run_on(
     require_unchanged(case, run, trusted, changes_inlet(sets))
     if sets:
         case = ask(case, sets, run)
-    end = min(case.end_time, limits["until"] or case.end_time)
+    end, was_complete = min(case.end_time, limits["until"] or case.end_time), not fresh and is_complete(run, case)
     console = Console()
     go_on = f"`fbcouple run {quote(str(run))} -n {ranks} --resume{' --trust' if trusted else ''}`"
     try:
@@ -186,7 +186,7 @@ def run_on(
         stopped_at = f"at or after {end:g} s of {case.end_time:g} s"
         click.echo(f"{run}: stopped at a moment for a checkpoint {stopped_at}; go on with {go_on}")
         return
-    if end < case.end_time and progress.sum_up()[0] > 0.0:
+    if end < case.end_time and not was_complete:
         text = f"no moment for a checkpoint came from --until {end:g} s to the end of the run"
         click.echo(f"{run}: {text}; checkpoint.moment_steps says after how many steps one comes")
     click.echo(f"{run}: done{progress.format_begin()}; draw its figures with `fbcouple post {quote(str(run))}`")
