@@ -121,3 +121,10 @@ def test_a_column_of_another_quantity_is_named_with_the_mend(tmp_path):
     told = "no column value and has `solids_fraction`; this line is of voidage: name its column `value` or `voidage`"
     with pytest.raises(CaseError, match=f"line 1, .* {told}, or give the line as solids_fraction@height=file"):
         read_points(write(tmp_path, "x,solids_fraction\n0.01,0.5\n"), "voidage")
+
+
+def test_errors_without_a_unit_have_that_of_the_values(tmp_path):
+    bare = read_points(write(tmp_path, "x [mm],value [mm/s],error\n2,-50,10\n"), "solids_velocity")
+    assert bare.value.tolist() == [-0.05] and bare.error.tolist() == pytest.approx([0.01])
+    own = read_points(write(tmp_path, "x [mm],value [mm/s],error [m/s]\n2,-50,0.02\n"), "solids_velocity")
+    assert own.error.tolist() == [0.02]

@@ -38,3 +38,9 @@ def test_names_are_broken_between_members_only(tmp_path):
     file = draw(rows, ["a.b"], "title", tmp_path / "study.svg")
     text = file.read_text()
     assert all(f"{number + 1}\u00a0{name}" in text or name in text for number, name in enumerate(names))
+
+
+def test_a_measure_that_no_member_has_says_why(tmp_path):
+    row = {"measure": "m", "member": "base", "a.b": 1, "error": None, "core_seconds_per_second": 10.0}
+    file = draw([row | {"why": "not mixed to 0.9: it has come to 0.17"}], ["a.b"], "title", tmp_path / "study.svg")
+    assert "not mixed to 0.9: it has come to 0.17" in file.read_text()
