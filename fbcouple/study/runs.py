@@ -87,14 +87,14 @@ def run_case(base: str, settings: Settings, run: Path, ranks: int, wall_limit: f
     """
     require_plain(run)
     case = _expect(base, settings)
-    known = _find_ending(run, case, ranks)
-    if known and known.is_final and (known.how == "diverged" or is_complete(run, case)):
+    holds = _holds(run, case)
+    known, complete = _read_ending(run, ranks) if holds else None, holds and is_complete(run, case)
+    if known and (known.how == "diverged" or (known.how == "complete" and complete)):
         return known
-    if _holds(run, case) and is_complete(run, case) and (seconds := _find_seconds(run, ranks)) is not None:
+    if complete and (seconds := _find_seconds(run, ranks)) is not None:
         return _keep_ending(run, Ending("complete", "", seconds, ranks))
     begin, before = time.monotonic(), 0.0
-    stopped = list_checkpoints(run) and not is_complete(run, case) and (known is None or known.how == "out of time")
-    if _holds(run, case) and stopped:
+    if holds and not complete and list_checkpoints(run) and (known is None or known.how == "out of time"):
         before = known.seconds if known else 0.0
     else:
         remove_run(run)

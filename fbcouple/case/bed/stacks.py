@@ -21,7 +21,7 @@ def stands_in_columns(case: Case) -> bool:
     """Does the bed begin as upright columns of particles that can neither turn nor, by their friction, slip?"""
     if case.particles is None or case.contact is None or case.start is None or case.gravity == 0.0:
         return False
-    if case.particles.rotation or case.start.method != "lattice" or case.particles.positions or case.start.run:
+    if case.particles.rotation or case.particles.positions or case.start.is_made:
         return False
     frictions = [case.contact.friction, *(row[-1] for row in case.contact.pairs)]
     return max(frictions) > 0.0 and particle_count(case.particles) > 1 and lay_out(case).layers > 1
