@@ -13,6 +13,7 @@ from scipy.optimize import nnls
 
 from fbcouple.postproc.figures.registry import figure
 from fbcouple.postproc.style import BLUE, COLUMN, GREY, VERMILION, inset_axes, new_figure
+from fbcouple.postproc.value_text import with_error
 from fbcouple.results.reader import NotDrawableError, NotMeantError, Results
 
 PACKED = (0.1, 0.85)
@@ -170,7 +171,7 @@ def _draw(axes: Axes, branch: Branch) -> None:
 def _describe(branch: Branch) -> str:
     if branch.onset is None:
         return f"{branch.name}: no packed bed seen"
-    words = f"{branch.name}: U$_{{mf}}$ = {branch.onset.velocity:.3g} ± {branch.onset.error:.1g} m/s (dashed)"
+    words = f"{branch.name}: U$_{{mf}}$ = {with_error(branch.onset.velocity, branch.onset.error)} m/s (dashed)"
     if math.isnan(branch.by_drag):
         return words
     return f"{words};\nby the drag law at voidage {branch.voidage:.3f}: {branch.by_drag:.3g} m/s (dotted)"

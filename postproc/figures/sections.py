@@ -12,6 +12,7 @@ from fbcouple.postproc.figures.probes import MOST_COLUMNS, thin
 from fbcouple.postproc.figures.registry import figure
 from fbcouple.postproc.sections import OPEN, Passing, Section, cut_section, find_passing, list_sections, read_section
 from fbcouple.postproc.style import BLUE, ORANGE, PAGE, inset_axes, new_figure
+from fbcouple.postproc.value_text import with_error
 from fbcouple.results.reader import NotDrawableError, NotMeantError, Results
 
 FEWEST = 5
@@ -85,6 +86,7 @@ def _describe(passing: Passing) -> str:
     if count:
         mean = f"{1e3 * passing.diameters.mean():.3g}"
         if count >= FEWEST:
-            mean += f" ± {1e3 * passing.diameters.std(ddof=1) / np.sqrt(count):.1g}"
+            error = passing.diameters.std(ddof=1) / np.sqrt(count)
+            mean = with_error(1e3 * passing.diameters.mean(), 1e3 * error)
         text = f"{count} bubble{'s' * (count > 1)} of {mean} mm"
     return f"{text}, {passing.open} void{'s' * (passing.open != 1)} cover{'s' * (passing.open == 1)} the section"

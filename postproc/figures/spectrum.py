@@ -15,6 +15,7 @@ from fbcouple.postproc.figures.probes import is_map
 from fbcouple.postproc.figures.registry import figure
 from fbcouple.postproc.statistics import FEWEST, find_steady_time
 from fbcouple.postproc.style import BLUE, COLUMN, GREY, INK, VERMILION, inset_axes, new_figure
+from fbcouple.postproc.value_text import with_error
 from fbcouple.results.probes import read_probes
 from fbcouple.results.reader import NotDrawableError, Results
 
@@ -164,7 +165,7 @@ def _draw(axes: Axes, found: Spectrum) -> None:
     axes.set_ylabel(f"PSD [{unit}$^2$ Hz$^{{-1}}$]")
     if found.stands_out:
         axes.axvline(found.peak, color=VERMILION, linestyle="--", linewidth=1.0)
-        text = f"{words}: peak at {found.peak:.2f} ± {found.resolution / 2:.2g} Hz"
+        text = f"{words}: peak at {with_error(found.peak, found.resolution / 2)} Hz"
     else:
         text = f"{words}: no peak stands out of red noise (largest at {found.peak:.2f} Hz)"
     axes.set_title(text, loc="left", size="small", pad=2.0)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from fbcouple.postproc.measures import Measured
+from fbcouple.postproc.value_text import with_error
 from fbcouple.results.reader import Results
 
 Runs = Mapping[str, Results]
@@ -100,8 +101,5 @@ def settle(measured: str, answers: Iterable[Answer]) -> Finding:
 
 def word(values: Iterable[Measured], factor: float = 1.0, unit: str = "") -> str:
     """Values with their standard errors, where they are known, in `unit` after `factor`."""
-    text = ", ".join(
-        f"{factor * value.value:.3g} ± " + (f"{factor * value.error:.1g}" if math.isfinite(value.error) else "?")
-        for value in values
-    )
+    text = ", ".join(with_error(factor * value.value, factor * value.error) for value in values)
     return f"{text} {unit}".strip()
