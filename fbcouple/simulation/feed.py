@@ -62,7 +62,7 @@ class FeedSource:
         return max(0, int((self._allow(time) / _ALMOST - self._used) / self._mean_cost))
 
     def list_due(self, time: float) -> list[int]:
-        """Which of its kinds each particle is that is due at `time` [s], some at most at once."""
+        """Which of its kinds each particle is that is due at `time` [s]; of many the first, up to a batch."""
         due: list[int] = []
         used, allowed = self._used, self._allow(time)
         while len(due) < _BATCH:
@@ -128,15 +128,16 @@ class FreeSpace:
         (k, 4) that others got in this step.
         """
         blocked = self._find_blocked(tried, radii, positions, held)
-        chosen: list[np.ndarray] = []
+        first = count = len(taken)
+        others = np.concatenate([np.reshape(taken, (-1, 4)), np.empty((len(tried), 4))])
         for row, radius, ways in zip(tried, radii, blocked, strict=True):
-            others = np.array([*taken, *chosen]).reshape(-1, 4)
-            free = [n for n in np.flatnonzero(~ways) if self._is_apart(row[n], radius, others)]
+            free = [n for n in np.flatnonzero(~ways) if self._is_apart(row[n], radius, others[:count])]
             if not free:
                 break
-            chosen.append(np.array([*row[free[0]], radius]))
-        taken += chosen
-        return np.array(chosen).reshape(-1, 4)[:, :3]
+            others[count] = *row[free[0]], radius
+            count += 1
+        taken += list(others[first:count])
+        return others[first:count, :3]
 
     def _find_blocked(
         self, tried: np.ndarray, radii: np.ndarray, positions: np.ndarray, held: np.ndarray

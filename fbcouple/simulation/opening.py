@@ -11,7 +11,7 @@ from mpi4py import MPI
 
 from fbcouple.case.bed import derived
 from fbcouple.case.bed.acceleration import choose_acceleration
-from fbcouple.case.bed.feeds import has_traffic
+from fbcouple.case.bed.feeds import find_clearing_time, has_traffic
 from fbcouple.case.bed.outlets import find_longest_step
 from fbcouple.case.bed.particle_types import largest_diameter
 from fbcouple.case.bed.streams import has_own_condition, list_tables
@@ -102,20 +102,28 @@ def _open_cells(
 
 def _start_clock(case: Case, end: float, edge: float) -> Clock:
     """With both phases the first step is one DEM step, and the Courant number takes over from there. No particle
-    crosses an outlet of particles in a step.
+    crosses an outlet of particles in a step. Without gas a step is as long as the shortest time between two outputs, and
+    no longer than what a feed brings takes to leave its place.
 
     It knows nothing of a ramp's gas to come: steps are then never longer than the ramp's fastest gas allows.
     """
     dem_step = derived.dem_step(case.contact, case.particles) if case.contact and case.particles else None
-    first = min(case.output.record_every, case.averages.every if case.averages else math.inf)
     longest = find_longest_step(case)
-    first = min(first, longest)
+    first = min(*_list_cadences(case), find_clearing_time(case), longest)
     if case.gas:
         speed = max(derived.open_velocity(case), _SLOWEST)
         room = case.gas.max_courant * edge / speed
         longest = min(longest, room if derived.has_ramp(case.gas) else math.inf, case.gas.max_step or math.inf)
         first = dem_step or min(room, longest)
     return Clock(end, dem_step, first, longest)
+
+
+def _list_cadences(case: Case) -> list[float]:
+    """Times [s] between two outputs of each kind that the case asks for by simulated time."""
+    output = case.output
+    times = [output.record_every, output.particles_every, output.snapshots_every, *(one.every for one in output.probes)]
+    times += [case.averages.every if case.averages else None, case.checkpoint.every]
+    return [time for time in times if time is not None]
 
 
 def _own_cells(grid: Grid, liggghts: Liggghts | None) -> np.ndarray:

@@ -158,15 +158,15 @@ class Traffic:
         found: list[Newcomers] = []
         taken: list[np.ndarray] = []
         for feed, kinds in zip(self._feeds, due, strict=True):
-            if not kinds:
-                continue
-            staying = np.delete(np.arange(own.count), leaving)
-            tried = feed.try_places(kinds, clock.steps)
-            held = own.positions[staying], own.radii[staying]
-            positions = self._space.choose(tried, feed.find_radii(kinds), *held, taken)
-            chosen = feed.take(kinds[: len(positions)])
-            velocities = np.broadcast_to(feed.velocity, positions.shape)
-            found.append(Newcomers(chosen, positions, velocities, np.full(len(chosen), feed.number)))
+            staying = np.delete(np.arange(own.count), leaving) if kinds else leaving
+            while kinds:
+                tried = feed.try_places(kinds, clock.steps)
+                held = own.positions[staying], own.radii[staying]
+                positions = self._space.choose(tried, feed.find_radii(kinds), *held, taken)
+                chosen = feed.take(kinds[: len(positions)])
+                velocities = np.broadcast_to(feed.velocity, positions.shape)
+                found.append(Newcomers(chosen, positions, velocities, np.full(len(chosen), feed.number)))
+                kinds = feed.list_due(clock.time) if len(chosen) == len(kinds) else []
         if not found:
             return Newcomers(np.empty(0, int), np.empty((0, 3)), np.empty((0, 3)), np.empty(0, int))
         return Newcomers(*(np.concatenate(column) for column in zip(*found, strict=True)))

@@ -47,6 +47,22 @@ def count_fed(case: Case) -> float:
     return total
 
 
+def find_clearing_time(case: Case) -> float:
+    """Time [s] in which what a feed brings falls, or flies, out of its own place: its diameter.
+
+    So often at least a feed has to be asked, or its box holds back more than its particles do. Infinite without feeds,
+    or where nothing moves what they bring.
+    """
+    times = [math.inf]
+    for feed in case.particles.feeds if case.particles else ():
+        assert case.particles is not None
+        smallest = min(kind.diameter for _, kind, _ in list_feed_kinds(case.particles, feed))
+        speed = math.hypot(*feed.velocity)
+        leap = math.sqrt(speed**2 + 2.0 * case.gravity * smallest) + speed
+        times.append(2.0 * smallest / leap if leap else math.inf)
+    return min(times)
+
+
 def find_inner_box(case: Case, feed: Feed, radius: float) -> tuple[np.ndarray, np.ndarray]:
     """Lowest and highest place (3,) [m] of the centre of a particle of `radius` [m] that lies within the box of
     `feed`; along a periodic axis that the box fills it is anywhere."""
