@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import fbcouple
-from fbcouple.errors import CaseError, DivergedError
+from fbcouple.errors import CaseError, DivergedError, SolverError
 from fbcouple.machine.environment import mpi_environment
 from fbcouple.machine.launchers import mpi_command
 
@@ -166,6 +166,59 @@ def test_a_task_of_ones_own_looks_at_every_step_and_goes_on_after_a_restart(case
     parts.resume(trust=True, progress=False)
     probes = [(run.path / "probe.json").read_text() for run in (whole, parts)]
     assert probes[0] == probes[1] and len(probes[0]) > 100
+
+
+FILES = """
+import numpy as np
+import fbcouple
+
+class Keeper(fbcouple.Task):
+    def __init__(self):
+        self.times = []
+
+    def after_step(self, sim):
+        self.times.append(sim.time)
+
+    def finish(self, sim):
+        if sim.comm.rank == 0:
+            np.save("times.npy", self.times)
+
+    def save(self, sim, folder):
+        if sim.comm.rank == 0:
+            np.savez(folder / "NAME.npz", times=self.times)
+        return fbcouple.Saved(files=LISTED)
+
+    def load(self, sim, saved, folder):
+        self.times = np.load(folder / "task-times.npz")["times"].tolist()
+"""
+
+
+def test_a_task_goes_on_from_a_file_of_its_own(case_file, tmp_path):
+    text = FILES.replace("NAME", "task-times").replace("LISTED", "['task-times.npz']")
+    (case_file.parent / "keeper.py").write_text(text)
+    values = {"output.task_file": "keeper.py", "end_time": 3e-3, "checkpoint.moment_steps": 5}
+    run = fbcouple.setup(case_file, tmp_path / "run", values, trust=True)
+    run.start(trust=True, until=1e-3, progress=False)
+    run.resume(trust=True, progress=False)
+    times = np.load(run.path / "times.npy")
+    assert (np.diff(times) > 0.0).all() and times[0] < 1e-4 and times[-1] == pytest.approx(3e-3, rel=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("name", "listed", "words"),
+    [
+        ("mine", "['mine.npz']", "mine.npz.*is no name for a file of a task; call it task-NAME"),
+        ("task-mine", "[]", "task-mine.npz.*does not list it; return Saved"),
+    ],
+)
+def test_a_file_that_a_checkpoint_could_not_be_read_with_is_refused_when_it_is_written(
+    case_file, tmp_path, name, listed, words
+):
+    (case_file.parent / "keeper.py").write_text(FILES.replace("NAME", name).replace("LISTED", listed))
+    values = {"output.task_file": "keeper.py", "end_time": 3e-3, "checkpoint.moment_steps": 5}
+    run = fbcouple.setup(case_file, tmp_path / "run", values, trust=True)
+    with pytest.raises(SolverError, match=words):
+        run.start(trust=True, until=1e-3, progress=False)
 
 
 @pytest.mark.parametrize(

@@ -26,6 +26,8 @@ LARGEST = 200_000_000
 """Bytes that an index may have."""
 _FOLDER = re.compile(r"step-(\d{12})")
 _OWN_FILES = re.compile(r"state\.json|history\.jsonl|snapshots\.npz|exits\.npz|liggghts\.restart")
+_TASK_FILES = re.compile(r"task-[A-Za-z0-9][\w-]*(\.\w+)?", re.ASCII)
+"""What files of tasks that a case brings are called."""
 _CELLS = re.compile(r"cells-(\d{4,6})\.npz")
 _TIME = r"\d+(?:\.\d+)?(?:e[+-]?\d+)?"
 _FIELD = re.compile(
@@ -70,7 +72,16 @@ def name_folder(step: int) -> str:
 
 def write_index(folder: Path, about: dict[str, Any], files: dict[str, tuple[int, str]]) -> Path:
     """Write the index of the checkpoint in `folder`, with a checksum of its own and this user's signature, and return
-    its place."""
+    its place.
+
+    Raises: CaseError (one text) if a task wrote a file that the checkpoint could not be read with again.
+    """
+    for name in files:
+        if not any(kind.fullmatch(name) for kind in (_CELLS, _FIELD, _OWN_FILES, _TASK_FILES)):
+            words = "call it task-NAME with letters, digits, - and _, as task-probe.npz"
+            raise CaseError([f"a task writes {show(name)}, which is no name for a file of a task; {words}"])
+    for name in sorted(_list_files(folder) - set(files)):
+        raise CaseError([f"a task wrote {show(name)} and does not list it; return Saved(files=[{show(name)}])"])
     text = json.dumps({"format": FORMAT, **about, "files": files}, indent=1)
     (folder / NAME).write_text(
         json.dumps({"sha256": hash_text(text), "signature": sign(text), "index": text}), encoding="utf-8"
@@ -134,7 +145,7 @@ def _require_own_names(index: Index) -> None:
         elif saved := _FIELD.fullmatch(name):
             parts.add(saved[1] and int(saved[1]))
             times.add(saved[2])
-        elif not _OWN_FILES.fullmatch(name):
+        elif not (_OWN_FILES.fullmatch(name) or _TASK_FILES.fullmatch(name)):
             raise CaseError([f"{show(name)} is in it, which no checkpoint has"])
     every = set(range(index.ranks)) if index.ranks <= len(index.files) else {-1}
     if cells != every or parts not in (set(), every if index.ranks > 1 else {None}):
@@ -143,10 +154,14 @@ def _require_own_names(index: Index) -> None:
         raise CaseError([f"its fields are of the times {', '.join(sorted(times)[:_MOST_NAMED])}"])
 
 
+def _list_files(folder: Path) -> set[str]:
+    return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if not path.is_dir()}
+
+
 def require_whole(folder: Path, index: Index, words: Words) -> None:
     """Raise CaseError (one text, without the folder) unless all files that `index` lists, and no others, are in
     `folder` as they were written; `words` are those that fields of the gas may have."""
-    there = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if not path.is_dir()}
+    there = _list_files(folder)
     for name in sorted(there - {NAME, *index.files}):
         raise CaseError([f"{show(name)} is in it, which it was not written with; remove it"])
     for name, (size, checksum) in index.files.items():

@@ -102,8 +102,8 @@ def _open_cells(
 
 def _start_clock(case: Case, end: float, edge: float) -> Clock:
     """With both phases the first step is one DEM step, and the Courant number takes over from there. No particle
-    crosses an outlet of particles in a step. Without gas a step is as long as the shortest time between two outputs, and
-    no longer than what a feed brings takes to leave its place.
+    crosses an outlet of particles in a step. Without gas a step is as long as the shortest time between two outputs,
+    and no longer than what a feed brings takes to leave its place.
 
     It knows nothing of a ramp's gas to come: steps are then never longer than the ramp's fastest gas allows.
     """

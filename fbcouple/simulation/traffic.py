@@ -157,7 +157,8 @@ class Traffic:
         due = [feed.list_due(clock.time) for feed in self._feeds]
         found: list[Newcomers] = []
         taken: list[np.ndarray] = []
-        for feed, kinds in zip(self._feeds, due, strict=True):
+        for feed, first in zip(self._feeds, due, strict=True):
+            kinds = first
             staying = np.delete(np.arange(own.count), leaving) if kinds else leaving
             while kinds:
                 tried = feed.try_places(kinds, clock.steps)

@@ -30,7 +30,8 @@ def write_checkpoint(sim: Simulation, tasks: Sequence[Task], run: Path, about: d
     """Write the checkpoint of the step just taken and return its folder (collective).
 
     about: what `checkpoint.describe` says of the run, on rank 0.
-    Raises SolverError if the disk does not take it; the checkpoints before it stand.
+    Raises SolverError if the disk does not take it, or a task saves what it could not be read with again; the
+    checkpoints before it stand.
     """
     comm, step = sim.comm, sim.clock.steps
     try:
@@ -42,7 +43,7 @@ def write_checkpoint(sim: Simulation, tasks: Sequence[Task], run: Path, about: d
             moment = {"step": step, "time": sim.clock.time, "ranks": comm.size}
             path = checkpoint.finish(folder, about | moment, {name: s for part in gathered for name, s in part.items()})
         return comm.bcast(path)
-    except (OSError, SolverError) as error:
+    except (OSError, CaseError, SolverError) as error:
         checkpoint.abandon(run)
         stands = checkpoint.format_newest(run)
         raise SolverError(f"the checkpoint of step {step} cannot be written: {error}; {stands}") from error

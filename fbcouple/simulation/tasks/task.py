@@ -23,7 +23,7 @@ class Saved:
     cells: dict[str, np.ndarray] = field(default_factory=dict)
     """Name -> rows of this rank's cells; a run on other ranks gets those of its own cells."""
     files: list[str] = field(default_factory=list)
-    """Files that rank 0 wrote into the folder of the checkpoint."""
+    """Files that rank 0 wrote into the folder of the checkpoint, called task-NAME, as task-probe.npz."""
 
 
 class Task:
