@@ -108,15 +108,15 @@ def _read_columns(file: str, frame: _Frame) -> Table:
 
 
 def _unfold(file: str, frame: _Frame, manner: str, columns: dict[str, np.ndarray]) -> None:
-    """Bring scaled positions to meters, and unwrapped ones back through periodic sides."""
-    if not manner:
-        return
+    """Bring scaled positions to meters, and what lies over a periodic side back through it: unwrapped positions, and
+    plain ones of particles that LIGGGHTS had not brought in yet."""
     if frame.bounds is None or (frame.bounds[:, 1] <= frame.bounds[:, 0]).any():
+        if not manner:
+            return
         raise CaseError([f"{file}: positions are given as x{manner} and there is no box; dump x y z."])
     for axis, (low, high), wraps in zip(POSITIONS, frame.bounds.tolist(), frame.periodic, strict=True):
         values = columns[axis]
         if "s" in manner:
             values = low + values * (high - low)
-        if "u" in manner and wraps:
-            values = low + np.mod(values - low, high - low)
-        columns[axis] = values
+        outside = wraps & ((values < low) | (values > high))
+        columns[axis] = np.where(outside, low + np.mod(values - low, high - low), values)

@@ -215,6 +215,33 @@ def test_what_does_not_overlap_across_a_periodic_side_passes(bed):
     bed(["x,y,z", "0.01,0.01,0.05", "0.0003,0.01,0.02", "0.0193,0.01,0.02"], text=PERIODIC)
 
 
+@pytest.mark.parametrize(("x", "taken"), [("-1e-7", 0.0199999), ("0.0204", 0.0004), ("-1e-3", 0.019), ("0.02", 0.02)])
+def test_what_lies_a_little_over_a_periodic_side_comes_in_on_the_other(bed, tmp_path, x, taken):
+    """As LIGGGHTS writes particles that it has not brought in yet."""
+    lines = ["x,y,z", "0.01,0.01,0.05", f"{x},0.01,0.02", "0.01,-2e-5,0.02"]
+    case = bed(lines, text=PERIODIC)
+    assert start_positions(case, tmp_path) == pytest.approx(
+        np.array([[0.01, 0.01, 0.05], [taken, 0.01, 0.02], [0.01, 0.01998, 0.02]]), rel=1e-12
+    )
+    lay_out(str(tmp_path), tmp_path / "run", (), False, forced=True)
+    rows = [line.split() for line in (tmp_path / "run/DEM/particles.data").read_text().split("Atoms")[1].splitlines()]
+    assert [float(row[4]) for row in rows if row] == start_positions(case, tmp_path)[:, 0].tolist()
+    with pytest.raises(CaseError, match=r"2 particles are not inside the box"):
+        bed(lines if x != "0.02" else [*lines[:2], "-1e-7,0.01,0.02", lines[3]])
+
+
+@pytest.mark.parametrize("x", [-1.1e-3, 0.0211, 0.03])
+def test_what_lies_far_over_a_periodic_side_is_told(bed, x):
+    told = r"1 particles are not inside the box, first is particle 2 .* up to 0.001 m over a periodic side"
+    with pytest.raises(CaseError, match=told):
+        bed(["x,y,z", "0.01,0.01,0.05", f"{x},0.01,0.02", "0.01,0.01,0.02"], text=PERIODIC)
+
+
+def test_particles_over_a_periodic_side_overlap_with_those_at_the_other(bed):
+    with pytest.raises(CaseError, match=r"particle 2 at .* and particle 3 at .* overlap by 0.5 of"):
+        bed(["x,y,z", "0.01,0.01,0.05", "-1e-4,0.01,0.02", "0.0194,0.01,0.02"], text=PERIODIC)
+
+
 def test_a_small_particle_may_lie_nearer_to_a_wall_than_a_large_one(bed):
     lines = ["x,y,z,diameter", "0.0002,0.01,0.02,4e-4", "0.01,0.01,0.02,4e-3", "0.01,0.01,0.03,4e-3"]
     assert bed(lines).particles.sizes == ((4e-4, 1000.0, 1), (4e-3, 1000.0, 2))

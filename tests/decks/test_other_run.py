@@ -6,6 +6,7 @@ import json
 import os
 import shutil
 
+import netCDF4
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -111,6 +112,19 @@ def test_frame_of_a_time_is_taken(bed, source):
     frame = min((read_frame(path) for path in (source / "frames").glob("*.nc")), key=lambda one: abs(one.time - 2.1e-3))
     assert 1.5e-3 < frame.time < 2.7e-3 and (start_positions(case, run) == frame.positions).all()
     assert not start_motion(case, run)[:, 3:].any()
+
+
+def test_frame_over_a_periodic_side_is_taken(bed, source, tmp_path):
+    """Frames have what LIGGGHTS holds, which brings particles in only where it makes its neighbour lists anew."""
+    shutil.copytree(source, tmp_path / "moved", ignore=shutil.ignore_patterns("checkpoints"))
+    for path in (tmp_path / "moved/frames").glob("*.nc"):
+        with netCDF4.Dataset(path, "a") as file:
+            file["position"][:, 0] -= 0.6e-3
+    run, case = bed(f"start.run={tmp_path / 'moved'}", 'domain.periodic=["x"]')
+    positions, held = start_positions(case, run), last_frame(tmp_path / "moved").positions.astype(float)
+    over = held[:, 0] < 0.0
+    assert 0 < over.sum() < 50 and (positions[~over] == held[~over]).all()
+    assert positions[over, 0] == pytest.approx(held[over, 0] + 0.01)
 
 
 def test_start_follows_a_run_without_checkpoints_by_its_last_frame(bed, source, tmp_path):

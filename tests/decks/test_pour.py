@@ -9,6 +9,7 @@ import pytest
 
 from fbcouple.case.bed.particle_types import count_kinds, list_kinds
 from fbcouple.case.bed.positions import start_kinds, start_positions
+from fbcouple.case.bed.start_file import read_start
 from fbcouple.case.load import load_case
 from fbcouple.decks import starts
 from fbcouple.decks.pour import pour
@@ -138,6 +139,18 @@ def test_bed_of_every_kind_fits_its_case(bed, tmp_path, sets):
     assert np.bincount(kinds).tolist() == count_kinds(case.particles)
     radii = np.array([kind.diameter / 2 for kind in list_kinds(case.particles)])[kinds]
     assert find_max_overlap(start_positions(made, tmp_path), radii, len(radii)) < 0.03
+
+
+def test_bed_over_its_periodic_sides_is_taken(bed, tmp_path):
+    """One of its particles is at rest 27 um over a side, where LIGGGHTS had not brought it in yet."""
+    size = ("domain.size=[0.004, 0.004, 0.02]", "domain.cells=[2, 2, 10]", 'domain.periodic=["x", "y"]')
+    case = bed(*size, "particles.count=60", "start.seed=2")
+    made = starts.make_start(case, tmp_path, tmp_path)
+    positions, raw = start_positions(made, tmp_path), read_start(tmp_path / "cache/starts" / made.particles.positions)
+    assert (positions >= 0.0).all() and (positions[:, :2] <= 0.004).all()
+    over = (raw.positions < 0.0) | (raw.positions > [0.004, 0.004, 0.02])
+    assert np.abs(positions - raw.positions)[over] == pytest.approx(0.004)
+    assert (positions == raw.positions)[~over].all()
 
 
 def test_bed_that_does_not_come_to_rest_in_time_is_told_and_nothing_is_written(bed, tmp_path):

@@ -64,6 +64,14 @@ def test_scaled_and_unwrapped_positions_are_brought_back(read, columns, row):
     assert place == pytest.approx([0.005, 0.006, 0.03], abs=1e-15)
 
 
+def test_plain_positions_over_a_periodic_side_are_brought_back_and_others_kept(read):
+    """LIGGGHTS brings particles in only where it makes its neighbour lists anew."""
+    rows = ("-1e-7 0.006 0.03", "0.0203 -1e-7 0.03", "0.013 0.006 0.06")
+    places = read(frame(0, rows, "x y z")).positions
+    expected = [[0.0199999, 0.006, 0.03], [0.0003, -1e-7, 0.03], [0.013, 0.006, 0.06]]
+    assert places == pytest.approx(np.array(expected), abs=1e-15) and places[2].tolist() == expected[2]
+
+
 def test_data_file_is_read(read):
     start = read(DATA + MOVING, name="bed.data")
     assert start.positions.tolist() == [[0.005, 0.006, 0.010], [0.009, 0.006, 0.011]]

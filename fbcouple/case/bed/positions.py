@@ -8,7 +8,7 @@ import numpy as np
 
 from fbcouple.case.bed.derived import wraps
 from fbcouple.case.bed.lattice import lattice_kinds, lattice_positions
-from fbcouple.case.bed.particle_types import list_kinds
+from fbcouple.case.bed.particle_types import largest_diameter, list_kinds
 from fbcouple.case.bed.start_file import StartFile, read_start
 from fbcouple.case.bed.start_sizes import match_kinds
 from fbcouple.case.schema.sections import Case
@@ -31,9 +31,25 @@ def start_positions(case: Case, folder: Path) -> np.ndarray:
     if start is None:
         return lattice_positions(case, folder)
     assert case.particles is not None
+    positions = bring_in(case, start.positions)
     if case.particles.positions_seed is None:
-        return start.positions
-    return _shift(case, case.particles.positions_seed, start.positions, start_kinds(case, folder))
+        return positions
+    return _shift(case, case.particles.positions_seed, positions, start_kinds(case, folder))
+
+
+def bring_in(case: Case, positions: np.ndarray) -> np.ndarray:
+    """The start `positions` (n, 3) [m] of a file: those that lie over a periodic side, by up to the largest diameter,
+    come in on the other.
+
+    LIGGGHTS brings them in only where it makes its neighbour lists anew, so that what it wrote may lie a little
+    outside. Those further out stay where they are, for the checks to tell.
+    """
+    assert case.particles is not None
+    size, reach = np.array(case.domain.size), largest_diameter(case.particles)
+    over = np.array(wraps(case.domain)) & (
+        ((positions < 0.0) & (positions >= -reach)) | ((positions > size) & (positions <= size + reach))
+    )
+    return np.where(over, positions - np.sign(positions) * size, positions)
 
 
 def _shift(case: Case, seed: int, positions: np.ndarray, kinds: np.ndarray) -> np.ndarray:

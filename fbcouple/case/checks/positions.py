@@ -8,8 +8,14 @@ from pathlib import Path
 import numpy as np
 
 from fbcouple.case.bed.derived import wraps
-from fbcouple.case.bed.particle_types import count_kinds, grains_per_parcel, list_kinds, particle_count
-from fbcouple.case.bed.positions import start_kinds
+from fbcouple.case.bed.particle_types import (
+    count_kinds,
+    grains_per_parcel,
+    largest_diameter,
+    list_kinds,
+    particle_count,
+)
+from fbcouple.case.bed.positions import bring_in, start_kinds
 from fbcouple.case.bed.region import read_mesh
 from fbcouple.case.bed.start_file import ENDINGS, StartFile, read_start
 from fbcouple.case.bed.start_sizes import find_sizes, match_kinds
@@ -52,8 +58,9 @@ def check_positions(case: Case, folder: Path) -> Iterator[Problem]:
     if problems or not has_bed(case):
         return
     diameters = np.array([kind.diameter for kind in list_kinds(case.particles)])[start_kinds(case, folder)]
-    outside = list(_find_outside(case, folder, start.positions, diameters))
-    yield from outside or _find_overlap(case, start.positions, diameters)
+    positions = bring_in(case, start.positions)
+    outside = list(_find_outside(case, folder, positions, diameters))
+    yield from outside or _find_overlap(case, positions, diameters)
 
 
 def _check_sizes(case: Case, sizes: tuple[tuple[float, float, int], ...]) -> Iterator[Problem]:
@@ -118,7 +125,10 @@ def _find_outside(case: Case, folder: Path, positions: np.ndarray, diameters: np
     row = int(outside[0])
     region = "box" if case.domain.shape == "box" else "mesh" if case.domain.shape == "file" else case.domain.shape
     text = f"{case.particles.positions}: {outside.size} particles are not inside the {region}"
-    end = f"its centre may come as near as {margins[row]:g} m to a wall, coordinates are in m"
+    end = f"its centre may come as near as {margins[row]:g} m to a wall"
+    if any(wraps(case.domain)):
+        end += f", and lie up to {largest_diameter(case.particles):g} m over a periodic side"
+    end += ", coordinates are in m"
     guess = guess_frame(positions.min(axis=0).tolist(), positions.max(axis=0).tolist(), size.tolist())
     yield Problem(_KEY, f"{text}, first is {_format_particle(positions, row)}; {end}{guess}.")
 
