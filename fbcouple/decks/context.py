@@ -11,7 +11,7 @@ import numpy as np
 
 from fbcouple.case.bed import derived
 from fbcouple.case.bed.contact_coefficients import find_pair, find_wall
-from fbcouple.case.bed.gas_heat import is_inlet_closed
+from fbcouple.case.bed.gas_heat import is_inlet_hot_wall
 from fbcouple.case.bed.outlets import find_depth, list_openings
 from fbcouple.case.bed.particle_types import Kind, largest_diameter, list_kinds
 from fbcouple.case.bed.region import Region, find_openings, find_region, read_mesh
@@ -102,7 +102,7 @@ def _gas_context(case: Case, gas: Gas, region: Region, needs: dict[str, bool]) -
     if gas.turbulence != "none":
         context |= {"les_model": _LES_MODELS[gas.turbulence], "start_lm": _START_LM, "start_mm": _START_MM}
     if needs["gas_heat"]:
-        context["closed_inlet"] = is_inlet_closed(gas)
+        context["hot_inlet"] = is_inlet_hot_wall(case)
     if gas.top == "closed":
         context["top_point"] = _find_top_point(case)
     if gas.closed_nozzle:

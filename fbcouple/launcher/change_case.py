@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from fbcouple.case.bed.adopt_inlets import adopt_inlets
 from fbcouple.case.bed.derived import inlet_rows
+from fbcouple.case.bed.gas_heat import is_inlet_hot_wall
 from fbcouple.case.bed.streams import has_openings, list_streams
 from fbcouple.case.changes import FREE, FREE_SECTIONS, Values, is_free, is_same_ramp, list_inflows, list_values
 from fbcouple.case.checks.registry import list_problems
@@ -115,6 +116,7 @@ def change_case(run: Path, case: Case, asked: Case, checkpoint: Checkpoint | Non
         joined = _join(checkpoint.index.case, asked, checkpoint.time).gas if told else case.gas
         asked = asked.model_copy(update={"gas": joined})
         _require_same_faces(case, asked)
+        _require_same_heat(case, asked)
         earlier = [change for change in manifest.get("inlet_changes", []) if change["time"] < checkpoint.time]
         changes = [*earlier, *({"time": checkpoint.time, "inlet": text} for text in told)]
         manifest["inlet_changes"] = changes
@@ -199,3 +201,17 @@ def _require_same_faces(case: Case, asked: Case) -> None:
     ]
     if texts:
         raise CaseError(texts)
+
+
+def _require_same_heat(case: Case, asked: Case) -> None:
+    """Raise CaseError if an inlet that is a hot wall would be open, or the other way round: the case could not tell of
+    both."""
+    was_wall, would_be_wall = is_inlet_hot_wall(case), is_inlet_hot_wall(asked)
+    if was_wall == would_be_wall:
+        return
+    hot = "a wall with a temperature (heat.wall_temperature or [[heat.walls]])"
+    text = f"lets no gas in at any time and is {hot}, which it would not be once it is open"
+    if would_be_wall:
+        text = f"would let no gas in at any time and be {hot}, which it was not so far"
+    mend = f"set up another run with it {'closed' if would_be_wall else 'open'}"
+    raise CaseError([f"--set: gas.inlet_velocity: the inlet {text}; {mend}, or with an adiabatic floor."])

@@ -57,3 +57,18 @@ def test_hot_walls_are_left_to_the_adapter(walls):
 def test_an_inlet_that_never_opens_and_a_lid_are_walls():
     found = patches(gas__inlet_velocity=0.0, gas__top="closed", heat={"wall_temperature": 300.0})
     assert found["inlet"] == found["outlet"] == found["walls"] == "mixed"
+
+
+@pytest.mark.parametrize(
+    ("heat", "kind"),
+    [
+        ({}, "inletOutlet"),
+        ({"walls": [{"face": "left", "temperature": 300.0}]}, "inletOutlet"),
+        ({"wall_temperature": 300.0, "walls": [{"face": "floor"}]}, "inletOutlet"),
+        ({"walls": [{"face": "floor", "temperature": 300.0}]}, "mixed"),
+    ],
+    ids=["no-hot-walls", "another-wall", "adiabatic-floor", "hot-floor"],
+)
+def test_an_inlet_without_gas_is_a_wall_where_its_floor_is_hot(heat, kind):
+    """Elsewhere it is as good as one, and a run can go on with it open."""
+    assert patches(gas__inlet_velocity=0.0, heat=heat)["inlet"] == kind

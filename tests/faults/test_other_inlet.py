@@ -91,6 +91,43 @@ def test_inlets_change_one_by_one_and_again_and_resume_goes_on(tmp_path):
     assert float(results["gas_inflow_error"].max()) < 1e-12
 
 
+WARM = [
+    *("heat.gas_temperature=400.0", "heat.gas_specific_heat=1010.0", "heat.prandtl=0.7"),
+    *("heat.particle_temperature=300.0", "heat.particle_specific_heat=840.0"),
+]
+CLOSED = [*SHORT, *WARM, "gas.max_step=1e-6", "gas.inlet_velocity=0.0"]  # each step is one of DEM
+STEEL = "heat.walls=[{face='left', temperature=350.0}]"
+
+
+@pytest.mark.parametrize("more", [[], [STEEL]], ids=["adiabatic", "hot-wall"])
+def test_gas_that_is_let_in_at_last_has_its_own_temperature(tmp_path, more):
+    """The bed has cooled the gas before: what comes in brings no heat but by conduction, counted from that temperature,
+    and the run is that of a ramp that jumps there."""
+    run = prepare(tmp_path / "closed", [*CLOSED, *more])
+    launch(run, 1, lambda row: None, until=8e-4)
+    results = blow_harder(run)
+    assert float(results["inlet_velocity"][-1]) == pytest.approx(2.0, rel=1e-9)
+    assert float(results["max_temperature"][-1]) == pytest.approx(400.0, abs=1.0)
+    assert float(results["mean_gas_temperature"].min()) < 395.0, "there was cooler gas to come in"
+    assert float(abs(results["heat_by_inlets"]).max()) < 0.02 * float(results["heat_given"].max())
+    assert float(results["gas_inflow_error"].max()) < 1e-12
+    ramp = [list(row) for row in load_case(str(run)).gas.inlet_ramp]
+    text = BED.replace(SHORT_FORM, f"inlet_ramp = {ramp}\n")
+    whole = prepare(tmp_path / "whole", [*CLOSED[:-1], *more], text)
+    launch(whole, 1, lambda row: None)
+    of_fastest = {"inlet_velocity", "gas_mass_error", "gas_inflow_error", "gas_flux_error", "gas_flux_height"}
+    assert set(find_differences(run, whole)) <= of_fastest, "up to the change there was no fastest"
+
+
+def test_an_inlet_that_is_a_hot_wall_stays_so(tmp_path):
+    run = prepare(tmp_path, [*CLOSED, "heat.wall_temperature=350.0"])
+    launch(run, 1, lambda row: None, until=1e-4)
+    before = read_files(run)
+    with pytest.raises(CaseError, match="the inlet lets no gas in at any time and is a wall with a temperature"):
+        blow_harder(run)
+    assert read_files(run) == before
+
+
 REFUSED = {
     "gas.density=2.0": "--set: gas.density: is fixed once a run has begun; gas.inlet_velocity, gas.inlet_ramp",
     "gas.inlets.1.velocity=2.0": "--set: gas.inlets.1.velocity: the case has 0 inlets",

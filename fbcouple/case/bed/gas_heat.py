@@ -9,6 +9,7 @@ import numpy as np
 from fbcouple.case.bed.derived import fastest_inlet
 from fbcouple.case.schema.gas import Gas
 from fbcouple.case.schema.heat import Heat
+from fbcouple.case.schema.sections import Case
 from fbcouple.geometry.sides import SIDES
 
 TURBULENT_PRANDTL = 0.9
@@ -62,5 +63,15 @@ def _as_row(temperature: float | None, coefficient: float | None) -> tuple[float
 
 
 def is_inlet_closed(gas: Gas) -> bool:
-    """Does no gas ever pass the inlet, so that it is a wall to heat?"""
+    """Does no gas ever pass the inlet?"""
     return fastest_inlet(gas) == 0.0
+
+
+def is_inlet_hot_wall(case: Case) -> bool:
+    """Does no gas ever pass the inlet, and has the wall that it then is a temperature? Of a mesh from a file, whose
+    inlet may lie anywhere, any wall counts."""
+    if case.heat is None or case.gas is None or not is_inlet_closed(case.gas):
+        return False
+    if case.domain.shape == "file":
+        return has_hot_walls(case.heat)
+    return case.heat.find_wall("floor")[0] is not None
