@@ -96,10 +96,11 @@ WARM = [
     *("heat.particle_temperature=300.0", "heat.particle_specific_heat=840.0"),
 ]
 CLOSED = [*SHORT, *WARM, "gas.max_step=1e-6", "gas.inlet_velocity=0.0"]  # each step is one of DEM
+IDEAL = "heat.gas_density=ideal"
 STEEL = "heat.walls=[{face='left', temperature=350.0}]"
 
 
-@pytest.mark.parametrize("more", [[], [STEEL]], ids=["adiabatic", "hot-wall"])
+@pytest.mark.parametrize("more", [[], [STEEL, IDEAL]], ids=["adiabatic", "ideal-gas"])
 def test_gas_that_is_let_in_at_last_has_its_own_temperature(tmp_path, more):
     """The bed has cooled the gas before: what comes in brings no heat but by conduction, counted from that temperature,
     and the run is that of a ramp that jumps there."""

@@ -12,6 +12,7 @@
 // pressure that its density has is constant: sound takes no time.
 
 #include "gas.hpp"
+#include "inletOutletFvPatchFields.H"
 
 namespace
 {
@@ -106,6 +107,28 @@ void Gas::fillDrag(const double* sums)
 tmp<volScalarField> Gas::heldNow() const
 {
     return eps_*temperature_/mesh_.lookupObject<volScalarField>("T");
+}
+
+// What comes in by an inlet has its own temperature, and what goes out by one that of the cell, in the step in which the
+// flow there begins or turns as well: T goes by the flux of the step before.
+void Gas::holdAtInlets()
+{
+    const volScalarField& T = mesh_.lookupObject<volScalarField>("T");
+    forAll(mesh_.boundary(), patchi)
+    {
+        const fvPatchScalarField& Tp = T.boundaryField()[patchi];
+        const fvPatchVectorField& Up = U_.boundaryField()[patchi];
+        if (!Up.fixesValue() || !isA<inletOutletFvPatchScalarField>(Tp)) continue;
+        const scalarField& inflow = refCast<const inletOutletFvPatchScalarField>(Tp).refValue();
+        const scalarField inside(Tp.patchInternalField());
+        const vectorField& Sf = Up.patch().Sf();
+        scalarField& heldp = expanded_().boundaryFieldRef()[patchi];
+        forAll(heldp, face)
+        {
+            const scalar there = (Up[face] & Sf[face]) < 0 ? inflow[face] : inside[face];
+            heldp[face] = eps_.boundaryField()[patchi][face]*temperature_.value()/there;
+        }
+    }
 }
 
 // From now on the density follows the temperature, as that of an ideal gas does that has rho_0 at `temperature` [K];
@@ -233,6 +256,7 @@ void Gas::step(double dt, double moved, const double* voidage, const double* dra
     if (expanded_.valid()) expanded_() == heldNow();
     fillDrag(drag);
     U_.correctBoundaryConditions();
+    if (expanded_.valid()) holdAtInlets();
     iterations_ = 0;
 
     fvVectorMatrix UEqn

@@ -49,6 +49,7 @@ class Gas
     // Mass of gas in a volume, over rho_0: the voidage where the density is constant.
     const volScalarField& held() const { return expanded_.valid() ? expanded_() : eps_; }
     tmp<volScalarField> heldNow() const;
+    void holdAtInlets();
     tmp<volScalarField> storing() const;
 
     void fill(volScalarField& field, const double* values);
