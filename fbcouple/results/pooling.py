@@ -22,9 +22,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from fbcouple.results.alike import require_alike
 from fbcouple.results.block_means import join_blocks
 from fbcouple.results.conventions import STANDARD_ERROR
-from fbcouple.results.replicas import WINDOW_BLOCKS, Replica, require_alike
+from fbcouple.results.replicas import WINDOW_BLOCKS, Replica
 from fbcouple.results.variables import HISTORIES, MEANS
 
 REPLICAS, WINDOW_MEAN = "replicas", "window_mean"

@@ -28,20 +28,6 @@ REDUCED = "reduced"
 """Attribute of a file that has depth-averaged means, and those of each of its replicas."""
 OF_EACH = "replica_"
 """How the names begin of what a reduced file has of each replica."""
-_ANY = (
-    "title",
-    "end_time",
-    "averages.start",
-    "averages.blocks",
-    "averages.until_error",
-    "averages.earliest_end",
-    "averages.error_of",
-    "start.seed",
-    "particles.positions_seed",
-    "contact.skin",
-)
-"""Options in which replicas may differ: seeds, how long they are, and what is for speed alone."""
-_ANY_SECTIONS = ("output", "monitors", "checkpoint")
 
 
 @dataclass(frozen=True)
@@ -129,53 +115,6 @@ def _take(data: xr.Dataset, case: dict[str, Any], number: int, about: dict[str, 
     windows = {name: (float(mean), float(error), int(rows)) for name, (mean, error, rows) in about["windows"].items()}
     start, end = map(float, about["window"])
     return Replica(kept, case, int(about["samples"]), (start, end), windows, about)
-
-
-def require_alike(replicas: Sequence[Replica]) -> None:
-    """Raise CaseError unless all are of one case, on one mesh, and each is there once."""
-    if not replicas:
-        raise CaseError(["no run is given to pool; give run folders, or a folder of replicas."])
-    first, problems = replicas[0], []
-    for number, one in enumerate(replicas[1:], start=1):
-        name, differing = one.about["name"], _list_differences(first.case, one.case)
-        if differing:
-            problems.append(
-                f"{name}: is another case than {first.about['name']} ({', '.join(differing)}); leave it out."
-            )
-        elif not all(np.array_equal(first.data[axis].values, one.data[axis].values) for axis in "xyz"):
-            problems.append(f"{name}: has another grid than {first.about['name']}; leave it out.")
-        elif _list_means(one.data) != _list_means(first.data):
-            problems.append(f"{name}: has not the time means of {first.about['name']}; leave it out.")
-        elif one.data.attrs.get("inlet_changes") != first.data.attrs.get("inlet_changes"):
-            problems.append(
-                f"{name}: its inlet was changed otherwise than that of {first.about['name']}; leave it out."
-            )
-        for other in replicas[:number]:
-            if other.about["results"] == one.about["results"]:
-                problems.append(f"{name}: is the same run as {other.about['name']}; give it once.")
-    if problems:
-        raise CaseError(problems)
-
-
-def _list_means(data: xr.Dataset) -> list[tuple[str, Any]]:
-    return [(name, data[name].sizes) for name in MEANS if name in data]
-
-
-def _list_differences(one: Mapping[str, Any], other: Mapping[str, Any]) -> list[str]:
-    """Options in which two cases differ and replicas may not."""
-    before, now = _flatten(one), _flatten(other)
-    return sorted(key for key in before.keys() | now.keys() if before.get(key) != now.get(key))
-
-
-def _flatten(case: Mapping[str, Any]) -> dict[str, Any]:
-    found: dict[str, Any] = {}
-    for key, value in case.items():
-        if key in _ANY_SECTIONS:
-            continue
-        found |= {f"{key}.{name}": given for name, given in value.items()} if isinstance(value, dict) else {key: value}
-    if feeds := found.get("particles.feeds"):
-        found["particles.feeds"] = [{k: v for k, v in feed.items() if k != "seed"} for feed in feeds]
-    return {key: value for key, value in found.items() if key not in _ANY}
 
 
 def _list_seeds(case: Mapping[str, Any]) -> dict[str, Any]:

@@ -92,6 +92,18 @@ def test_runs_of_different_days_add_up(three, tmp_path):
     assert again.exit_code == 1 and "is the same run as replica-2" in again.output
 
 
+def test_a_run_that_went_on_is_no_second_replica(three, tmp_path):
+    run, early = tmp_path / "one", tmp_path / "early.nc"
+    assert call("setup", three / "replica-1", "-o", run, "--set", "checkpoint.moment_steps=1").exit_code == 0
+    assert call("run", run, "--until", 0.02).exit_code == 0
+    assert call("pool", run, "-o", early, "--reduced").exit_code == 0
+    assert call("run", run, "--resume").exit_code == 0
+    done = call("pool", early, run, "-o", tmp_path / "no.nc")
+    assert done.exit_code == 1 and not (tmp_path / "no.nc").exists()
+    assert "one: is the same run as one, maybe at another of its times" in done.output
+    assert "start.seed = 1" in done.output and "the same set-up" in done.output
+
+
 def test_a_file_has_to_be_named_for_runs(three):
     done = call("pool", three / "replica-1", three / "replica-2")
     assert done.exit_code == 1 and "say where to, as -o pooled.nc" in done.output

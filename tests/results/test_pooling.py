@@ -220,6 +220,36 @@ def test_what_is_no_replica_is_refused(three, tmp_path):
         write_pool(three, tmp_path / "pooled.txt")
 
 
+def go_on(run, start, end):
+    """The same run later: other means over a window from `start` to `end` [s]."""
+    data = xr.open_dataset(run / "results.nc", decode_times=False).load()
+    data.close()
+    later = data.assign(solids_flux=1.1 * data["solids_flux"], pressure=data["pressure"] + 1.0)
+    later.assign_attrs(averaging_start=start, averaging_end=end).to_netcdf(run / "results.nc")
+
+
+def test_a_run_at_two_of_its_times_is_no_two_replicas(three, tmp_path):
+    """It would count twice, and its error look several times smaller than it is."""
+    early = tmp_path / "early.nc"
+    write_pool(three[:1], early, reduced=True)
+    go_on(three[0], 2.0, 30.0)
+    with pytest.raises(CaseError) as refused:
+        write_pool([three[1], three[0], early], tmp_path / "no.nc")
+    (text,) = refused.value.problems
+    assert "replica-1: is the same run as replica-1, maybe at another of its times" in text
+    assert "the same seeds (start.seed = 1) and windows that overlap (2 to 20 s, 2 to 30 s)" in text
+    assert "set one up with another seed" in text
+    go_on(three[0], 20.0, 30.0)  # a window behind that of before: told by the set-up
+    assert write_pool([early, three[0]], tmp_path / "both.nc").attrs["replicas"] == 2
+    for run in three[:2]:
+        (run / "manifest.json").write_text('{"files": {"case.toml": "12"}}', encoding="utf-8")
+    write_pool(three[:1], early, reduced=True)
+    go_on(three[0], 31.0, 40.0)
+    with pytest.raises(CaseError, match=r"the same seeds \(start.seed = 1\) and the same set-up; give one"):
+        write_pool([early, three[0]], tmp_path / "both.nc")
+    assert write_pool([early, three[1]], tmp_path / "both.nc").attrs["replicas"] == 2  # of another seed
+
+
 def test_a_pool_tells_what_is_in_it(three, tmp_path):
     data = fbcouple.pool(three, tmp_path / "pooled.nc")
     told = json.loads(data.attrs["replicas_of"])
