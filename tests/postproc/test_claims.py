@@ -12,18 +12,15 @@ import pytest
 import xarray as xr
 from click.testing import CliRunner
 
+from fbcouple.case.load import load_case
+from fbcouple.case.schema.reference import list_options
 from fbcouple.cli.main import cli
+from fbcouple.paths import CASES
 from fbcouple.postproc.measures import Measured
 from fbcouple.postproc.papers.hamidouche2019.claims import NO, STATED, UNDECIDED, YES, judge_claims
 from fbcouple.postproc.papers.hamidouche2019.judging import above, below, fall, rise, settle, within
-from fbcouple.postproc.papers.hamidouche2019.paper_runs import (
-    AS_COMPUTED,
-    AS_PRINTED,
-    BEDS,
-    identify,
-    list_twins,
-    sort_runs,
-)
+from fbcouple.postproc.papers.hamidouche2019.paper_beds import AS_COMPUTED, AS_PRINTED, BEDS, identify_case
+from fbcouple.postproc.papers.hamidouche2019.paper_runs import identify, list_twins, sort_runs
 from fbcouple.postproc.papers.hamidouche2019.registry import CLAIMS
 from fbcouple.results.reader import Results, open_results
 from tests.postproc.paper_bed import write_bed
@@ -72,11 +69,72 @@ def test_variant_with_other_numerics_is_told_apart(make):
         "domain.periodic=['y']",
         "gas.inlet_velocity=1.3",
         "domain.cells=[35, 6, 100]",
+        "particles.coarse_graining=2",
+        "gravity=3.7",
+        "exchange.lift_force=true",
+        "exchange.virtual_mass=true",
+        "exchange.viscous_force=true",
+        "exchange.accelerated=true",
+        "start.spacing=1.2",
     ],
 )
 def test_changed_case_is_no_longer_the_papers(make, setting):
     _, names = identify(make("c4-0.1", sets=(setting,)))
     assert names == []
+
+
+ANY = [
+    *("title", "end_time", "accuracy", "gas.max_step", "contact.skin"),
+    *("start.seed", "start.settle_limit", "start.rest_speed", "particles.positions_seed"),
+    *("gas.max_courant", "gas.max_fourier", "gas.correctors", "gas.pressure_tolerance"),
+    *("contact.steps_per_contact", "contact.stiffness"),
+]
+"""Options in which runs of one bed may differ, with whole sections for what is kept of them."""
+
+
+def test_an_option_counts_unless_it_is_named_as_one_that_does_not():
+    """An option that the schema gets tomorrow makes another bed of a case that sets it."""
+    for key in [key for key in list_options() if key.count(".") < 2]:
+        case = load_case("patil/c2").model_dump(mode="json", exclude_none=True)
+        section, _, name = key.rpartition(".")
+        (case.setdefault(section, {}) if section else case)[name] = 7
+        is_free = key in ANY or section in ("averages", "output", "checkpoint", "monitors")
+        assert identify_case(case)[1] == (["c2"] if is_free or key == "particles.count" else []), key
+
+
+def test_heat_and_vessels_of_others_are_none_of_the_papers():
+    for name in ("patil/heat-1.20", "patil/demo", "mueller/0.9", "beaulieu/heated"):
+        assert identify_case(load_case(name).model_dump(mode="json", exclude_none=True))[1] == []
+
+
+@pytest.mark.parametrize("file", sorted((CASES.parent / "docs/results/paper").glob("*.nc")), ids=lambda file: file.stem)
+def test_the_runs_that_are_kept_are_beds_of_the_paper(file):
+    numerics, names = identify(open_results(file))
+    assert numerics == AS_PRINTED and file.stem in names
+
+
+def test_a_longer_run_in_parcels_does_not_stand_for_the_bed(make):
+    parcels = make("c2", ("particles.coarse_graining=2",), folder="parcels", end=20.0)
+    real = make("c2", folder="c2", end=8.0)
+    assert sort_runs([parcels, real])[0][AS_PRINTED]["c2"] is real
+    chosen, left_out = sort_runs([parcels])
+    assert chosen[AS_PRINTED] == {}
+    assert left_out["c2"] == "parcels is not the paper's bed: particles.coarse_graining = 2.0"
+
+
+def test_means_of_two_inlets_are_of_no_bed(make):
+    run = make("c2")
+    changed = replace(run, data=run.data.assign_attrs(inlet_changed_at=[5.0]))
+    assert identify(changed)[1] == [] and "inlet changed at 5 s" in sort_runs([changed])[1]["c2"]
+    assert identify(replace(run, data=run.data.assign_attrs(inlet_changed_at=[0.5])))[1] == ["c2"]
+
+
+def test_draft_numerics_and_code_of_its_own_are_named(make):
+    run = make("c4-0.0", ("accuracy=draft",))
+    run = replace(run, case=run.case | {"output": run.case["output"] | {"task_file": "mine.py"}})
+    (row,) = [row for row in judge_claims([run]) if row.name == "not-homogeneous"]
+    for words in ("gas.correctors = 1", "gas.pressure_tolerance = 0.0001", "output.task_file = mine.py"):
+        assert words in row.runs
 
 
 def test_bed_by_count_is_the_bed_by_mass(make, tmp_path):
@@ -362,8 +420,17 @@ def test_table_on_the_command_line(make, tmp_path):
     assert CliRunner().invoke(cli, ["claims", str(tmp_path)]).exit_code == 1
 
 
+def test_a_run_that_is_a_bed_but_for_an_option_is_told_with_it(make, tmp_path):
+    make("c4-0.0", sets=("particles.rotation=true",))
+    done = CliRunner().invoke(cli, ["claims", str(tmp_path / "c4-0.0"), "--json", str(tmp_path / "claims.json")])
+    assert done.exit_code == 0, done.output
+    rows = {row["name"]: row for row in json.loads((tmp_path / "claims.json").read_text())["claims"]}
+    row = rows["not-homogeneous"]
+    assert row["verdict"] == UNDECIDED and "not the paper's bed: particles.rotation = true" in row["why"]
+
+
 def test_of_other_beds_one_line_is_told(make, tmp_path):
-    make("c4-0.1", sets=("particles.rotation=true",))
+    make("c4-0.1", sets=("gas.inlet_velocity=1.3",))
     done = CliRunner().invoke(cli, ["claims", str(tmp_path / "c4-0.1")])
     assert done.exit_code == 0, done.output
     (line,) = done.stdout.splitlines()

@@ -17,8 +17,9 @@ from fbcouple.case.load import load_case, write_case
 from fbcouple.cli.main import cli
 from fbcouple.postproc.papers.hamidouche2019 import figure_data, page_tables
 from fbcouple.postproc.papers.hamidouche2019.page import make_page, open_members
+from fbcouple.postproc.papers.hamidouche2019.paper_beds import BEDS
 from fbcouple.postproc.papers.hamidouche2019.paper_figures import FIGURES
-from fbcouple.postproc.papers.hamidouche2019.paper_runs import BEDS, sort_runs
+from fbcouple.postproc.papers.hamidouche2019.paper_runs import sort_runs
 from fbcouple.postproc.papers.hamidouche2019.registry import CLAIMS
 from fbcouple.results.reader import Results, open_results
 from tests.postproc.frames_of_bed import write_frames

@@ -12,7 +12,8 @@ from typing import Any
 
 from fbcouple.postproc.papers.hamidouche2019 import friction_statements, mesh_statements
 from fbcouple.postproc.papers.hamidouche2019.judging import Finding, Runs
-from fbcouple.postproc.papers.hamidouche2019.paper_runs import AS_COMPUTED, AS_PRINTED, name_differences, sort_runs
+from fbcouple.postproc.papers.hamidouche2019.paper_beds import AS_COMPUTED, AS_PRINTED, list_numerics
+from fbcouple.postproc.papers.hamidouche2019.paper_runs import sort_runs
 from fbcouple.postproc.papers.hamidouche2019.registry import CLAIMS
 from fbcouple.results.reader import NotDrawableError, Results, open_results
 
@@ -68,7 +69,7 @@ def tabulate_claims(folders: Iterable[Path]) -> list[dict[str, Any]]:
 
 def _format_run(need: str, runs: Runs) -> str:
     """The name of a bed of the paper, with what the run of it does not take from the paper."""
-    differences = name_differences(runs[need])
+    differences = list_numerics(runs[need].case)
     return f"{need} ({', '.join(differences)})" if differences else need
 
 

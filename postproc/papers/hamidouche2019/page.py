@@ -18,8 +18,9 @@ from fbcouple.postproc.papers.hamidouche2019 import page_tables
 from fbcouple.postproc.papers.hamidouche2019.claims import NO, STATED, YES, Row, judge_claims
 from fbcouple.postproc.papers.hamidouche2019.figure_data import Data
 from fbcouple.postproc.papers.hamidouche2019.impact import draw_contact, find_contact
+from fbcouple.postproc.papers.hamidouche2019.paper_beds import AS_PRINTED, BEDS, identify_case
 from fbcouple.postproc.papers.hamidouche2019.paper_figures import FIGURES, PaperFigure, Picture
-from fbcouple.postproc.papers.hamidouche2019.paper_runs import AS_PRINTED, BEDS, identify, identify_case, sort_runs
+from fbcouple.postproc.papers.hamidouche2019.paper_runs import identify, sort_runs
 from fbcouple.postproc.report.pictures import make_picture
 from fbcouple.results.reader import NotDrawableError, Results, open_results
 from fbcouple.version import __version__
