@@ -10,6 +10,7 @@ import xarray as xr
 from fbcouple.errors import CaseError
 from fbcouple.paths import list_replicas
 from fbcouple.results.pooling import pool
+from fbcouple.results.reader import RESULTS
 from fbcouple.results.reduced import pool_reduced, write
 from fbcouple.results.replicas import REDUCED, open_replicas
 
@@ -22,9 +23,12 @@ def write_pool(runs: Sequence[Path], path: Path, reduced: bool = False) -> xr.Da
     """
     if path.suffix != ".nc":
         raise CaseError([f"{path}: is given for a pool, a file NAME.nc is allowed; give it that ending."])
-    given = [file for run in runs if not list_replicas(run) for file in (run, run / "results.nc") if file.is_file()]
+    single = [one for run in runs for one in list_replicas(run) or [run]]
+    given = [file for one in single for file in (one, one / RESULTS) if file.is_file()]
     if any(path.resolve() == file.resolve() for file in given):
         raise CaseError([f"{path}: is one of the files that are pooled; give another file."])
+    if path.name == RESULTS and (path.parent / "case.toml").is_file():
+        raise CaseError([f"{path}: holds the results of the run in that folder; give another file."])
     replicas = open_replicas(runs)
     is_small = reduced or any(one.data.attrs.get(REDUCED) for one in replicas)
     data = pool_reduced(replicas) if is_small else pool(replicas)

@@ -63,6 +63,26 @@ def test_replicas_are_pooled_into_their_folder_and_twice(three):
     assert open_results(three).data.attrs["averaging_samples"] == sum(samples)
 
 
+@pytest.mark.parametrize("place", ["replica-2/results.nc", "../three/replica-1/results.nc"])
+def test_no_replica_s_own_results_are_written_over(three, tmp_path, place):
+    kept = (three / place).read_bytes()
+    done = call("pool", three, "-o", three / place)
+    assert done.exit_code == 1 and "is one of the files that are pooled" in done.output
+    link = tmp_path / "link.nc"
+    link.symlink_to(three / place)
+    done = call("pool", three, "-o", link)
+    assert done.exit_code == 1 and "is one of the files that are pooled" in done.output
+    assert (three / place).read_bytes() == kept
+
+
+def test_no_other_run_s_results_are_written_over(three):
+    """Two of three are pooled; the third is a run, too."""
+    kept = (three / "replica-3/results.nc").read_bytes()
+    done = call("pool", three / "replica-1", three / "replica-2", "-o", three / "replica-3/results.nc")
+    assert done.exit_code == 1 and "holds the results of the run in that folder" in done.output
+    assert (three / "replica-3/results.nc").read_bytes() == kept
+
+
 def test_solids_are_kept_by_the_pool(three):
     """The mean solids volume is that of 60 beads, in the pool as in each replica."""
     for path in (three, three / "replica-1"):
