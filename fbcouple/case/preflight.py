@@ -38,7 +38,7 @@ from fbcouple.case.bed.speeds import SETTLED, estimate_overlap
 from fbcouple.case.bed.stacks import watch_columns
 from fbcouple.case.bed.start_numbers import describe_start
 from fbcouple.case.bed.streams import has_openings
-from fbcouple.case.bed.thin_cells import find_thinnest, find_widths, tell_thin_cells
+from fbcouple.case.bed.thin_cells import find_thinnest, find_widths, look_for_slivers
 from fbcouple.case.schema.sections import Case
 from fbcouple.case.user_code import OWN
 from fbcouple.errors import CaseError
@@ -81,12 +81,12 @@ def estimate(case: Case, law: Law | None = None, folder: Path = Path()) -> list[
     if case.gas:
         parts.append(partial(_time_gas, thinnest=thinnest))
         if widths is not None:
-            parts.append(partial(tell_thin_cells, widths=widths))
+            parts.append(partial(look_for_slivers, widths=widths, folder=folder))
         parts.append(partial(_look_at_inlet, region=region))
         if has_openings(case):
             parts.append(partial(describe_openings, region=region, folder=folder))
     if case.gas and case.heat:
-        parts.append(describe_density)
+        parts.append(partial(describe_density, folder=folder))
     if case.gas and case.particles and case.exchange:
         parts.append(partial(measure_cells, cell=region.spacing))
         parts.append(partial(describe_conduction, cell=np.asarray(region.spacing)))
@@ -193,6 +193,13 @@ def _time_gas(case: Case, thinnest: float | None) -> Iterator[Number]:
     if case.gas.inlets:
         meaning = "Superficial velocity of the fastest inlet, in the middle of its profile."
     yield Number("open inlet velocity", open_velocity(case), "m s-1", None, None, meaning)
+    within, whole = max(map(abs, inlet_range(case.gas, 0.0, case.end_time))), fastest_inlet(case.gas)
+    if whole > within:
+        meaning = (
+            f"Fastest inflow up to end_time; the ramp goes on after it, to {whole:.4g} m/s. Springs, steps and "
+            "verdicts take all of the ramp, for a run that is made longer: end it at end_time if this one is not."
+        )
+        yield Number("inflow in the run", within, "m s-1", f"that of the ramp, {whole:.4g}", "warn", meaning)
     if case.gas.turbulence != "none":
         reynolds = fastest_inlet(case.gas) * case.domain.size[0] * case.gas.density / case.gas.viscosity
         meaning = "Of the superficial velocity and the bed's width; a sub-grid model adds nothing to laminar gas."

@@ -58,8 +58,12 @@ class FeedSource:
         self.count, self._used = saved["count"], saved["used"]
 
     def count_owed(self, time: float) -> int:
-        """Particles that are due at `time` [s] and have not come in."""
-        return max(0, int((self._allow(time) / _ALMOST - self._used) / self._mean_cost))
+        """Particles that are due at `time` [s] and have not come in; of more than a batch the rest by their mean."""
+        due = self.list_due(time)
+        if len(due) < _BATCH:
+            return len(due)
+        used = self._used + sum(self._costs[kind] for kind in due)
+        return len(due) + max(0, int((self._allow(time) / _ALMOST - used) / self._mean_cost))
 
     def list_due(self, time: float) -> list[int]:
         """Which of its kinds each particle is that is due at `time` [s]; of many the first, up to a batch."""

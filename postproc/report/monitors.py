@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -192,6 +193,8 @@ def _inflow(results: Results) -> Watched:
         raise NotDrawableError(["no inlet flow."])
     if results.case["domain"].get("shape") == "file":
         raise NotDrawableError(["a mesh has not the inlet's area at every height."])
+    if words := _find_change_of_flow(results.case):
+        raise NotDrawableError([f"the flow is not the inlet's at every height: {words}."])
     gas = results.case["gas"]
     mean = find_mean(gas, *results.span)
     if abs(mean) < FEW * results.inlet_speed:
@@ -202,6 +205,19 @@ def _inflow(results: Results) -> Watched:
         return Watched("mean gas flux at a height over the mean inflow, farthest from 1", value, "near 1")
     words = "mean gas flux at a height over U_f, farthest from 1"
     return judge(words, value, "1 within 1 %", abs(value - 1.0) <= 0.01)
+
+
+def _find_change_of_flow(case: dict[str, Any]) -> str | None:
+    """What makes the flow of gas another one at some height than it is at the inlet: of openings in sides the gas that
+    comes and goes there, of particles that come and go the gas they displace, of a gas that is warmed its volume."""
+    gas, particles, heat = (case.get(name) or {} for name in ("gas", "particles", "heat"))
+    if any(one.get("face", "floor") != "floor" for one in gas.get("inlets") or ()):
+        return "gas comes in above the floor"
+    if any(one.get("face", "top") != "top" for one in gas.get("outlets") or ()):
+        return "gas leaves below the top"
+    if particles.get("feeds") or particles.get("outlets"):
+        return "particles come or go, and displace gas"
+    return "the gas expands as it is warmed" if heat.get("gas_density") == "ideal" else None
 
 
 @monitor("solids_flux")

@@ -56,5 +56,17 @@ def test_density_of_the_gas_at_the_farthest_temperature(settings, expected, verd
     assert find([], "density of warm gas") is None
 
 
+def test_what_is_fed_and_what_a_file_says_of_the_start_may_be_the_farthest(tmp_path):
+    feed = "particles.feeds=[{low=[0.0,0.0,0.2],high=[0.08,0.015,0.24],rate=100.0,temperature=900.0}]"
+    number = find([*HEAT, feed], "density of warm gas")
+    assert number.value == pytest.approx(293.15 / 900.0, rel=1e-12) and number.verdict == "warn"
+    (tmp_path / "bed.csv").write_text("x,y,z,temperature\n0.02,0.007,0.01,300\n0.03,0.007,0.01,600\n")
+    text = 'base = "patil/c1"\nunset = ["particles.mass", "start"]\n[particles]\npositions = "bed.csv"\ncount = 2\n'
+    (tmp_path / "case.toml").write_text(text)
+    numbers = estimate(load_case(str(tmp_path / "case.toml"), HEAT), folder=tmp_path)
+    (number,) = (one for one in numbers if one.name == "density of warm gas")
+    assert number.value == pytest.approx(293.15 / 600.0, rel=1e-12)
+
+
 def test_the_density_of_a_liquid_is_not_that_of_an_ideal_gas():
     assert find([*HEAT, "gas.density=1000.0"], "density of warm gas") is None

@@ -21,6 +21,8 @@ from fbcouple.errors import CaseError
 from fbcouple.geometry.cylinder import find_section, make_cylinder
 from fbcouple.geometry.foam_files import read_polymesh, write_polymesh
 from fbcouple.geometry.foam_text import FILES, list_parts
+from fbcouple.geometry.polyhedra import find_centres
+from fbcouple.geometry.quality import measure_cells
 
 sys.path.append(str(Path(__file__).parents[1] / "geometry"))
 from test_meshes import write_gmsh
@@ -102,6 +104,18 @@ def test_slivers_of_a_mesh_from_a_file_are_told(with_mesh, tmp_path):
     write_gmsh(replace(mesh, points=points), tmp_path / "mesh.msh")
     (number,) = (one for one in estimate(load_case(with_mesh), folder=tmp_path) if one.name == "thinnest cell")
     assert number.verdict == "warn" and number.value < 0.1 and "Mesh.OptimizeNetgen = 1" in number.meaning
+
+
+def test_cells_of_a_mesh_that_are_smaller_than_a_particle_are_told(with_mesh, tmp_path):
+    volumes = measure_cells(mesh := make_cylinder(0.03, 0.06, 6, 12, "tetrahedra"), find_centres(mesh))[0]
+    numbers = {}
+    for diameter in (1e-3, 1.1 * (6.0 * volumes.min() / np.pi) ** (1 / 3)):
+        case = load_case(with_mesh, [f"particles.diameter={diameter}", "particles.count=500"])
+        (numbers[diameter],) = (one for one in estimate(case, folder=tmp_path) if one.name == "smallest cell")
+    small, large = numbers.values()
+    assert small.verdict == "fit" and small.value == pytest.approx(volumes.min() / (np.pi / 6 * 1e-9), rel=1e-6)
+    assert large.verdict == "warn" and large.value == pytest.approx(1.1**-3, rel=1e-6)
+    assert f"{(volumes < volumes.min() * 1.1**3).sum()} of {len(volumes)} cells are smaller" in large.meaning
 
 
 def test_setup_takes_the_mesh_along(with_mesh, tmp_path):

@@ -65,6 +65,16 @@ def test_parcels_come_at_the_rate_of_their_grains(ratio):
     assert waits.count_owed(1.0) == wanted[-1]
 
 
+def test_nobody_waits_whose_mass_is_not_due_yet():
+    spread = {"spread": "lognormal", "deviation": 4e-4, "smallest": 3e-4, "largest": 2e-3}
+    source = FeedSource(make_case({"mass_flow": 2e-3}, **spread), 1)
+    for time in np.linspace(0.0, 1.0, 200):
+        while due := source.list_due(time):
+            source.take(due)
+        assert source.count_owed(time) == 0
+    assert source.count_owed(2.0) == pytest.approx(2e-3 / source._mean_cost, rel=0.1)
+
+
 def test_those_that_wait_are_owed_and_not_drawn_anew():
     source, other = (FeedSource(make_case({"rate": 1000.0}, mixture=[[2e-3, 1e3, 0.5]]), 1) for _ in range(2))
     due = source.list_due(0.02)

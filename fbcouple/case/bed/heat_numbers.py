@@ -5,11 +5,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 
 from fbcouple.case.bed.gas_heat import find_conductivity, list_wall_temperatures
 from fbcouple.case.bed.number import Number, judge
+from fbcouple.case.bed.positions import start_temperatures
 from fbcouple.case.bed.speeds import SETTLED
 from fbcouple.case.schema.sections import Case
 from fbcouple.physics.heat.conductivity import conduct_by_bed
@@ -46,13 +48,17 @@ def describe_conduction(case: Case, cell: np.ndarray) -> Iterator[Number]:
     yield Number("conduction by sharing", ratio, "1", f"at most {SMALL * bed:.3g}", fits, meaning)
 
 
-def describe_density(case: Case) -> Iterator[Number]:
-    """Density that the gas has by the law of ideal gases at the temperature of particles or walls that is farthest from
-    its own, over the density of the case, which the run takes everywhere unless the gas is an ideal one."""
+def describe_density(case: Case, folder: Path = Path()) -> Iterator[Number]:
+    """Density that the gas has by the law of ideal gases at the temperature of particles, fed ones too, or walls that
+    is farthest from its own, over the density of the case, which the run takes everywhere unless the gas is an ideal
+    one. The case's own files lie in `folder`."""
     heat, gas = case.heat, case.gas
     if not (heat and gas and heat.gas_temperature) or heat.has_ideal_gas or gas.density > _LIQUID:
         return
-    others = [heat.particle_temperature, *list_wall_temperatures(heat)]
+    fed = [feed.temperature for feed in (case.particles.feeds if case.particles else ())]
+    start = start_temperatures(case, folder) if case.particles else None
+    held = [heat.particle_temperature] if start is None else [float(start.min()), float(start.max())]
+    others = [*held, *fed, *list_wall_temperatures(heat)]
     ratios = [heat.gas_temperature / other for other in others if other]
     if not ratios:
         return
