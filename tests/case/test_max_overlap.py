@@ -107,6 +107,47 @@ wall_friction = 0.0
         load_case(str(tmp_path / "case.toml"))
 
 
+DRY = """
+title = "a bed without gas"
+end_time = 1.0
+[domain]
+size = [0.008, 0.008, 0.4]
+cells = [4, 4, 200]
+[particles]
+diameter = 1e-3
+density = 2500.0
+count = 400
+[contact]
+max_overlap = 0.05
+restitution = 0.9
+wall_restitution = 0.9
+friction = 0.1
+wall_friction = 0.1
+[start]
+"""
+FEED = "[[particles.feeds]]\nlow = [0.0, 0.0, 0.02]\nhigh = [0.008, 0.008, 0.03]\nrate = 100.0\n"
+
+
+@pytest.mark.parametrize(
+    ("change", "times"),
+    [
+        (("[start]", "[start]\nspacing = 3.0"), 25.0),
+        (("[contact]", f"{FEED}velocity = [0.0, 0.0, -20.0]\n[contact]"), 1000.0),
+        (("count = 400", f"count = 0\n{FEED}"), 1.0),
+    ],
+    ids=["loose lattice", "fast feed", "empty start"],
+)
+def test_the_spring_is_that_of_what_falls_and_is_fed(tmp_path, change, times):
+    """At least so many times as stiff as that of the bed that rests; none of it was known from an empty start."""
+    (tmp_path / "case.toml").write_text(DRY)
+    plain = load_case(str(tmp_path))
+    (tmp_path / "case.toml").write_text(DRY.replace(*change))
+    case = load_case(str(tmp_path))
+    assert case.contact.stiffness > times * plain.contact.stiffness
+    (overlap,) = [number.value for number in estimate(case, None, tmp_path) if number.name == "overlap"]
+    assert 0.049 < overlap <= 0.05
+
+
 @pytest.mark.parametrize(
     ("value", "rounded"), [(364.2001, 365.0), (364.0, 364.0), (1.001e7, 1.01e7), (0.00999, 0.00999)]
 )

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from fbcouple.case.bed.drag_balance import find_drag, terminal_velocity
 from fbcouple.case.bed.particle_types import list_kinds
+from fbcouple.case.bed.positions import start_positions
 from fbcouple.case.bed.region import find_region
-from fbcouple.case.bed.speeds import find_speed, find_start
+from fbcouple.case.bed.speeds import list_speeds
 from fbcouple.case.load import load_case
 from fbcouple.case.preflight import estimate, require_fit
 from fbcouple.geometry.block import make_block
@@ -52,6 +54,12 @@ def write(folder, *changes):
     return load_case(str(folder / "case.toml"))
 
 
+def write_dry(folder, *changes):
+    """The same without gas."""
+    gas = CASE[CASE.index("[gas]") : CASE.index("[particles]")]
+    return write(folder, (gas, ""), ("[exchange]\nfilter_passes = 1\n", ""), *changes)
+
+
 def write_jet(folder, turn=None):
     """A column whose inlet is the middle ninth of its floor; `turn` takes its points elsewhere."""
     mesh = make_block((0.012, 0.012, 0.036), (6, 6, 9), "prisms")
@@ -75,9 +83,9 @@ def read_numbers(case, folder):
 
 
 def speed_of(case, folder=None):
-    region = find_region(case, folder) if folder else find_region(case)
-    (kind,) = list_kinds(case.particles)
-    return find_speed(case, kind, region, None, find_start(case, folder))
+    folder = folder or Path()
+    ((_, speed, why),) = list_speeds(case, find_region(case, folder), None, folder)
+    return speed, why
 
 
 def test_a_jet_in_the_floor_weighs_no_bed(tmp_path):
@@ -147,6 +155,78 @@ def test_a_sphere_that_starts_fast_is_as_fast_as_it_starts(tmp_path):
     assert speed_of(case, tmp_path) == (pytest.approx(5.0), "the start")
 
 
+def test_a_start_speed_and_a_fall_add_up(tmp_path):
+    """The one that is slower is the faster at the floor."""
+    (tmp_path / "two.csv").write_text("x,y,z,vx,vy,vz\n0.006,0.006,0.03,0,0.3,0.4\n0.006,0.006,0.001,0,0,0.6\n")
+    case = write_dry(tmp_path, ("count = 1500", 'count = 2\npositions = "two.csv"'), ("[start]\n", ""))
+    speed, why = speed_of(case, tmp_path)
+    assert speed == pytest.approx(math.sqrt(0.25 + 2 * 9.81 * 0.03)) and why == "the start and a fall over 0.03 m"
+
+
+def test_a_loose_start_lattice_falls_onto_the_bed_that_it_makes(tmp_path):
+    """At three diameters 16 sites a layer: 100 particles are seven high, and make a bed of less than one."""
+    count, loose = ("count = 1500", "count = 100"), ("[start]", "[start]\nspacing = 3.0")
+    speed, why = speed_of(write_dry(tmp_path, count, loose))
+    height = 6.5 * 3e-3 + 0.5 * 0.5 * 2e-3 - 0.5e-3  # shaken, down to a centre on the floor
+    assert speed == pytest.approx(math.sqrt(2 * 9.81 * height), rel=1e-3)
+    assert why == "a fall over 0.0195 m from the start lattice"
+    close, _ = speed_of(write_dry(tmp_path, count))
+    assert close < 0.3 * speed
+
+
+def test_a_loose_start_lattice_of_a_cylinder_falls_too(tmp_path):
+    """About as far as its highest sites are."""
+    round_ = ("cells = [6, 6, 18]", 'cells = [6, 6, 18]\nshape = "cylinder"'), ("count = 1500", "count = 60")
+    case = write(tmp_path, *round_, ("[start]", "[start]\nspacing = 2.5"))
+    case = case.model_copy(update={"gas": None, "exchange": None})
+    speed, why = speed_of(case, tmp_path)
+    highest = start_positions(case, tmp_path)[:, 2].max()
+    assert speed == pytest.approx(math.sqrt(2 * 9.81 * highest), rel=0.1) and why.endswith("from the start lattice")
+
+
+FEED = "[[particles.feeds]]\nlow = [0.0, 0.0, 0.02]\nhigh = [0.012, 0.012, 0.03]\nrate = 100.0\n"
+
+
+def feed(*changes):
+    """Changes of the case that make it one with a feed, itself changed."""
+    text = FEED
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    return ("[contact]", f"{text}[contact]")
+
+
+@pytest.mark.parametrize("part", ["", "\nregion = [[0.0, 0.012], [0.0, 0.012], [0.0, 0.02]]"])
+@pytest.mark.parametrize("count", [0, 1, 100])
+def test_what_is_fed_falls_from_its_box(tmp_path, count, part):
+    case = write_dry(tmp_path, ("count = 1500", f"count = {count}"), ("[start]", f"[start]{part}"), feed())
+    speed, why = speed_of(case)
+    assert speed == pytest.approx(math.sqrt(2 * 9.81 * 0.0295)) and why == "a fall over 0.0295 m from feed 1"
+    assert "head-on contact" in read_numbers(case, tmp_path)["overlap"].meaning
+
+
+def test_what_is_fed_has_the_velocity_of_its_feed(tmp_path):
+    fast = feed(("rate", "velocity = [0.0, 0.0, -20.0]\nrate"))
+    speed, why = speed_of(write_dry(tmp_path, fast))
+    assert speed == pytest.approx(math.sqrt(400.0 + 2 * 9.81 * 0.0295))
+    assert why == "feed 1 and a fall over 0.0295 m"
+    assert speed_of(write(tmp_path, fast)) == (pytest.approx(20.0), "feed 1")
+
+
+def test_drag_holds_what_is_fed_at_its_terminal_velocity(tmp_path):
+    small = ("diameter = 1e-3", "diameter = 1e-4"), ("count = 1500", "count = 15000")
+    case = write(tmp_path, *small, ("inlet_velocity = 0.5", "inlet_velocity = 0.001"), feed())
+    assert speed_of(case)[0] == pytest.approx(terminal_velocity(case), rel=1e-9)
+
+
+def test_a_feed_is_of_its_species(tmp_path):
+    two = ("count = 1500", 'count = 1500\nmixture = [[1e-3, 2000.0, 0.5]]\nfractions = "number"')
+    fast = feed(("rate", "velocity = [0.0, 0.0, -20.0]\nspecies = 2\nrate"))
+    case = write_dry(tmp_path, two, fast)
+    (_, one, _), (_, other, _) = list_speeds(case, find_region(case), None, tmp_path)
+    assert one < 1.0 and other > 20.0
+
+
 def test_nothing_falls_faster_than_its_terminal_velocity(tmp_path):
     small = ("diameter = 1e-3", "diameter = 1e-4"), ("count = 1500", "count = 1500000")
     case = write(tmp_path, *small, ("inlet_velocity = 0.5", "inlet_velocity = 0.001"))
@@ -159,9 +239,7 @@ def test_a_bed_is_no_faster_than_the_gas_that_lifts_it(tmp_path):
 
 
 def test_particles_that_fall_without_gas_are_judged_too(tmp_path):
-    text = CASE[: CASE.index("[gas]")] + CASE[CASE.index("[particles]") : CASE.index("[exchange]")]
-    (tmp_path / "case.toml").write_text(text)
-    case = load_case(str(tmp_path / "case.toml"))
+    case = write_dry(tmp_path)
     height = SOLIDS / 0.6 / 0.012**2
     assert speed_of(case)[0] == pytest.approx(math.sqrt(2 * 9.81 * height), rel=1e-9)
     assert read_numbers(case, tmp_path)["overlap"].verdict == "fit"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +11,9 @@ import numpy as np
 from fbcouple.case.bed.contact_coefficients import find_pair, find_wall
 from fbcouple.case.bed.derived import find_spring, hertz_modulus, hertz_overlap, inlet_ramp, open_range
 from fbcouple.case.bed.drag_balance import EXPANDED, find_balance, find_drag
+from fbcouple.case.bed.falls import Fall, list_falls
 from fbcouple.case.bed.number import Law, Number, judge
 from fbcouple.case.bed.particle_types import Kind, list_kinds, particle_count, solids_volume
-from fbcouple.case.bed.positions import find_start_file, start_positions
 from fbcouple.case.bed.region import Region
 from fbcouple.case.schema.particles import Contact
 from fbcouple.case.schema.sections import Case
@@ -30,8 +30,6 @@ LARGE = 0.1
 
 Speed = tuple[float, str]
 """How fast [m/s], and in words what makes a particle so fast."""
-Start = tuple[float, float]
-"""Height [m] of the highest start position, -inf where the start is a lattice, and the largest start speed [m/s]."""
 
 
 def estimate_overlap(case: Case, region: Region, law: Law | None, folder: Path) -> Iterator[Number]:
@@ -48,10 +46,11 @@ def estimate_overlap(case: Case, region: Region, law: Law | None, folder: Path) 
 
 
 def list_speeds(case: Case, region: Region, law: Law | None, folder: Path) -> list[tuple[Kind, float, str]]:
-    """Each kind of particle with the largest speed [m/s] that one of it can have, and why (`find_speed`)."""
+    """Each kind of particle with the largest speed [m/s] that one of it can have, and why (`_find_speed`)."""
     assert case.particles is not None
-    start = find_start(case, folder)
-    return [(kind, *find_speed(case, kind, region, law, start)) for kind in list_kinds(case.particles)]
+    bed = region.find_level(solids_volume(case.particles) / SETTLED)
+    falls = list_falls(case, region, bed, folder)
+    return [(kind, *_find_speed(case, kind, region, bed, law, falls)) for kind in list_kinds(case.particles)]
 
 
 def find_largest_overlap(case: Case, speeds: list[tuple[Kind, float, str]]) -> tuple[float, float, str]:
@@ -63,7 +62,7 @@ def find_largest_overlap(case: Case, speeds: list[tuple[Kind, float, str]]) -> t
 
 def _is_alone(case: Case) -> bool:
     assert case.particles is not None
-    return particle_count(case.particles) == 1
+    return particle_count(case.particles) == 1 and not case.particles.feeds
 
 
 def _find_overlap(contact: Contact, kind: Kind, speed: float, alone: bool) -> float:
@@ -81,29 +80,14 @@ def _find_overlap(contact: Contact, kind: Kind, speed: float, alone: bool) -> fl
     return reach / kind.diameter
 
 
-def find_start(case: Case, folder: Path) -> Start:
-    """How high and how fast the particles of a case, whose own files lie in `folder`, start."""
-    assert case.particles is not None
-    start = find_start_file(case, folder)
-    if start is None and case.start is not None and case.start.region is not None:
-        return float(start_positions(case, folder)[:, 2].max()), 0.0
-    if start is None:
-        return -math.inf, 0.0
-    fastest = 0.0 if start.velocities is None else float(np.linalg.norm(start.velocities, axis=1).max())
-    return float(start.positions[:, 2].max()), fastest
+def _find_speed(case: Case, kind: Kind, region: Region, bed: float, law: Law | None, falls: Sequence[Fall]) -> Speed:
+    """The largest speed of a particle of `kind`: as it starts or is fed, falls, or is carried by the gas.
 
-
-def find_speed(case: Case, kind: Kind, region: Region, law: Law | None, start: Start) -> Speed:
-    """The largest speed of a particle of `kind`: as it starts, falls, or is carried by the gas.
-
-    A fall is from the top of the bed at rest or from the highest start, no faster than the terminal velocity. The gas
-    accelerates a lone particle in the stream of the inlet over the height of the bed, and in the column over the height
-    of the region; it lifts the bed as a whole over the height of the bed. Nothing gets faster than the gas around it.
+    Of a fall it is no faster than before or than the terminal velocity. The gas accelerates a lone particle in the
+    stream of the inlet over the height `bed` [m] of the bed, and in the column over the height of the region; it lifts
+    the bed as a whole over the height of the bed. Nothing gets faster than the gas around it.
     """
-    assert case.particles is not None
-    bed = region.find_level(solids_volume(case.particles) / SETTLED)
-    highest, started = start
-    speeds = [(started, "the start"), *_fall(case, kind, max(bed, highest - region.bottom), law)]
+    speeds = [_fall(case, kind, fall, law) for fall in falls if fall.species in (None, kind.species)]
     if case.gas:
         speeds += _carry(case, kind, region, bed, law)
     return max(speeds)
@@ -118,11 +102,16 @@ def _weigh(case: Case, kind: Kind) -> float:
     return case.gravity * (1.0 - (case.gas.density if case.gas else 0.0) / kind.density)
 
 
-def _fall(case: Case, kind: Kind, height: float, law: Law | None) -> Iterator[Speed]:
-    speed = math.sqrt(2.0 * abs(_weigh(case, kind)) * height)
+def _fall(case: Case, kind: Kind, fall: Fall, law: Law | None) -> Speed:
+    """The fastest of those that fall at its end; drag that is known slows what is faster than its terminal velocity."""
+    speeds = np.sqrt(fall.speeds**2 + 2.0 * abs(_weigh(case, kind)) * fall.heights)
     if case.gas and _knows_drag(case, law):
-        speed = min(speed, find_balance(case, 1.0, law, kind))
-    yield speed, f"a fall over {height:.3g} m"
+        speeds = np.minimum(speeds, np.maximum(fall.speeds, find_balance(case, 1.0, law, kind)))
+    fastest = int(speeds.argmax())
+    speed, before, height = (float(values[fastest]) for values in (speeds, fall.speeds, fall.heights))
+    if before == 0.0:
+        return speed, f"a fall over {height:.3g} m{f' from {fall.origin}' if fall.origin else ''}"
+    return speed, fall.origin if speed == before else f"{fall.origin} and a fall over {height:.3g} m"
 
 
 def _carry(case: Case, kind: Kind, region: Region, bed: float, law: Law | None) -> Iterator[Speed]:
