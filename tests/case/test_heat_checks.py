@@ -151,3 +151,11 @@ def test_a_feed_has_a_temperature_with_heat_only():
     assert "particles.feeds: feed 1: temperature = 400 K is given and the case has no [heat]" in problem
     case = load_case("patil/c2", [*settings(ALL), feed])
     assert case.particles.feeds[0].temperature == 400.0
+
+
+def test_hertz_contacts_that_conduct_may_be_given_by_their_overlap():
+    """What conduction adds in a DEM step is looked at where the spring is known."""
+    contact = load_case("beaulieu/heated", ["contact.max_overlap=0.05"]).contact
+    assert contact.max_overlap is None and contact.youngs_modulus > 1e7
+    with pytest.raises(CaseError, match=r"12 contacts of 0.01 d would change a particle of 0.0064 m"):
+        load_case("beaulieu/heated", ["contact.max_overlap=0.05", "heat.particle_conductivity=1e12"])

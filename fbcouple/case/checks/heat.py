@@ -9,6 +9,7 @@ from pathlib import Path
 from fbcouple.case.bed.derived import dem_step
 from fbcouple.case.bed.gas_heat import has_hot_walls
 from fbcouple.case.bed.particle_types import list_kinds
+from fbcouple.case.checks.contact import is_hertz
 from fbcouple.case.checks.registry import BED, check, check_law_file
 from fbcouple.case.problems import Problem
 from fbcouple.case.schema.heat import Heat, HeatWall
@@ -196,6 +197,8 @@ def check_conduction_step(case: Case, folder: Path) -> Iterator[Problem]:
         return
     if heat.particle_conductivity is None or heat.particle_specific_heat is None:
         return
+    if contact.model == "hertz" and not is_hertz(contact):
+        return  # the spring is chosen later, or check_model tells what is missing
     least = min(list_kinds(particles), key=lambda kind: kind.diameter)
     radius = find_overlap_radius(least.diameter / 4.0, _DEEP * least.diameter)
     conductivity = heat.particle_conductivity
