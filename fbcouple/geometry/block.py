@@ -34,6 +34,11 @@ CYCLIC = {"x": ("xlo", "xhi"), "y": ("ylo", "yhi")}
 """Patches at the low and the high end of an axis along which the box repeats itself."""
 
 
+def list_cyclic(periodic: Collection[str]) -> list[tuple[str, str]]:
+    """The pairs of cyclic patches of a box that repeats itself along the axes `periodic`."""
+    return [pair for axis, pair in CYCLIC.items() if axis in periodic]
+
+
 def make_hexahedra(
     size: tuple[float, float, float], cells: tuple[int, int, int], periodic: Collection[str] = ()
 ) -> PolyMesh:
@@ -47,7 +52,8 @@ def make_hexahedra(
     low = i + far * j + up * k
     square = np.stack([low, low + right, low + right + far, low + far], axis=1)
     corners = np.concatenate([square, square + up], axis=1)
-    kept = [name for axis in CYCLIC if axis in periodic for name in CYCLIC[axis]]
+    pairs = list_cyclic(periodic)
+    kept = [name for pair in pairs for name in pair]
     index = np.column_stack([x, y, z])
 
     def name(rows: np.ndarray) -> np.ndarray:
@@ -61,7 +67,7 @@ def make_hexahedra(
         return which
 
     mesh = build_mesh(points, [("hexahedron", corners)], (*PATCHES, *kept), name)
-    return _line_up(mesh, [CYCLIC[axis][1] for axis in CYCLIC if axis in periodic])
+    return _line_up(mesh, [high for _, high in pairs])
 
 
 def _line_up(mesh: PolyMesh, high: list[str]) -> PolyMesh:

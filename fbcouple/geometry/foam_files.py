@@ -6,14 +6,13 @@ OpenFOAM's own reader runs what `#calc` or `#codeStream` in such a file says. Th
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
 from fbcouple.errors import CaseError
-from fbcouple.geometry.block import CYCLIC
 from fbcouple.geometry.foam_boundary import read_patches
 from fbcouple.geometry.foam_text import find_part, read_numbers
 from fbcouple.geometry.polymesh import Patches, PolyMesh
@@ -106,9 +105,9 @@ def _require_patches(patches: Patches, inner: int, faces: int) -> None:
         raise CaseError([f"boundary: its patches end at face {at} and there are {faces} faces; {_AGAIN}."])
 
 
-def write_polymesh(mesh: PolyMesh, folder: Path) -> None:
-    """Write `mesh` into `folder`; the patches "inlet" and "outlet", or "outlet1" and so on, are open, those at the ends
-    of an axis along which a box repeats itself cyclic, all others walls."""
+def write_polymesh(mesh: PolyMesh, folder: Path, cyclic: Sequence[tuple[str, str]] = ()) -> None:
+    """Write `mesh` into `folder`; the patches "inlet" and "outlet", or "outlet1" and so on, are open, the pairs
+    `cyclic`, at the ends of an axis along which a box repeats itself, are that, all others walls."""
     folder.mkdir(parents=True, exist_ok=True)
     lists = {
         "points": (f"({x!r} {y!r} {z!r})" for x, y, z in mesh.points.tolist()),
@@ -122,7 +121,7 @@ def write_polymesh(mesh: PolyMesh, folder: Path) -> None:
             file.write(f"{_format_head(name)}{counts.get(name, len(mesh.neighbour))}\n(\n")
             file.writelines(f"{line}\n" for line in lines)
             file.write(")\n")
-    partners = {name: pair[1 - n] for pair in CYCLIC.values() for n, name in enumerate(pair)}
+    partners = {name: pair[1 - n] for pair in cyclic for n, name in enumerate(pair)}
     with (folder / "boundary").open("w", encoding="utf-8") as file:
         file.write(f"{_format_head('boundary')}{len(mesh.patches)}\n(\n")
         for name, (start, count) in mesh.patches.items():

@@ -15,6 +15,7 @@ from fbcouple.case.schema.sections import Case
 from fbcouple.decks.needs import find_needs
 from fbcouple.decks.render import make_environment
 from fbcouple.errors import SolverError, StoppedError
+from fbcouple.geometry.block import list_cyclic
 from fbcouple.geometry.foam_files import write_polymesh
 from fbcouple.geometry.partition import find_rank_grid
 from fbcouple.launcher.stop_signals import Requests
@@ -46,7 +47,7 @@ def prepare_mesh(case: Case, run: Path, ranks: int, guard: Guard | None = None) 
         _remove(old)
     (run / "logs/mesh.log").write_text("", encoding="utf-8")
     if has_own_mesh(case):
-        write_polymesh(read_mesh(case, run), cfd / "constant/polyMesh")
+        write_polymesh(read_mesh(case, run), cfd / "constant/polyMesh", list_cyclic(case.domain.periodic))
     else:
         _run_tool(run, guard, "blockMesh")
     if find_needs(case)["closed_nozzle"]:

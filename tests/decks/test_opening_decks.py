@@ -12,9 +12,11 @@ from fbcouple.case.bed.adopt_inlets import adopt_inlets
 from fbcouple.case.bed.region import find_openings, read_mesh
 from fbcouple.decks.needs import find_needs
 from fbcouple.decks.render import render_decks
-from fbcouple.geometry.block import make_hexahedra
-from fbcouple.geometry.foam_files import write_polymesh
+from fbcouple.decks.set_up import lay_out
+from fbcouple.geometry.block import list_cyclic, make_hexahedra
+from fbcouple.geometry.foam_files import read_polymesh, write_polymesh
 from fbcouple.geometry.quality import require_sound
+from fbcouple.launcher.launch import launch
 
 FLOOR = {"rectangle": [[0.0, 0.0], [0.01, 0.006]], "velocity": 0.5}
 JET = {"circle": [0.0051, 0.0029, 0.0033], "ramp": [[0.0, 0.0], [1e-3, 4.0], [1e-3, 3.0]]}
@@ -102,5 +104,39 @@ def test_the_box_of_hexahedra_is_sound_and_repeats_itself_point_by_point(tmp_pat
         one, other = (mesh.faces.take(mesh.list_patch(name)).values.reshape(-1, 4) for name in (low, high))
         partner = other[:, [0, 3, 2, 1]]  # the other way round, from the same point
         assert mesh.points[one] + size == pytest.approx(mesh.points[partner], abs=1e-15)
-    write_polymesh(mesh, tmp_path)
+    write_polymesh(mesh, tmp_path, list_cyclic(("x", "y")))
     assert "xlo { type cyclic; neighbourPatch xhi;" in (tmp_path / "boundary").read_text()
+
+
+@pytest.mark.parametrize("patches", [["inlet"], ["xlo"], ["inlet", "yhi"]])
+def test_patches_of_a_mesh_that_are_called_as_cyclic_ones_of_a_box_are_inlets_or_walls(tmp_path, patches):
+    """Gas alone, by OpenFOAM: a mesh file repeats itself nowhere, whatever its patches are called."""
+    made = make_hexahedra((0.01, 0.006, 0.02), (5, 3, 10), ("x", "y"))
+    write_polymesh(made, tmp_path / "mesh")
+    (tmp_path / "case.toml").write_text(GAS_ALONE.format(patches=patches))
+    (run,) = lay_out(str(tmp_path), tmp_path / "run", (), False, True)
+    rows: list[dict] = []
+    launch(run, 1, rows.append)
+    mesh = read_polymesh(run / "CFD/constant/polyMesh")
+    assert mesh.count == made.count and sorted(mesh.patches) == ["inlet", "outlet", "walls"]
+    assert mesh.find_area("inlet") == pytest.approx(sum(made.find_area(name) for name in patches), rel=1e-12)
+    assert len(mesh.owner) == len(made.owner) and rows[-1]["time"] == pytest.approx(2e-3)
+
+
+GAS_ALONE = """
+title = "gas through a mesh"
+end_time = 2e-3
+[domain]
+shape = "file"
+mesh = "mesh"
+[gas]
+density = 1.2
+viscosity = 1.8e-5
+[[gas.inlets]]
+patches = {patches}
+velocity = 0.1
+[[gas.outlets]]
+patches = ["outlet"]
+[output]
+record_every = 1e-3
+"""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -29,9 +30,14 @@ class Openings:
 
 
 def open_mesh(
-    mesh: PolyMesh, streams: tuple[Stream, ...], outlets: tuple[Opening, ...], found: ImportedMesh | None = None
+    mesh: PolyMesh,
+    streams: tuple[Stream, ...],
+    outlets: tuple[Opening, ...],
+    found: ImportedMesh | None = None,
+    kept: Sequence[str] = (),
 ) -> Openings:
-    """Cut the openings into the outer faces of `mesh`, that of the file `found` if there is one.
+    """Cut the openings into the outer faces of `mesh`, that of the file `found` if there is one; the patches `kept`, in
+    which no opening is, stay as they are, and all else is wall.
 
     Raises: CaseError (one text) if a patch is not there, an outlet has no face, or gas comes in and leaves by one face.
     """
@@ -48,11 +54,7 @@ def open_mesh(
     leaves = np.concatenate(out)
     if shared := len(np.intersect1d(outer[passes], leaves)):
         raise CaseError([f"inlets and outlets share {shared} faces; move them apart, or name other patches."])
-    kept = [name for name in mesh.patches if name in _KEPT]
     return Openings(arrange_patches(mesh, outer[passes], out, kept), shares[:, outer[passes]])
-
-
-_KEPT = ("xlo", "xhi", "ylo", "yhi")
 
 
 def _cover(

@@ -18,7 +18,7 @@ from fbcouple.case.companions import find_mesh
 from fbcouple.case.schema.gas import Domain
 from fbcouple.case.schema.sections import Case
 from fbcouple.errors import CaseError
-from fbcouple.geometry.block import PER_SQUARE, make_block, make_hexahedra
+from fbcouple.geometry.block import PER_SQUARE, list_cyclic, make_block, make_hexahedra
 from fbcouple.geometry.cylinder import count_cells, find_section, make_cylinder
 from fbcouple.geometry.extrusion import PER_PRISM
 from fbcouple.geometry.filling import Filling
@@ -105,7 +105,8 @@ def find_openings(case: Case, folder: Path = Path()) -> Openings:
 @lru_cache(maxsize=2)
 def _open_made(domain: Domain, streams: tuple[Stream, ...], outlets: tuple[Opening, ...]) -> Openings:
     if domain.is_plain_box:
-        return open_mesh(make_hexahedra(domain.size, domain.cells, domain.periodic), streams, outlets)
+        kept = [name for pair in list_cyclic(domain.periodic) for name in pair]
+        return open_mesh(make_hexahedra(domain.size, domain.cells, domain.periodic), streams, outlets, kept=kept)
     return open_mesh(SHAPES[domain.shape](domain, Path()), streams, outlets)
 
 
