@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -13,10 +14,16 @@ Row = tuple[float, float]
 def list_rows(gas: Mapping[str, Any]) -> list[Row]:
     """Rows (time [s], velocity [m/s]) of the inflow, of several inlets together; one if it is constant. Up is above
     zero."""
+    parts = _list_parts(gas)
+    return sum_rows(parts) if gas.get("inlets") else parts[0][1]
+
+
+def _list_parts(gas: Mapping[str, Any]) -> list[tuple[float, list[Row]]]:
+    """Of each inlet its part of the whole inlet's area, and its rows."""
     if inlets := gas.get("inlets"):
         section = float(gas["inlet_section"])
-        return sum_rows([(float(inlet["area"]) / section, _list_own(inlet, "velocity", "ramp")) for inlet in inlets])
-    return _list_own(gas, "inlet_velocity", "inlet_ramp")
+        return [(float(inlet["area"]) / section, _list_own(inlet, "velocity", "ramp")) for inlet in inlets]
+    return [(1.0, _list_own(gas, "inlet_velocity", "inlet_ramp"))]
 
 
 def is_constant(gas: Mapping[str, Any]) -> bool:
@@ -44,8 +51,8 @@ def sum_rows(parts: Sequence[tuple[float, Sequence[Row]]]) -> list[Row]:
 
 
 def find_fastest(gas: Mapping[str, Any], start: float, end: float) -> float:
-    """Largest speed [m/s] of the inflow, up or down, from `start` to `end` [s]; 0 if there is none."""
-    return max(abs(velocity) for _, velocity in _cut(list_rows(gas), start, end))
+    """Largest speed [m/s] of what passes the inlet, in or out, from `start` to `end` [s]; 0 if nothing does."""
+    return find_busiest(_list_parts(gas), start, end)
 
 
 def find_mean(gas: Mapping[str, Any], start: float, end: float) -> float:
@@ -80,3 +87,22 @@ def _interpolate(rows: Sequence[Row], index: int, time: float) -> float:
     (early, slow), (late, fast) = rows[index - 1], rows[min(index, len(rows) - 1)]
     part = (time - early) / (late - early) if late > early else 0.0
     return fast if part >= 1.0 else slow + max(part, 0.0) * (fast - slow)
+
+
+def add_speeds(
+    parts: Sequence[tuple[float, Sequence[Row]]],
+    time: float,
+    find: Callable[[Sequence[Row], float], float] = find_after,
+) -> float:
+    """Sum of the speeds [m/s] of several inflows, each a factor and its rows, at `time` [s]."""
+    return sum(factor * abs(find(rows, time)) for factor, rows in parts)
+
+
+def find_busiest(
+    parts: Sequence[tuple[float, Sequence[Row]]], start: float = -math.inf, end: float = math.inf
+) -> float:
+    """Largest sum of the speeds [m/s] of several inflows, each a factor and its rows, from `start` to `end` [s]: what
+    goes out by one does not make up for what comes in by another."""
+    inner = {time for _, rows in parts for time, _ in rows if start < time < end}
+    sums = [add_speeds(parts, time) for time in (start, *inner)]
+    return max(sums + [add_speeds(parts, time, find_before) for time in (*inner, end)])

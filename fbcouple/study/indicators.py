@@ -95,8 +95,7 @@ def find_mass_error(case: Case, rows: list[Row]) -> float:
     """Largest gas volume lost by continuity over the inflow, where and while gas flows in."""
     if case.gas is None:
         return math.nan
-    times, speeds = zip(*derived.inlet_ramp(case.gas), strict=True)
-    flows = [abs(float(np.interp(row["time"], times, speeds))) > 0.0 for row in rows]
+    flows = [derived.inlet_speed(case.gas, row["time"]) > 0.0 for row in rows]
     return _peak([row for row, before, now in zip(rows[1:], flows, flows[1:], strict=False) if before and now], _MASS)
 
 

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from fbcouple.case.bed import adopt_inlets, derived
+from fbcouple.case.bed.gas_heat import is_inlet_closed
+from fbcouple.case.cost.work import count_fluid_steps
 from fbcouple.case.load import load_case, write_case
 from fbcouple.case.preflight import estimate
 from fbcouple.decks.render import render_decks
@@ -93,6 +95,38 @@ def test_a_sum_of_ramps_jumps_where_one_of_them_does():
     assert np.array(rows) == pytest.approx(np.array(expected), rel=1e-14)
     assert sum_rows([(0.5, steady), (2.0, [(0.0, 3.0)])]) == [(0.0, 6.5)]
     assert find_mean({"inlets": [{"area": 2.0, "velocity": 3.0}], "inlet_section": 4.0}, 0.0, 1.0) == 1.5
+
+
+LEFT = "[[gas.inlets]]\nrectangle = [[0.0, 0.0], [0.04, 0.02]]\nramp = [[0.0, 0.0], [0.05, 1.0]]\n"
+RIGHT = LEFT.replace("[[0.0, 0.0], [0.04, 0.02]]", "[[0.04, 0.0], [0.08, 0.02]]")
+HEATED = """[heat]
+gas_temperature = 300.0
+gas_specific_heat = 1010.0
+prandtl = 0.7
+particle_temperature = 300.0
+particle_specific_heat = 840.0
+wall_temperature = 350.0
+"""
+
+
+def test_what_goes_out_by_one_inlet_hides_not_what_comes_in_by_another(tmp_path):
+    out = RIGHT.replace("1.0]", "-1.0]")
+    case = load_case(write(tmp_path, LEFT, out, text=CASE + HEATED))
+    assert derived.fastest_inflow(case.gas) == pytest.approx(0.0, abs=1e-15)
+    assert derived.fastest_inlet(case.gas) == pytest.approx(1.0, rel=1e-12)
+    assert find_fastest(case.model_dump(mode="json")["gas"], 0.0, 0.025) == pytest.approx(0.5, rel=1e-12)
+    assert not is_inlet_closed(case.gas) and "inletOutlet" in render_decks(case)["CFD/0/T"].partition("outlet\n")[0]
+    both = load_case(write(tmp_path, LEFT, RIGHT))
+    assert count_fluid_steps(case, 0.1) == pytest.approx(count_fluid_steps(both, 0.1), rel=1e-12)
+    closed = load_case(write(tmp_path, LEFT.replace("1.0]", "0.0]"), RIGHT.replace("1.0]", "0.0]")))
+    assert is_inlet_closed(closed.gas) and derived.fastest_inlet(closed.gas) == 0.0
+
+
+def test_the_fastest_is_of_one_time(tmp_path):
+    """One inlet closes while the other opens: never more than half of the floor's gas comes in."""
+    case = load_case(write(tmp_path, LEFT, RIGHT.replace("[[0.0, 0.0], [0.05, 1.0]]", "[[0.0, 1.0], [0.05, 0.0]]")))
+    assert derived.fastest_inlet(case.gas) == pytest.approx(0.5, rel=1e-12)
+    assert derived.inlet_speed(case.gas, 0.03) == pytest.approx(0.5, rel=1e-12)
 
 
 def test_a_file_of_many_rows_is_in_the_deck_to_the_last_digit(tmp_path):

@@ -73,6 +73,24 @@ def test_particles_at_the_outlet_are_counted_and_told(tmp_path):
     assert float(results["tracked_position"].max()) < 0.02
 
 
+ACROSS = [
+    "gas.inlets=[{face='left', rectangle=[[0.001, 0.007], [0.005, 0.013]], velocity=1.0}, "
+    "{face='right', rectangle=[[0.001, 0.007], [0.005, 0.013]], ramp=[[0.0, -1.0]]}]",
+    *("heat.gas_temperature=400.0", "heat.gas_specific_heat=1010.0", "heat.prandtl=0.7"),
+    *("heat.particle_temperature=300.0", "heat.particle_specific_heat=840.0"),
+]
+
+
+def test_gas_that_is_sucked_off_as_fast_as_it_comes_in_is_held_to_the_case(tmp_path):
+    """From the left to the right, none of it in sum: it comes in warm, and leaves colder through the bed."""
+    results = run_it(prepare(tmp_path, [*SHORT, *ACROSS], BED.replace("inlet_velocity = 1.2\n", "")))
+    assert results.attrs["complete"] and float(results["gas_inflow_error"].max()) < 1e-12
+    assert float(results["gas_mass_error"].max()) < 1e-6
+    carried = 1.165 * 1010.0 * 1.0 * 2.4e-5  # W for each K
+    cooling = float(results["heat_by_inlets"][-1]) / carried
+    assert 1.0 < cooling < 100.0, "what leaves is colder than 400 K, and no colder than the bed"
+
+
 @pytest.mark.slow
 def test_the_ramp_of_many_rows_runs(tmp_path):
     """More rows than fit into a line of OpenFOAM; the gas of each recorded step is the table's at its end."""

@@ -20,7 +20,7 @@ from fbcouple.case.schema.inlets import Inlet
 from fbcouple.case.schema.particles import Contact, Particles
 from fbcouple.case.schema.sections import Case
 from fbcouple.physics.contact import contact_time, normal_damping
-from fbcouple.results.inlet_speed import sum_rows
+from fbcouple.results.inlet_speed import add_speeds, find_busiest, sum_rows
 
 # 2 times the integral of dx/sqrt(1 - x^(5/2)) from 0 to 1.
 _HERTZ_DURATION = 4.0 * math.sqrt(math.pi) * math.gamma(0.4) / (5.0 * math.gamma(0.9))
@@ -201,8 +201,15 @@ def inlet_ramp(gas: Gas) -> tuple[tuple[float, float], ...]:
 
 @lru_cache(maxsize=8)
 def _sum_inlets(gas: Gas) -> tuple[tuple[float, float], ...]:
+    return tuple(sum_rows(_list_parts(gas)))
+
+
+def _list_parts(gas: Gas) -> list[tuple[float, tuple[tuple[float, float], ...]]]:
+    """Of each inlet its part of the whole inlet's area, and its rows."""
+    if not gas.inlets:
+        return [(1.0, inlet_ramp(gas))]
     assert gas.inlet_section is not None, "adopt_inlets fills it in"
-    return tuple(sum_rows([((inlet.area or 0.0) / gas.inlet_section, inlet_rows(inlet)) for inlet in gas.inlets]))
+    return [((inlet.area or 0.0) / gas.inlet_section, inlet_rows(inlet)) for inlet in gas.inlets]
 
 
 def has_ramp(gas: Gas) -> bool:
@@ -219,8 +226,20 @@ def inlet_range(gas: Gas, start: float, end: float) -> tuple[float, float]:
     return min(known), max(known)
 
 
+@lru_cache(maxsize=8)
 def fastest_inlet(gas: Gas) -> float:
-    """Largest superficial speed [m/s] at the inlet in the whole run, up or down."""
+    """Largest superficial speed [m/s] of what passes the inlet in the whole run, in or out: of `inlets` the sum of all,
+    where what goes out by one does not make up for what comes in by another."""
+    return find_busiest(_list_parts(gas))
+
+
+def inlet_speed(gas: Gas, time: float) -> float:
+    """Superficial speed [m/s] of what passes the inlet at `time` [s], as `fastest_inlet` counts it."""
+    return add_speeds(_list_parts(gas), time)
+
+
+def fastest_inflow(gas: Gas) -> float:
+    """Largest superficial speed [m/s] of all that comes in, less what goes out, in the whole run, up or down."""
     return max(abs(velocity) for _, velocity in inlet_ramp(gas))
 
 

@@ -63,7 +63,7 @@ def _as_row(temperature: float | None, coefficient: float | None) -> tuple[float
 
 
 def is_inlet_closed(gas: Gas) -> bool:
-    """Does no gas ever pass the inlet?"""
+    """Does no gas ever pass any inlet?"""
     return fastest_inlet(gas) == 0.0
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fbcouple.case.bed.derived import fastest_inlet
+from fbcouple.case.bed.derived import fastest_inflow
 from fbcouple.case.bed.number import Number
 from fbcouple.case.bed.openings import describe, find_stream_areas
 from fbcouple.case.bed.region import Region, find_openings
@@ -28,7 +28,7 @@ def describe_openings(case: Case, region: Region, folder: Path) -> Iterator[Numb
         meaning = f"{describe(stream.opening).capitalize()}: {area:.7g} m2 of the mesh, {velocity:g} m s-1 {when}."
         yield Number(f"inlet {number}", area * velocity, "m3 s-1", None, None, meaning)
     meaning = "Superficial velocity of all inlets together in the mean cross-section, at the fastest."
-    whole = fastest_inlet(case.gas) * region.inlet / region.section
+    whole = fastest_inflow(case.gas) * region.inlet / region.section
     yield Number("superficial velocity", whole, "m s-1", None, None, meaning)
     if case.gas.outlets:
         patches = list_outlet_patches(openings.mesh)

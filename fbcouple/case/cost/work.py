@@ -6,7 +6,15 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from fbcouple.case.bed.derived import dem_step, fastest_inlet, inlet_ramp, neighbour_skin, tangential_law
+from fbcouple.case.bed.derived import (
+    dem_step,
+    fastest_inflow,
+    fastest_inlet,
+    inlet_ramp,
+    inlet_speed,
+    neighbour_skin,
+    tangential_law,
+)
 from fbcouple.case.bed.drag_balance import EXPANDED, minimum_fluidization
 from fbcouple.case.bed.feeds import find_rate
 from fbcouple.case.bed.fluid_step import gas_step
@@ -128,21 +136,12 @@ def count_fluid_steps(case: Case, seconds: float, thinnest: float | None = None,
     share, longer = (EXPANDED, 1.0) if carried else (1.0, LIVELY)
     steps = 0.0
     for number in range(pieces):
-        speed = abs(_find_speed(case, (number + 0.5) * width))
+        speed = inlet_speed(case.gas, (number + 0.5) * width)
         step = longer * gas_step(case, share * speed / fastest if fastest else 0.0, thinnest)
         if held:
             step = held * max(1.0, step / held - 0.5)  # rounded down: half a DEM step is lost on the mean
         steps += width / step
     return steps
-
-
-def _find_speed(case: Case, time: float) -> float:
-    assert case.gas is not None
-    ramp = inlet_ramp(case.gas)
-    before = [row for row in ramp if row[0] <= time] or [ramp[0]]
-    after = [row for row in ramp if row[0] > time] or [ramp[-1]]
-    (start, low), (end, high) = before[-1], after[0]
-    return low + (high - low) * ((time - start) / (end - start) if end > start else 0.0)
 
 
 def count_digits(tolerance: float, courant: float) -> float:
@@ -197,7 +196,7 @@ def _guess_contacts(case: Case, region: Region, law: Law | None) -> float:
     passes = sum(inlet.area or 0.0 for inlet in case.gas.inlets) or region.inlet
     if passes < JET * region.section:
         return SPOUTED
-    fastest = fastest_inlet(case.gas) * region.inlet / region.section
+    fastest = fastest_inflow(case.gas) * region.inlet / region.section
     return RESTING if fastest < minimum_fluidization(case, law=law) else BUBBLING
 
 

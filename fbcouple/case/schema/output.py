@@ -172,7 +172,8 @@ class Monitors(Section):
         "Error of the gas flux at a height against continuity, over the fastest inflow.", default=1e-2, **Positive
     )
     inflow: float = option(
-        "Error of the gas that comes in by the inlet in a step, over the fastest inflow of the run.",
+        "Error of the gas that comes in by the inlet in a step, over the fastest inflow of the run; of inlets that let "
+        "gas in and out over what passes all of them.",
         default=1e-6,
         **Positive,
     )
