@@ -12,7 +12,8 @@ from fbcouple.errors import DivergedError
 
 @dataclass(frozen=True)
 class Particles:
-    """This rank's particles as the solver shows them now: positions, velocities (n, 3), radii, masses (n,)."""
+    """This rank's particles as the solver shows them now: positions, velocities (n, 3), radii, masses (n,), the last
+    with the gas that they carry along where a case has virtual mass: what a force has to move."""
 
     positions: np.ndarray
     velocities: np.ndarray

@@ -34,15 +34,23 @@ class Conservation:
         self._given, self._scale = loss * dt, max(drag, float(np.linalg.norm(loss))) * dt
 
     def receive(
-        self, forces: np.ndarray, dt: float, find_momentum: Callable[[], float] = lambda: 0.0, weight: float = 0.0
+        self,
+        forces: np.ndarray,
+        dt: float,
+        find_momentum: Callable[[], float] = lambda: 0.0,
+        weight: float = 0.0,
+        carried: float = 0.0,
     ) -> None:
         """The particles of this rank were under the forces `forces` (n, 3) [N] for `dt` [s], that of the gas and their
         `weight` [N] if it was held; the sum of their m |v| [kg m/s] is asked for only where the imbalance looks large
-        (collective)."""
+        (collective).
+
+        carried [N]: weight of the gas that they carry along, which the forces hold, and which is no support of theirs.
+        """
         totals, given = self._totals, self._given
         x, y, z = sum_up(forces)
         z += weight
-        totals[:] = given[0] - x * dt, given[1] - y * dt, given[2] - z * dt, self._scale, len(forces), z
+        totals[:] = given[0] - x * dt, given[1] - y * dt, given[2] - z * dt, self._scale, len(forces), z - carried
         self._comm.Allreduce(MPI.IN_PLACE, totals)
         _, _, _, scale, count, self.support = totals.tolist()
         self.particles = round(count)

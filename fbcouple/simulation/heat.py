@@ -34,7 +34,6 @@ class Heat:
         assert case.heat is not None
         heat = case.heat
         self._comm, self._liggghts, self._coupling = comm, liggghts, coupling
-        self._carries = case.exchange is not None and case.exchange.virtual_mass
         self._specific_heat = heat.particle_specific_heat or 0.0
         self._reference = heat.gas_temperature or heat.particle_temperature or 0.0
         self._expands = heat.has_ideal_gas
@@ -62,7 +61,7 @@ class Heat:
     def masses(self) -> np.ndarray:
         """Masses [kg] of this rank's particles, (n,), without gas that they carry along."""
         assert self._liggghts is not None
-        return self._liggghts.own_masses if self._carries else self._liggghts.masses
+        return self._liggghts.own_masses
 
     @property
     def densities(self) -> np.ndarray | None:

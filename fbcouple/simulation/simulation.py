@@ -141,7 +141,8 @@ class Simulation:
             if self.is_coupled:
                 own = self.liggghts
                 weight = float(own.weights.sum()) if own.held_gravity else 0.0
-                self.conservation.receive(own.held_force, self.dt, self._find_momentum, weight)
+                carried = own.carried_mass * self.case.gravity
+                self.conservation.receive(own.held_force, self.dt, self._find_momentum, weight, carried)
             else:
                 self.conservation.count(self.liggghts.count)
 

@@ -138,7 +138,7 @@ class Liggghts:
 
     @property
     def masses(self) -> np.ndarray:
-        """Masses [kg], shape (count,)."""
+        """Masses [kg] that move, shape (count,): with the gas that particles carry along (`add_inertia`)."""
         return self._atoms("rmass", ctypes.c_double)
 
     @property
@@ -189,8 +189,13 @@ class Liggghts:
 
     @property
     def own_masses(self) -> np.ndarray:
-        """Masses [kg], shape (count,), without gas that they carry along."""
-        return 4.0 / 3.0 * np.pi * self.radii**3 * self.densities
+        """Masses [kg], shape (count,), without gas that they carry along: what counts as solids."""
+        return 4.0 / 3.0 * np.pi * self.radii**3 * self.densities if self._carried else self.masses
+
+    @property
+    def carried_mass(self) -> float:
+        """Mass [kg] of the gas that this rank's particles carry along."""
+        return float((self.masses - self.own_masses).sum()) if self._carried else 0.0
 
     def add_inertia(self, density: float) -> None:
         """Let each particle have the mass of its own density and of `density` [kg m-3] more; once or again."""

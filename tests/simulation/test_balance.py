@@ -30,6 +30,13 @@ def test_a_weight_that_is_held_is_no_force_of_the_gas():
     assert (conservation.momentum_error, conservation.support) == (0.0, 2.75)
 
 
+def test_the_weight_of_gas_that_is_carried_along_is_no_support():
+    conservation = Conservation(MPI.COMM_SELF)
+    conservation.give(np.array([0.0, 0.0, 2.75]), 4.0, 0.1)
+    conservation.receive(FORCES, 0.1, lambda: MOMENTUM, weight=2.0, carried=0.5)
+    assert (conservation.momentum_error, conservation.support) == (0.0, 2.25)
+
+
 @pytest.mark.parametrize("share", [1e-6, 1e-9])
 def test_imbalance_is_told_over_the_drag(share):
     assert find_error(0.75 + 1.25 * share, 1.25) == pytest.approx(share, rel=1e-5)

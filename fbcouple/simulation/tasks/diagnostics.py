@@ -20,7 +20,7 @@ _CLOSEST_PACKING = 0.74048
 def measure_particles(sim: Simulation) -> dict[str, Any]:
     """Count, centre, kinetic energy and worst overlap of all particles, and those that the case tracks (collective)."""
     liggghts, comm = sim.liggghts, sim.comm
-    masses, z = liggghts.masses, liggghts.positions[:, 2]
+    masses, z = liggghts.own_masses, liggghts.positions[:, 2]
     squares = np.einsum("ij,ij->i", liggghts.velocities, liggghts.velocities)
     totals = masses.sum(), masses @ z, 0.5 * masses @ squares
     sums = comm.allreduce(np.array(totals))
@@ -48,7 +48,8 @@ def measure_species(sim: Simulation) -> dict[str, Any]:
         return {}
     count = 1 + len(particles.mixture)
     species = np.array(list_species(particles))[own.types - 1] - 1
-    mine = [np.bincount(species, weights, count) for weights in (own.masses, own.masses * own.positions[:, 2])]
+    masses = own.own_masses
+    mine = [np.bincount(species, weights, count) for weights in (masses, masses * own.positions[:, 2])]
     mass, moment = sim.comm.allreduce(np.array(mine))
     centres = np.divide(moment, mass, out=np.full(count, math.nan), where=mass > 0.0)
     return {"species_centre_z": (centres - sim.grid.origin[2]).tolist()}
@@ -78,7 +79,7 @@ def measure_voidage(sim: Simulation) -> dict[str, Any]:
 
 def find_weight(sim: Simulation) -> float:
     """Weight of all particles [N]; 1 without gravity."""
-    return sim.comm.allreduce(float(sim.liggghts.masses.sum())) * sim.case.gravity or 1.0
+    return sim.comm.allreduce(float(sim.liggghts.own_masses.sum())) * sim.case.gravity or 1.0
 
 
 def find_bed_height(profile: np.ndarray, centres: np.ndarray) -> float:

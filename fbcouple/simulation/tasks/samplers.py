@@ -82,8 +82,8 @@ def open_sampler(sim: Simulation) -> SolidsSampler | CellSampler:
 
 def sample_solids(sampler: SolidsSampler | CellSampler, sim: Simulation) -> np.ndarray:
     """Rows (cells, SOLIDS_COLUMNS) of this rank's cells from the particles as they are now (collective)."""
-    p, inside = sim.particles, sim.rows_inside
-    return sampler.sample(*(column[inside] for column in (p.positions, p.velocities, p.radii, p.masses)))
+    p, inside, masses = sim.particles, sim.rows_inside, sim.liggghts.own_masses
+    return sampler.sample(*(column[inside] for column in (p.positions, p.velocities, p.radii, masses)))
 
 
 def _row_up(rows: np.ndarray) -> np.ndarray:
