@@ -11,6 +11,7 @@ import xarray as xr
 
 from fbcouple.results.block_means import BLOCKS, REPLICA, SAMPLES, START
 from fbcouple.results.probes import PROBED, find_dimensions, list_tables, name_variable
+from fbcouple.results.told import find_in_told
 from fbcouple.results.variables import (
     EXITS,
     HISTORIES,
@@ -144,7 +145,7 @@ def find_faults(data: xr.Dataset, case: Mapping[str, Any]) -> list[str]:
     alone = ["it has numbers of particles, and its case has no [particles]"] if unfounded else []
     broken = _find_in_case(case)
     variables = _find_in_axes(data) or _find_in_variables(data, {} if broken else case)
-    return broken + alone + _find_in_attributes(data) + variables
+    return broken + alone + _find_in_attributes(data) + find_in_told(data) + variables
 
 
 def _find_in_case(case: Mapping[str, Any]) -> list[str]:

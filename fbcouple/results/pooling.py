@@ -25,14 +25,14 @@ import xarray as xr
 from fbcouple.results.alike import require_alike
 from fbcouple.results.block_means import join_blocks
 from fbcouple.results.conventions import STANDARD_ERROR
+from fbcouple.results.histories import find_worst
 from fbcouple.results.replicas import WINDOW_BLOCKS, Replica
-from fbcouple.results.variables import HISTORIES, MEANS
+from fbcouple.results.told import REPLICAS_OF
+from fbcouple.results.variables import MEANS
 
 REPLICAS, WINDOW_MEAN = "replicas", "window_mean"
 """Attribute of a pooled results.nc: how many replicas are in it. `replicas_of` tells of each, as JSON."""
 OF_MASS, OF_SOLIDS = ("solids_velocity",), ("agitation", "granular_temperature")
-_WORST = (("largest", "max"), ("farthest off", "max"), ("least", "min"), ("above 0.74", "max"))
-"""What the long name of a history says -> which of the replicas' values a pooled row has."""
 _OF_ONE = ("averaging_error", "averaging_error_of", "ended_by", "changed_since_set_up", "updates")
 """Attributes that a pool does not take from its first replica."""
 ADDED = ("core_seconds", "cpu_seconds")
@@ -114,7 +114,8 @@ def pool(replicas: Sequence[Replica]) -> xr.Dataset:
         for full, values in ((name, found.mean), (f"{name}{STANDARD_ERROR}", found.error)):
             like = first.data[name]
             changed[full] = (like.dims, values, first.data[full].attrs if full in first.data else {})
-    changed |= _pool_windows(replicas) | _find_worst(replicas) | join_blocks([one.data for one in replicas])
+    parts = [one.data for one in replicas]
+    changed |= _pool_windows(replicas) | find_worst(parts) | join_blocks(parts)
     attributes = {name: value for name, value in first.data.attrs.items() if not _is_of_one(name)}
     kept = first.data.drop_dims(["quantity", "block"], errors="ignore")
     pooled = kept.assign(changed).set_coords("quantity")
@@ -156,24 +157,6 @@ def _pool_windows(replicas: Sequence[Replica]) -> dict[str, Any]:
     }
 
 
-def _find_worst(replicas: Sequence[Replica]) -> dict[str, Any]:
-    """Histories of what may go wrong: the worst of all replicas up to each row of the first, since its last one."""
-    first = replicas[0].data
-    found: dict[str, Any] = {}
-    for name in [name for name in HISTORIES if name in first and all(name in one.data for one in replicas)]:
-        words = HISTORIES[name][1]
-        kind = next((kind for word, kind in _WORST if word in words), None)
-        if kind is None or first[name].dims != ("time",):
-            continue
-        worst = np.fmax if kind == "max" else np.fmin
-        values = first[name].values.astype(float).copy()
-        for other in replicas[1:]:
-            rows = np.searchsorted(first["time"].values, other.data["time"].values).clip(max=len(values) - 1)
-            worst.at(values, rows, other.data[name].values.astype(float))
-        found[name] = (("time",), values, first[name].attrs | {"comment": "the worst of all replicas"})
-    return found
-
-
 def _describe(data: xr.Dataset, replicas: Sequence[Replica]) -> xr.Dataset:
     """What the file says of the pool."""
     added: dict[str, Any] = {
@@ -185,7 +168,7 @@ def _describe(data: xr.Dataset, replicas: Sequence[Replica]) -> xr.Dataset:
         added
         | {
             REPLICAS: len(replicas),
-            "replicas_of": json.dumps([one.about for one in replicas]),
+            REPLICAS_OF: json.dumps([one.about for one in replicas]),
             "averaging_start": min(one.window[0] for one in replicas),
             "averaging_end": max(one.window[1] for one in replicas),
             "averaging_samples": sum(one.samples for one in replicas),

@@ -15,10 +15,12 @@ import xarray as xr
 from fbcouple.results.block_means import BLOCKS, SAMPLES, START, has_blocks, pair_blocks
 from fbcouple.results.conventions import STANDARD_ERROR, follow_conventions
 from fbcouple.results.depth_means import depth_average
+from fbcouple.results.histories import RULES, find_rule, join_rows
 from fbcouple.results.pooling import OF_MASS, OF_SOLIDS, pool
 from fbcouple.results.reader import sample
 from fbcouple.results.replicas import OF_EACH, REDUCED, Replica
-from fbcouple.results.variables import HISTORIES, HISTORIES_OF_SPECIES, MEANS
+from fbcouple.results.told import REPLICAS_OF
+from fbcouple.results.variables import MEANS
 from fbcouple.results.writer import write_dataset
 
 ROWS = 200
@@ -30,7 +32,9 @@ _BITS, _ERROR_BITS, _BLOCK_BITS = 16, 7, 5
 1.6 %, each with an error of its own."""
 _PACKED = 1000
 """Numbers from which a variable is packed: what tells of the packing takes some kB."""
-_KEPT = ("stage", "component", "species")
+_EXACT = ("solids_volume", "particles", "particles_fed", "particles_removed", "particles_owed")
+"""Histories that are kept in double precision: what changes of them, and may not, is less than a single one tells."""
+_KEPT = ("stage", "component", "species", "outlet")
 
 
 def reduce(replica: Replica) -> Replica:
@@ -79,34 +83,20 @@ def _name_cells(made: xr.Dataset, data: xr.Dataset) -> xr.Dataset:
 
 
 def _thin(data: xr.Dataset) -> xr.Dataset:
-    """At most `ROWS` rows of each history: of rows that are joined the mean, the largest or the least, by what they
-    are; of the rest the last."""
+    """At most `ROWS` rows of each history, and the first: rows between are joined as `RULES` say."""
     count = data.sizes.get("time", 0)
+    if not count:
+        return xr.Dataset(coords={"time": data["time"]} if "time" in data else {})
     every = max(-(-(count - 1) // ROWS), 1)
-    ends = [0, *range(every, count, every)] if count else []
-    ends += [count - 1] if count and ends[-1] != count - 1 else []
-    begins = [0, *(end + 1 for end in ends[:-1])]
-    spans = list(zip(begins, ends, strict=True))
-    names = [name for name in (*HISTORIES, *HISTORIES_OF_SPECIES, "wall_seconds") if name in data]
+    begins = np.array([0, *range(1, count, every)])
+    ends = np.append(begins[1:], count) - 1
     found = {}
-    for name in names:
-        values, words = data[name].values, str(data[name].attrs.get("long_name", ""))
-        join = _choose_join(name, words)
-        rows = np.array([join(values[begin : end + 1].astype(float)) for begin, end in spans])
-        found[name] = (data[name].dims, rows, data[name].attrs)
+    for name in [name for name in RULES if name in data]:
+        values = data[name].transpose("time", ...)
+        rows = values.values.astype(float)
+        joined = join_rows(find_rule(name, data).rows, rows, begins, rows[0])
+        found[name] = (values.dims, joined, data[name].attrs)
     return xr.Dataset(found, {"time": ("time", data["time"].values[ends], data["time"].attrs)})
-
-
-def _choose_join(name: str, words: str) -> Any:
-    if name == "wall_seconds":
-        return lambda rows: rows.sum(axis=0)
-    if "least" in words:
-        return lambda rows: rows.min(axis=0)
-    if any(word in words for word in ("largest", "farthest off", "above 0.74")):
-        return lambda rows: rows.max(axis=0)
-    if "mean since the last row" in words:
-        return lambda rows: rows.mean(axis=0)
-    return lambda rows: rows[-1]
 
 
 def pool_reduced(replicas: Sequence[Replica]) -> xr.Dataset:
@@ -120,7 +110,7 @@ def pool_reduced(replicas: Sequence[Replica]) -> xr.Dataset:
             values = np.array([one.data[name].values for one in small])
             about = {"units": pooled[name].attrs.get("units", "1"), "long_name": f"{name} of each replica"}
             found[f"{OF_EACH}{name}"] = (("replica", *small[0].data[name].dims), values, about)
-    return pooled.assign(found).assign_attrs({REDUCED: 1, "replicas_of": json.dumps(told)})
+    return pooled.assign(found).assign_attrs({REDUCED: 1, REPLICAS_OF: json.dumps(told)})
 
 
 def write(path: Path, data: xr.Dataset) -> None:
@@ -136,7 +126,7 @@ def write(path: Path, data: xr.Dataset) -> None:
             encoding[name] = {}
             if data[name].size > _PACKED:
                 encoding[name] = {"zlib": True, "complevel": 9 if is_reduced else 1, "shuffle": True}
-            if is_reduced:
+            if is_reduced and name not in _EXACT:
                 data[name] = data[name].astype(np.float32)
             if is_reduced and data[name].size > _PACKED:
                 bits = _ERROR_BITS if name.endswith(STANDARD_ERROR) else _BLOCK_BITS if name in BLOCKS else _BITS

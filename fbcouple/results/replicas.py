@@ -19,7 +19,9 @@ from fbcouple.results.block_errors import estimate_errors
 from fbcouple.results.block_means import take_blocks
 from fbcouple.results.conventions import STANDARD_ERROR
 from fbcouple.results.expected import find_faults
+from fbcouple.results.histories import count_lost
 from fbcouple.results.stored import AGAIN, load
+from fbcouple.results.told import REPLICAS_OF, list_told
 from fbcouple.results.variables import HISTORIES, MEANS
 
 WINDOW_BLOCKS = 16
@@ -65,6 +67,7 @@ def make_replica(path: Path, data: xr.Dataset, case: dict[str, Any]) -> Replica:
         "source": str(data.attrs.get("source", "")),
         "results": _hash_means(data),
         "set_up": _hash_set_up(path.parent),
+        "particles_lost": count_lost(data),
     }
     about |= {cost: float(data.attrs[cost]) for cost in ("core_seconds", "cpu_seconds") if cost in data.attrs}
     return Replica(data, case, samples, (start, end), _average_windows(data, (start, end)), about)
@@ -98,7 +101,7 @@ def estimate_window_error(values: np.ndarray) -> float:
 def split_reduced(path: Path, data: xr.Dataset, case: dict[str, Any]) -> list[Replica]:
     """The replicas in the reduced file at `path`. Raises: CaseError if it does not hold what it says."""
     try:
-        told = json.loads(data.attrs["replicas_of"])
+        told = list_told(data)
         return [_take(data, case, number, about, len(told)) for number, about in enumerate(told)]
     except (KeyError, TypeError, ValueError, IndexError) as error:
         raise CaseError([f"{path}: is no whole reduced file ({error}); pool its runs again."]) from error
@@ -112,6 +115,8 @@ def _take(data: xr.Dataset, case: dict[str, Any], number: int, about: dict[str, 
             own[name] = data[name] if count == 1 else data[of_each].isel(replica=number, drop=True)
     kept = data.drop_vars([name for name in data.data_vars if str(name).startswith(OF_EACH)]).assign(own)
     kept = take_blocks(kept, 1 + number)
+    if count == 1:  # of an older file, whose histories are all its own
+        about = {"particles_lost": count_lost(kept)} | about
     windows = {name: (float(mean), float(error), int(rows)) for name, (mean, error, rows) in about["windows"].items()}
     start, end = map(float, about["window"])
     return Replica(kept, case, int(about["samples"]), (start, end), windows, about)
@@ -185,7 +190,7 @@ def _open(path: Path) -> list[Replica]:
     data, case = read_results(file)
     if data.attrs.get(REDUCED):
         return split_reduced(file, data, case)
-    if "replicas_of" in data.attrs:
+    if REPLICAS_OF in data.attrs:
         text = f"{file} is pooled already and holds its replicas no more"
         raise CaseError([f"{text}; give the runs that are in it, or reduced files of them."])
     return [make_replica(file, data, case)]

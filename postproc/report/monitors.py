@@ -12,8 +12,10 @@ import numpy as np
 from fbcouple.postproc.statistics import summarise
 from fbcouple.results.block_errors import compare_with_map
 from fbcouple.results.depth_means import depth_average
+from fbcouple.results.histories import count_lost
 from fbcouple.results.inlet_speed import find_mean, is_constant
 from fbcouple.results.reader import NotDrawableError, Results
+from fbcouple.results.told import list_told
 
 
 @dataclass(frozen=True)
@@ -64,12 +66,13 @@ def monitor(name: str) -> Callable[[Monitor], Monitor]:
 
 @monitor("particles")
 def _lost(results: Results) -> Watched:
-    count = results.history("particles").values
-    came = left = 0.0
-    if "particles_fed" in results.data:
-        came, left = (results.history(f"particles_{way}").values[-1] for way in ("fed", "removed"))
-    lost = float(round(count[0] + came - left - count[-1]))  # of parcels a product with their grains, to rounding
-    return judge("particles lost", lost, "0", lost == 0.0)
+    words, lost = "particles lost", count_lost(results.data) or 0.0
+    told = [one.get("particles_lost") for one in list_told(results.data)]
+    if None not in told:
+        lost = max(told or [lost], key=abs)
+    elif len(told) > 1:
+        words += ", of the first replica (an older pool does not tell of the others)"
+    return judge(words, lost, "0", lost == 0.0)
 
 
 @monitor("ledger_error")
