@@ -1,8 +1,8 @@
 """Means over replicas, runs of one case with different seeds, as one results.nc, with errors from between them.
 
-A time mean is a ratio of sums over samples and, for quantities of particles, over what they are of: solids velocities
-over the mass, agitation and granular temperature over the solids. So is the pooled one: sum w x / sum w, with the
-samples of each replica times the mass or the solids of the cell for w.
+A time mean is a ratio of sums over samples and, for some quantities, over what they are of: velocity and temperature
+of the solids over the mass, agitation and granular temperature over the solids, temperature of the gas over the
+voidage. So is the pooled one: sum w x / sum w, with the samples of each replica times that of the cell for w.
 
 The squared error between R replicas is R/(R - 1) sum q^2 (x - mean)^2, q = w/sum w: s^2/R for equal weights. It is
 right whatever the correlation in time, and rests on R - 1 numbers in each cell: for few replicas it is a bad number
@@ -29,10 +29,10 @@ from fbcouple.results.histories import find_worst
 from fbcouple.results.replicas import WINDOW_BLOCKS, Replica
 from fbcouple.results.told import REPLICAS_OF
 from fbcouple.results.variables import MEANS
+from fbcouple.results.weights import find_weight
 
 REPLICAS, WINDOW_MEAN = "replicas", "window_mean"
 """Attribute of a pooled results.nc: how many replicas are in it. `replicas_of` tells of each, as JSON."""
-OF_MASS, OF_SOLIDS = ("solids_velocity",), ("agitation", "granular_temperature")
 _OF_ONE = ("averaging_error", "averaging_error_of", "ended_by", "changed_since_set_up", "updates")
 """Attributes that a pool does not take from its first replica."""
 ADDED = ("core_seconds", "cpu_seconds")
@@ -81,20 +81,13 @@ def combine(values: np.ndarray, weights: np.ndarray, within: np.ndarray, blocks:
 
 
 def weigh(replica: Replica, name: str) -> np.ndarray:
-    """What a replica's mean `name` counts in a pool, of the shape of that mean: its samples, and of what a particle has
-    the mass or the solids of the cell, too."""
-    data = replica.data
-    if name not in OF_MASS + OF_SOLIDS:
-        return np.full(data[name].shape, float(replica.samples))
-    solids = np.nan_to_num(data["solids_fraction"].values.astype(float))
-    if name in OF_SOLIDS or "solids_flux" not in data:
-        return replica.samples * np.broadcast_to(solids, data[name].shape)
-    velocity = np.nan_to_num(data["solids_velocity"].values.astype(float))
-    flux = np.nan_to_num(data["solids_flux"].values.astype(float))
-    squares = (velocity**2).sum(axis=0)
-    density = float(replica.case["particles"]["density"])
-    mass = np.divide((velocity * flux).sum(axis=0), squares, out=density * solids, where=squares > 0.0)
-    return replica.samples * np.broadcast_to(mass, velocity.shape)
+    """What a replica's mean `name` counts in a pool, of the shape of that mean: its samples times what the mean is an
+    average over, see `find_weight`."""
+    field = replica.data[name]
+    weight = find_weight(replica.data, replica.case, name)
+    if weight is None:
+        return np.full(field.shape, float(replica.samples))
+    return replica.samples * np.broadcast_to(weight.transpose(..., *field.dims[-weight.ndim :]).values, field.shape)
 
 
 def pool(replicas: Sequence[Replica]) -> xr.Dataset:

@@ -4,7 +4,7 @@ again with others."""
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,11 +16,12 @@ from fbcouple.results.block_means import BLOCKS, SAMPLES, START, has_blocks, pai
 from fbcouple.results.conventions import STANDARD_ERROR, follow_conventions
 from fbcouple.results.depth_means import depth_average
 from fbcouple.results.histories import RULES, find_rule, join_rows
-from fbcouple.results.pooling import OF_MASS, OF_SOLIDS, pool
+from fbcouple.results.pooling import pool
 from fbcouple.results.reader import sample
 from fbcouple.results.replicas import OF_EACH, REDUCED, Replica
 from fbcouple.results.told import REPLICAS_OF
 from fbcouple.results.variables import MEANS
+from fbcouple.results.weights import OF_SOLIDS, find_weight
 from fbcouple.results.writer import write_dataset
 
 ROWS = 200
@@ -40,13 +41,16 @@ _KEPT = ("stage", "component", "species", "outlet")
 def reduce(replica: Replica) -> Replica:
     """The replica with its means averaged over the depth, as figures average them, on a mesh of one cell in y.
 
-    Quantities of particles are averaged with the solids, and standard errors as what they are of: they are then bounds,
-    as if all errors along the depth were one.
+    Quantities of particles are averaged with the solids, temperatures with the mass or the voidage, and standard errors
+    as what they are of: they are then bounds, as if all errors along the depth were one.
     """
     if replica.data.attrs.get(REDUCED):
         return replica
     data = sample(replica.data)
-    flat = {name: _flatten(data, name) for mean in MEANS for name in (mean, f"{mean}{STANDARD_ERROR}") if name in data}
+    case = replica.case
+    flat = {
+        name: _flatten(data, case, name) for mean in MEANS for name in (mean, f"{mean}{STANDARD_ERROR}") if name in data
+    }
     middle = float(0.5 * (data["y"].values[0] + data["y"].values[-1]))
     axes = {"x": data["x"], "z": data["z"], "y": ("y", [middle], data["y"].attrs), "component": data["component"]}
     grid = {name: field.expand_dims(y=[middle]).transpose(..., "z", "y", "x") for name, field in flat.items()}
@@ -60,11 +64,12 @@ def reduce(replica: Replica) -> Replica:
     return replace(replica, data=made.assign_coords(coords | {"time": thin["time"]}))
 
 
-def _flatten(data: xr.Dataset, name: str) -> xr.DataArray:
+def _flatten(data: xr.Dataset, case: Mapping[str, Any], name: str) -> xr.DataArray:
     field, mean = data[name].astype(float), name.removesuffix(STANDARD_ERROR)
-    if mean not in OF_MASS + OF_SOLIDS:
+    # The velocity as figures have it: by the solids, which is by the mass but where densities differ.
+    weight = find_weight(data, case, OF_SOLIDS[0] if mean == "solids_velocity" else mean)
+    if weight is None:
         return depth_average(field).drop_vars("inside", errors="ignore")
-    weight = data["solids_fraction"].astype(float).fillna(0.0)
     total = weight.sum("y")
     flat = (weight * field.where(weight > 0.0, 0.0)).sum("y", skipna=name == mean) / total.where(total > 0.0)
     return flat.drop_vars("inside", errors="ignore")

@@ -76,6 +76,58 @@ def test_means_are_ratios_of_pooled_sums(three):
     assert pooled.attrs["averaging_samples"] == 16500 and pooled.attrs["averaged_seconds"] == 54.0
 
 
+@pytest.fixture
+def warm(tmp_path):
+    """Two runs of equal samples, in a cell of which much is cold and little is warm: solids 0.5 at 300 K and 0.001 at
+    400 K, gas 0.5 at 300 K and 0.999 at 400 K; no particle ever comes to the place behind it."""
+    made = []
+    for seed, (solids, kelvin) in enumerate([(0.5, 300.0), (0.001, 400.0)], start=1):
+        run = scatter(tmp_path / f"warm-{seed}", seed)
+        data = xr.open_dataset(run / "results.nc", decode_times=False).load()
+        data.close()
+        places = data["solids_fraction"].dims, np.full(data["solids_fraction"].shape, 1.0)
+        fraction, velocity = places[1] * solids, np.full(data["solids_velocity"].shape, 0.1)
+        fraction[:, -1], velocity[:, :, -1] = 0.0, np.nan
+        warmth = np.where(fraction > 0.0, kelvin, np.nan)
+        fields = {
+            "solids_fraction": (places[0], fraction),
+            "solids_velocity": (data["solids_velocity"].dims, velocity),
+            "solids_flux": (data["solids_flux"].dims, DENSITY * fraction * np.nan_to_num(velocity)),
+            "solids_temperature": (places[0], warmth),
+            "solids_temperature_stderr": (places[0], np.where(fraction > 0.0, 1.0, np.nan)),
+            "voidage": (places[0], 1.0 - solids * places[1]),
+            "gas_temperature": (places[0], kelvin * places[1]),
+        }
+        data.assign(fields).to_netcdf(run / "results.nc")
+        made.append(run)
+    return made
+
+
+@pytest.mark.parametrize("reduced", [False, True])
+def test_temperatures_are_pooled_by_mass_and_by_voidage(warm, tmp_path, reduced):
+    data = write_pool(warm, tmp_path / "warm.nc", reduced)
+    middle = {name: data[name].isel(x=2, y=0, z=2).item() for name in ("solids_temperature", "gas_temperature")}
+    assert middle["solids_temperature"] == pytest.approx((0.5 * 300.0 + 0.001 * 400.0) / 0.501, rel=1e-6)
+    assert middle["gas_temperature"] == pytest.approx((0.5 * 300.0 + 0.999 * 400.0) / 1.499, rel=1e-6)
+
+
+def test_temperatures_are_averaged_over_the_depth_by_mass_and_by_voidage(warm, tmp_path):
+    """Of one run: 300 K where solids are 0.5 and 400 K in a place where they are 0.001; another one is empty."""
+    data = xr.open_dataset(warm[0] / "results.nc", decode_times=False).load()
+    data.close()
+    for name, share in (("solids_fraction", 0.001), ("voidage", 0.999)):
+        data[name][:, 1] = share
+    data["solids_flux"][:, :, 1] = DENSITY * 0.001 * 0.1
+    for name in ("solids_temperature", "gas_temperature"):
+        data[name][:, 1] = 400.0
+    data.to_netcdf(warm[0] / "results.nc")
+    found = write_pool(warm[:1], tmp_path / "flat.nc", reduced=True)
+    assert found["solids_temperature"].values == pytest.approx((0.5 * 300.0 + 0.001 * 400.0) / 0.501, rel=1e-6)
+    gas = (0.5 * 300.0 + 0.999 * 400.0 + 0.5 * 300.0) / 1.999
+    assert found["gas_temperature"].values == pytest.approx(gas, rel=1e-6)
+    assert found["solids_temperature_stderr"].values == pytest.approx(1.0)
+
+
 def test_errors_between_replicas_are_the_scatter_of_their_mean():
     """10 000 cells of 4 replicas of known deviation, whose block errors are all too small by the same factor."""
     rng = np.random.default_rng(3)
