@@ -12,8 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
-from scipy.interpolate import CubicSpline
 
+from fbcouple.postproc.common_grid import bring_together
 from fbcouple.postproc.figures.heights import list_heights
 from fbcouple.postproc.scales import velocity_scale
 from fbcouple.postproc.style import GREY, LINES, PAGE, lay_out, wrap_label
@@ -114,7 +114,7 @@ def find_difference(run: Results, base: Results, name: str) -> Difference:
     """Norms of field `name` of `run` minus that of `base`, both on the coarser of their grids along each axis."""
     if name == FLUX_PROFILE:
         run, base = (replace(each, view=replace(each.view, heights=list_heights(base)[:1])) for each in (run, base))
-    one, other = _bring_together(FIELDS[name](run, ""), FIELDS[name](base, ""), run.size)
+    one, other = bring_together(FIELDS[name](run, ""), FIELDS[name](base, ""), run.size)
     inside = np.isfinite(one) & np.isfinite(other)
     if not inside.any():
         raise NotDrawableError([f"{run.label} and {base.label} have no place of it in common."])
@@ -130,39 +130,12 @@ def find_difference(run: Results, base: Results, name: str) -> Difference:
 
 def _noise(run: Results, base: Results, name: str) -> float:
     try:
-        errors = _bring_together(FIELDS[name](run, "_stderr"), FIELDS[name](base, "_stderr"), run.size)
+        errors = bring_together(FIELDS[name](run, "_stderr"), FIELDS[name](base, "_stderr"), run.size)
     except NotDrawableError:
         return np.nan
     squares = errors[0] ** 2 + errors[1] ** 2
     known = np.isfinite(squares)
     return float(np.sqrt(np.mean(squares[known]))) if known.any() else np.nan
-
-
-def _bring_together(one: xr.DataArray, other: xr.DataArray, size: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
-    fields = [one.values, other.values]
-    for axis, dim in enumerate(one.dims):
-        length = size["xyz".index(str(dim))]
-        cells = min(one.sizes[dim], other.sizes[dim])
-        if one.sizes[dim] != other.sizes[dim] and not all(np.isfinite(values).all() for values in fields):
-            text = "their grids differ, and have places outside of the mesh; give all runs the same domain.cells."
-            raise NotDrawableError([text])
-        fields = [coarsen(values, axis, cells, length) for values in fields]
-    return fields[0], fields[1]
-
-
-def coarsen(values: np.ndarray, axis: int, cells: int, length: float) -> np.ndarray:
-    """Cell means along `axis` on a grid of fewer equal `cells` over `length` [m].
-
-    The running integral over the cells is known at their faces; a cubic spline takes it to the new faces. So the
-    integral is kept, polynomials up to the second degree are exact, and on the same grid nothing changes.
-    """
-    count = values.shape[axis]
-    if count == cells:
-        return values
-    along = np.moveaxis(values, axis, 0)
-    integral = np.concatenate([np.zeros((1, *along.shape[1:])), np.cumsum(along, axis=0)]) * (length / count)
-    faces = CubicSpline(np.linspace(0.0, length, count + 1), integral, axis=0)(np.linspace(0.0, length, cells + 1))
-    return np.moveaxis(np.diff(faces, axis=0) * (cells / length), 0, axis)
 
 
 def core_hours(results: Results) -> float:

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fbcouple.postproc.common_grid import coarsen
 from fbcouple.postproc.differences import (
     FIELDS,
     Point,
-    coarsen,
     compare,
     core_hours,
     draw_error_against_time,
@@ -34,6 +34,14 @@ def test_coarsening_keeps_the_integral_and_parabolas(cells):
     assert found[0] == pytest.approx(means(coarse), rel=1e-10) and found[1] == pytest.approx(2.0 * means(coarse))
     wild = np.random.default_rng(1).standard_normal((35, 4))
     assert coarsen(wild, 0, cells, 2.0).mean(axis=0) == pytest.approx(wild.mean(axis=0), abs=1e-12)
+
+
+def test_a_cell_that_holds_a_part_of_a_gap_is_not_known():
+    """Of six cells on four the second and third reach into the third of the six; a line without gaps is a line."""
+    values = np.stack([np.array([1.0, 2.0, np.nan, 4.0, 5.0, 6.0]), np.arange(1.0, 7.0)])
+    gapped, whole = coarsen(values, 1, 4, 1.0)
+    assert gapped == pytest.approx([4.0 / 3.0, np.nan, 13.0 / 3.0, 17.0 / 3.0], nan_ok=True)
+    assert whole == pytest.approx([1.25, 2.75, 4.25, 5.75])
 
 
 def test_the_same_grid_is_left_as_it_is():

@@ -101,7 +101,8 @@ MEASURED: tuple[Measured, ...] = (
     ),
 )
 """`fluid-step` is a table of docs/results/studies/README.md; of `overlap-rest` the error is the shift of the centre of
-mass over its height. The flux of patil/c2 was not measured by overlap: its solids fraction stands for it."""
+mass over its height. The flux of patil/c2 was not measured by overlap: its solids fraction stands for it. What is
+of the mesh was measured before walls counted: without half a cell of the coarser mesh at each of them."""
 USUAL_OVERLAP = 0.05
 FINEST_MESH = 1.67
 """Cells over the diameter of the mesh that those of `MESH` are compared with: the case's own."""

@@ -10,6 +10,7 @@ import xarray as xr
 
 from fbcouple.errors import CaseError
 from fbcouple.input_files.measured_lines import QUANTITIES
+from fbcouple.postproc.common_grid import bring_together
 from fbcouple.postproc.measures import mean_of_history
 from fbcouple.results.depth_means import depth_average
 from fbcouple.results.reader import Results
@@ -44,35 +45,45 @@ def compare_history_mean(run: Finished, argument: str, reference: Finished | Non
 
 @measure("means", arguments=tuple(QUANTITIES), needs_reference=True)
 def compare_means(run: Finished, argument: str, reference: Finished | None) -> Error:
-    """Root mean square distance of a time mean over width and height from the finest member's, depth means both, over
-    the range of that one; `stderr` is the distance that the block errors of the two alone would make."""
-    return _compare_maps(run, argument, reference, lambda there: float(there.max() - there.min()))
+    """Root mean square distance of a time mean over width and height from the finest member's, depth means both, on the
+    coarser of their meshes, over the range of the finest member's; `stderr` is the distance that the block errors of
+    the two alone would make, None where they are not known."""
+    return _compare_maps(run, "means", argument, reference, lambda there: float(there.max() - there.min()))
 
 
 @measure("maps", arguments=tuple(QUANTITIES), needs_reference=True)
 def compare_maps(run: Finished, argument: str, reference: Finished | None) -> Error:
     """As `means`, over the root mean square of the finest member's map in place of its range: so the standard error of
     a map is told, `averages.until_error`."""
-    return _compare_maps(run, argument, reference, lambda there: math.sqrt(float((there**2).mean())))
+    return _compare_maps(run, "maps", argument, reference, lambda there: math.sqrt(float((there**2).mean())))
 
 
 def _compare_maps(
-    run: Finished, argument: str, reference: Finished | None, find_scale: Callable[[xr.DataArray], float]
+    run: Finished,
+    kind: str,
+    argument: str,
+    reference: Finished | None,
+    find_scale: Callable[[xr.DataArray], float],
 ) -> Error:
     assert reference is not None
-    there = _average(reference.results, argument)
-    here, own = (
-        _average(run.results, name).interp(x=there["x"], z=there["z"]) for name in (argument, f"{argument}_stderr")
-    )
-    away = here - there
-    noise = own**2 + _average(reference.results, f"{argument}_stderr") ** 2
-    scale = find_scale(there)
-    rms = math.sqrt(float((away**2).mean()))
-    chance = math.sqrt(float(noise.where(np.isfinite(away)).mean()))
-    return Error(float(here.mean()), float(there.mean()), QUANTITIES[argument], rms / scale, chance / scale)
+    size, name = reference.results.size, f"{kind}:{argument}"
+    if not np.allclose(run.results.size, size, rtol=1e-9):
+        raise CaseError([f"{name}: the box is not that of the finest member, and maps of both have no common grid."])
+    finest = _average(reference.results, argument)
+    here, there = bring_together(_average(run.results, argument), finest, size, with_gaps=True)
+    own, others = (_average(one.results, f"{argument}_stderr") for one in (run, reference))
+    noise = np.hypot(*bring_together(own, others, size, with_gaps=True)) ** 2
+    known = np.isfinite(here - there)
+    scale = find_scale(finest)
+    if not known.any() or not scale:
+        raise CaseError([f"{name}: the map of the finest member is 0, or has no place in common with this one."])
+    rms = math.sqrt(float(np.mean((here - there)[known] ** 2)))
+    told = noise[known & np.isfinite(noise)]
+    chance = math.sqrt(float(told.mean())) / scale if told.size else None
+    return Error(float(here[known].mean()), float(there[known].mean()), QUANTITIES[argument], rms / scale, chance)
 
 
 def _average(results: Results, name: str) -> xr.DataArray:
-    """Depth average of a time mean, of a vector its vertical component."""
-    field = results.data[name].astype(float)
-    return depth_average(field.sel(component="z") if "component" in field.dims else field)
+    """Depth average of a time mean, (z, x), of a vector its vertical component. Raises: NotDrawableError without it."""
+    field = results.error(name)  # nan where nothing is known of it
+    return depth_average(field.sel(component="z", drop=True) if "component" in field.dims else field)
