@@ -25,6 +25,7 @@ from fbcouple.study.source import Source, format_settings
 RUNS = "members"
 COSTS = {"wall": "core_seconds", "cpu": "cpu_seconds"}
 """What a study takes for cost -> attribute of results.nc."""
+UNKNOWN = "its standard error is not known"
 Say = Callable[[str], None]
 
 
@@ -108,7 +109,7 @@ def tabulate(study: Study, done: list[Done]) -> tuple[list[dict[str, Any]], list
         kept = [n for n, d in enumerate(done) if d.member.name != REFERENCE]
         costs = [done[n].cost for n in kept]
         errors = [error.error if (error := found[n][0]) else math.nan for n in kept]
-        bars = [error.stderr or 0.0 if (error := found[n][0]) else 0.0 for n in kept]
+        bars = [0.0 if (error := found[n][0]) is None or error.stderr is None else error.stderr for n in kept]
         front = dict(zip(kept, mark_pareto(costs, errors), strict=True))
         excess = dict(zip(kept, find_excess(costs, errors, bars), strict=True))
         for n, d in enumerate(done):
@@ -119,15 +120,19 @@ def tabulate(study: Study, done: list[Done]) -> tuple[list[dict[str, Any]], list
 
 
 def _measure(text: str, done: Done, reference: Finished | None) -> tuple[Error | None, str]:
-    """The error of a member, or why there is none."""
+    """The error of a member, or why there is none; and what is not known of one."""
     if done.finished is None:
         return None, done.ending.text
     if MEASURES[text.partition(":")[0]].needs_reference and reference is None:
         return None, "the reference did not come to its end"
     try:
-        return find_error(text, done.finished, reference), ""
+        found = find_error(text, done.finished, reference)
     except CaseError as error:
         return None, str(error)
+    if not math.isfinite(found.error):
+        return None, "what it is measured by is no number in these results"
+    is_unknown = found.stderr is not None and math.isnan(found.stderr)
+    return found, UNKNOWN if is_unknown else ""
 
 
 def _make_row(text: str, done: Done, error: Error | None, why: str, pareto: bool, excess: float) -> dict[str, Any]:

@@ -27,11 +27,12 @@ def mark_pareto(costs: Sequence[float], errors: Sequence[float]) -> list[bool]:
 
 def find_excess(costs: Sequence[float], errors: Sequence[float], bars: Sequence[float]) -> list[float]:
     """Cost of each member over that of the cheapest one of its accuracy: of those whose error is not larger, or larger
-    by less than both standard errors `bars` together. nan for a member without cost or error."""
+    by less than both standard errors `bars` together. nan for a member without cost or error, and for one whose
+    standard error is not known (nan); to others such a member is of their accuracy if its error is not larger."""
     points = [p for p in zip(costs, errors, bars, strict=True) if math.isfinite(p[0]) and math.isfinite(p[1])]
     return [
-        cost / min(c for c, e, b in points if e <= error + math.hypot(b, bar))
-        if math.isfinite(cost) and math.isfinite(error)
+        cost / min(c for c, e, b in points if e <= error or e <= error + math.hypot(b, bar))
+        if all(map(math.isfinite, (cost, error, bar)))
         else math.nan
         for cost, error, bar in zip(costs, errors, bars, strict=True)
     ]

@@ -62,18 +62,11 @@ def _draw_panel(axes: Axes, rows: list[dict[str, Any]], knobs: list[str]) -> Non
         which = differs[0] if differs else len(knobs)
         label = (knobs[which] if differs else "base") if which not in named else None
         named.add(which)
-        point = row["core_seconds_per_second"], row["error"]
-        axes.errorbar(
-            *point,
-            yerr=row["stderr"],
-            fmt=_MARKERS[which % len(_MARKERS)],
-            color=_COLOURS[which % len(_COLOURS)],
-            markersize=5,
-            capsize=2,
-            label=label,
-        )
+        _draw_point(axes, row, which, label)
     front = sorted((row["core_seconds_per_second"], row["error"]) for row in rows if row["pareto"])
     axes.plot(*zip(*front, strict=True), color=INK, linewidth=0.8, linestyle="--", label="Pareto front", zorder=0)
+    if any(map(_is_unsure, rows)):
+        axes.plot([], [], "o", color=GREY, markerfacecolor="none", label="open: standard error\nnot known")
     _name_members(axes, rows)
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     for axis in (axes.xaxis, axes.yaxis):
@@ -81,6 +74,26 @@ def _draw_panel(axes: Axes, rows: list[dict[str, Any]], knobs: list[str]) -> Non
         axis.set_major_locator(LogLocator(subs=_choose_marks(high / low)))
         axis.set_major_formatter("{x:g}")
         axis.set_minor_formatter(NullFormatter())
+
+
+def _draw_point(axes: Axes, row: dict[str, Any], which: int, label: str | None) -> None:
+    """A member with the look of the knob `which`: with a bar, or open where its standard error is not known."""
+    axes.errorbar(
+        row["core_seconds_per_second"],
+        row["error"],
+        yerr=None if _is_unsure(row) else row["stderr"],
+        fmt=_MARKERS[which % len(_MARKERS)],
+        color=_COLOURS[which % len(_COLOURS)],
+        markerfacecolor="none" if _is_unsure(row) else None,
+        markersize=5,
+        capsize=2,
+        label=label,
+    )
+
+
+def _is_unsure(row: dict[str, Any]) -> bool:
+    """Does chance play a part in the error of a row that nothing tells?"""
+    return row["stderr"] is not None and math.isnan(row["stderr"])
 
 
 def _choose_marks(span: float) -> tuple[float, ...]:

@@ -47,7 +47,7 @@ def compare_history_mean(run: Finished, argument: str, reference: Finished | Non
 def compare_means(run: Finished, argument: str, reference: Finished | None) -> Error:
     """Root mean square distance of a time mean over width and height from the finest member's, depth means both, on the
     coarser of their meshes, over the range of the finest member's; `stderr` is the distance that the block errors of
-    the two alone would make, None where they are not known."""
+    the two alone would make, nan where they are not known."""
     return _compare_maps(run, "means", argument, reference, lambda there: float(there.max() - there.min()))
 
 
@@ -79,7 +79,7 @@ def _compare_maps(
         raise CaseError([f"{name}: the map of the finest member is 0, or has no place in common with this one."])
     rms = math.sqrt(float(np.mean((here - there)[known] ** 2)))
     told = noise[known & np.isfinite(noise)]
-    chance = math.sqrt(float(told.mean())) / scale if told.size else None
+    chance = math.sqrt(float(told.mean())) / scale if told.size else math.nan
     return Error(float(here[known].mean()), float(there[known].mean()), QUANTITIES[argument], rms / scale, chance)
 
 

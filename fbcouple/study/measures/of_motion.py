@@ -21,13 +21,13 @@ def _compare(
     name: str, unit: str, find: Callable[[Results], Measured], run: Finished, reference: Finished | None
 ) -> Error:
     """Distance of what `find` makes of a run from what it makes of the finest member, over that; `stderr` is that of
-    both, None where either has none."""
+    both, nan where that of either is not known."""
     assert reference is not None
     here, there = find(run.results), find(reference.results)
     if not there.value:
         raise CaseError([f"{name}: the finest member's is 0, and nothing is a part of it."])
     error, chance = abs(here.value / there.value - 1.0), math.hypot(here.error, there.error) / abs(there.value)
-    return Error(here.value, there.value, unit, error, chance if math.isfinite(chance) else None)
+    return Error(here.value, there.value, unit, error, chance)
 
 
 @measure("fluctuation", arguments=tuple(HISTORIES), needs_reference=True)
@@ -108,7 +108,8 @@ def _find_ratio(above: np.ndarray, below: np.ndarray) -> Measured:
 @measure("mixing", arguments=tuple(HALVES), needs_reference=True)
 def compare_mixing(run: Finished, argument: str, reference: Finished | None) -> Error:
     """Time [s] until a half of the bed as it began is mixed with the other (Lacey's index 0.9), in samples of one size
-    for both, three of the larger of both their largest diameters; without a standard error, as each bed mixes once."""
+    for both, three of the larger of both their largest diameters; its standard error is not known, as each bed mixes
+    once."""
     assert reference is not None
     edge = EDGE * max(find_largest_diameter(one.results) for one in (run, reference))
 

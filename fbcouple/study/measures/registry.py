@@ -17,7 +17,7 @@ from fbcouple.results.reader import Results
 @dataclass(frozen=True)
 class Error:
     """A member's value beside the expected one, SI; `error` is relative to the measure's scale, `stderr` its
-    statistical standard error where the value is a time mean."""
+    statistical standard error: None where chance plays no part in it, nan where it does and nothing tells how much."""
 
     value: float
     expected: float
