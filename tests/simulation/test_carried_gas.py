@@ -1,5 +1,5 @@
-"""With virtual mass the particles carry gas along: what results tell of solids is of the particles alone, in runs of both
-solvers."""
+"""With virtual mass the particles carry gas along: what results tell of solids is of the particles alone, in runs of
+both solvers."""
 
 from __future__ import annotations
 
