@@ -112,11 +112,15 @@ def request_memory(case: Case, folder: Path, ranks: int) -> int:
 
 
 def list_warnings(folder: Path, request: Request) -> list[str]:
-    """What in `folder` no job is for, and what of `request` is of little use: more ranks than there is work for."""
+    """What in `folder` no job is for, and what of `request` is of little use: more ranks than there is work for, less
+    memory than is predicted."""
     warnings: list[str] = []
     runs = find_runs(folder, warnings.append)
-    for run in runs if request.ranks > 1 else []:
+    for run in runs if request.ranks > 1 or request.memory else []:
         case = load_case(str(run))
+        if request.memory and request.memory < (needed := request_memory(case, run, request.ranks)):
+            text = f"--memory: {request.memory} MiB are given for all ranks, and without it {needed} are asked for"
+            warnings.append(f"{run}: {text}; a job that needs more than it asks for is ended.")
         cells = find_region(case, run).cells if case.gas else 0
         particles = particle_count(case.particles) if case.particles else 0
         useful = count_worked(cells, particles)

@@ -321,3 +321,13 @@ def test_more_ranks_than_there_is_work_for_are_told(tmp_path, ranks, warned):
     assert done.exit_code == 0, done.stderr
     assert ("2805 cells and 57296 particles on 64 ranks (43 and 895 a rank)" in done.output) is warned
     assert ("warning" in done.output) is warned
+
+
+@pytest.mark.parametrize(("memory", "warned"), [(4, True), (100_000, False)])
+def test_less_memory_than_is_predicted_is_told(tmp_path, memory, warned):
+    (tmp_path / "a").mkdir()
+    write_case(load_case("patil/c1"), tmp_path / "a" / "case.toml")
+    done = batch(tmp_path / "a", "--scheduler", "slurm", "--time", "24:00:00", "-n", 2, "--memory", memory)
+    assert done.exit_code == 0, done.stderr
+    assert ("warning" in done.output) is warned
+    assert ("--memory: 4 MiB are given for all ranks, and without it" in done.output) is warned
