@@ -37,6 +37,23 @@ def test_shared_particles_add_by_the_square_of_the_cell(passes, part):
     assert number.verdict == "warn"
 
 
+@pytest.mark.parametrize(
+    ("spread", "part"),
+    [
+        (["exchange.voidage=gaussian", "exchange.kernel_width=3.0"], 4.5),
+        (["exchange.voidage=centre", "exchange.diffusion_width=3.0"], 4.5),
+        (["exchange.voidage=divided"], 0.05),
+    ],
+    ids=["gaussian", "diffusion", "divided"],
+)
+@pytest.mark.parametrize("ratio", [1.0, 3.0])
+def test_parcels_are_shared_by_their_own_diameter(spread, part, ratio):
+    """Their widths are in diameters of parcels, what they give and take is that of grains: l^2 times the number."""
+    parcels = [] if ratio == 1.0 else [f"particles.coarse_graining={ratio:g}"]
+    number = find([*CONDUCTING, "exchange.filter_passes=0", *spread, *parcels])
+    assert number.value == pytest.approx(6.0 * 0.6 * 3.8 * part * ratio**2, rel=1e-12)
+
+
 def test_the_limit_is_a_tenth_of_the_conductivity_of_the_bed():
     """Of 0.026 and 1.4 W/(m K) at voidage 0.4 the bed has 7.282 times the conductivity of the gas, by hand."""
     assert float(find(CONDUCTING).limit.removeprefix("at most ")) == pytest.approx(0.1 * 7.282, abs=6e-4)

@@ -11,6 +11,7 @@ import numpy as np
 
 from fbcouple.case.bed.gas_heat import find_conductivity, list_wall_temperatures
 from fbcouple.case.bed.number import Number, judge
+from fbcouple.case.bed.particle_types import find_ratio
 from fbcouple.case.bed.positions import start_temperatures
 from fbcouple.case.bed.speeds import SETTLED
 from fbcouple.case.schema.sections import Case
@@ -74,9 +75,9 @@ def describe_density(case: Case, folder: Path = Path()) -> Iterator[Number]:
 
 def find_variance(case: Case, cell: float) -> float:
     """Variance [m2], along an axis of cells of the size `cell` [m], of how a particle is shared among them, in the mean
-    over its places."""
+    over its places; of a coarse-grained bed a parcel, in whose diameters the widths are."""
     assert case.exchange and case.particles
-    exchange, diameter = case.exchange, case.particles.diameter
+    exchange, diameter = case.exchange, find_ratio(case.particles) * case.particles.diameter
     own = {
         "centre": 0.0,
         "trilinear": cell**2 / 6.0,
