@@ -54,6 +54,21 @@ def list_members(folder: Path) -> list[Path]:
     return sorted([*runs, *folder.glob("*.nc")])
 
 
+def find_home(run: Path) -> Path:
+    """The folder that what is made of `run` goes into: itself, of a file NAME.nc the folder NAME beside it, of a file
+    with another name that and "-made".
+
+    Raises: CaseError if that is a folder of a run of its own.
+    """
+    if not run.is_file():
+        return run
+    home = run.with_suffix("") if run.suffix == ".nc" else run.with_name(f"{run.name}-made")
+    if (home / "case.toml").is_file():
+        text = f"what is made of it goes into {home}, and that is a run folder"
+        raise CaseError([f"{run}: {text}; give another place with -o."])
+    return home
+
+
 def cache_folder() -> Path:
     """Return the folder of built things: `FBCOUPLE_CACHE`, else `fbcouple` in the user's XDG cache folder.
 

@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from fbcouple.errors import CaseError
+from fbcouple.paths import find_home
 from fbcouple.postproc.averaging import list_warnings
 from fbcouple.postproc.figures import (
     bubbles,
@@ -33,7 +34,7 @@ from fbcouple.postproc.files import remove
 from fbcouple.postproc.papers.hamidouche2019 import impact
 from fbcouple.postproc.style import journal_style, save
 from fbcouple.postproc.views import views
-from fbcouple.results.reader import NotDrawableError, NotMeantError, Results, find_home, open_results
+from fbcouple.results.reader import NotDrawableError, NotMeantError, Results, open_results
 from fbcouple.results.view import BED, View
 
 __all__ = [

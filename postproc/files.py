@@ -8,8 +8,10 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from fbcouple.errors import CaseError
+from fbcouple.machine.whole_files import require_writable
 
 ELSEWHERE = "give another place with -o"
+PAGE_ENDINGS = (".html", ".htm")
 
 
 @contextmanager
@@ -37,6 +39,18 @@ def write_whole(path: Path, write: Callable[[Path], object], mend: str = ELSEWHE
             with suppress(OSError):  # the reason why it could not be written is what counts
                 temporary.unlink(missing_ok=True)
     return path
+
+
+def name_numbers(page: Path) -> Path:
+    """The JSON file beside an HTML page. Raises: CaseError if `page` has not the name of one, or cannot be written."""
+    if page.suffix.lower() not in PAGE_ENDINGS:
+        allowed = " or ".join(PAGE_ENDINGS)
+        text = f"is given for an HTML page, a name that ends in {allowed} is allowed"
+        raise CaseError([f"{page}: {text}: its numbers go beside it into a .json file."])
+    numbers = page.with_suffix(".json")
+    for path in (page, numbers):
+        require_writable(path, ELSEWHERE)
+    return numbers
 
 
 def remove(path: Path) -> None:

@@ -21,14 +21,19 @@ _NARROW = 20.0
 _KNOBS = ("preset and fluid step", "overlap", "cells over d", "parcels")
 
 
+def require_format(path: Path) -> None:
+    """Raise CaseError if the name of a picture ends in none of `FORMATS`."""
+    if path.suffix not in FORMATS:
+        allowed = ", ".join(FORMATS)
+        raise CaseError([f"--picture: {path.name} is given, a name that ends in {allowed} is allowed."])
+
+
 def draw_front(plan: dict[str, Any], path: Path) -> Path:
     """Draw the numbers of a plan, as `Plan.describe` has them, to `path` in the format of its ending.
 
     Returns: the file. Raises: CaseError if it is of another format or cannot be written.
     """
-    if path.suffix not in FORMATS:
-        allowed = ", ".join(FORMATS)
-        raise CaseError([f"--picture: {path.name} is given, a name that ends in {allowed} is allowed."])
+    require_format(path)
     note = "Lines: the same numerics with longer means. Dashed: the Pareto front, the least cost of an error."
     if plan["within_seconds"] is not None:
         note += f" Nothing is shown that takes longer than {plan['within_seconds']:g} s."

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from fbcouple.paths import find_home
 from fbcouple.postproc.files import write_whole
 from fbcouple.postproc.radial import QUANTITIES, list_radial_heights, list_radial_profiles
 from fbcouple.results.probes import PROBED, VECTORS, list_tables, name_variable
@@ -29,7 +30,7 @@ def export_tables(run: Path, folder: Path | None = None) -> list[Path]:
     Returns: the files. Raises: CaseError if there are no results, or a file cannot be written.
     """
     results = open_results(run)
-    folder = folder or Path(run) / FOLDER
+    folder = folder or find_home(Path(run)) / FOLDER
     files = []
     for name, (heads, rows) in _list_tables(results):
         path = folder / f"{name}.csv"

@@ -1,16 +1,18 @@
 """Arguments and options that several commands take, each declared once."""
 
-# ruff: noqa: PLC0415  (completion loads the cases only when it is asked for)
+# ruff: noqa: PLC0415  (what is not always needed is loaded only then)
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import click
 from click.shell_completion import CompletionItem
 
 Command = Callable[..., Any]
+JSON_ELSEWHERE = "give another file with --json"
 
 
 def read_clock(ctx: click.Context, parameter: click.Parameter, value: str | None) -> int | None:
@@ -43,9 +45,25 @@ def complete_case_or_set(ctx: click.Context, parameter: click.Parameter, incompl
     return [*complete_case(ctx, parameter, incomplete), *sets]
 
 
+def require_place(ctx: click.Context, parameter: click.Parameter, value: Path | None) -> Path | None:
+    """A file that can be written, asked before the work whose result goes into it."""
+    from fbcouple.machine.whole_files import require_writable
+
+    if value is not None and not ctx.resilient_parsing:
+        require_writable(value, f"give another file with {parameter.opts[-1]}")
+    return value
+
+
 take_case = click.argument("case", shell_complete=complete_case)
 take_case_or_set = click.argument("case", shell_complete=complete_case_or_set)
 take_ranks = click.option("-n", "--ranks", type=click.IntRange(min=1), default=1, show_default=True, help="MPI ranks.")
+take_json = click.option(
+    "--json",
+    "file",
+    type=click.Path(path_type=Path, dir_okay=False),
+    callback=require_place,
+    help="Write the tables to FILE.",
+)
 take_ranks_or_none = click.option(
     "-n", "--ranks", type=click.IntRange(min=1), help="MPI ranks; by default those that `check` proposes."
 )

@@ -4,13 +4,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 import click
 
-from fbcouple.cli.arguments import complete_case, take_case, take_ranks, take_settings
+from fbcouple.cli.arguments import JSON_ELSEWHERE, complete_case, take_case, take_json, take_ranks, take_settings
 from fbcouple.cli.group import WholeSentences
 from fbcouple.cli.table import print_table
 
@@ -29,9 +28,6 @@ take_turns = click.option(
     show_default=True,
     help="Most turns of each measurement, one after the other; none follows once the two cheapest agree within 3 %.",
 )
-take_file = click.option(
-    "--json", "file", type=click.Path(path_type=Path, dir_okay=False), help="Write the tables to FILE."
-)
 
 
 def show(rows: list[Row]) -> None:
@@ -47,10 +43,10 @@ def show(rows: list[Row]) -> None:
 
 def write(file: Path | None, tables: dict[str, list[Row]]) -> None:
     """Write the tables as JSON, one object a row."""
-    from fbcouple.results.tables import describe_machine
+    from fbcouple.results.tables import describe_machine, write_json
 
     if file:
-        file.write_text(json.dumps({"machine": describe_machine()} | tables, indent=1) + "\n", encoding="utf-8")
+        write_json(file, tables, {"machine": describe_machine()}, JSON_ELSEWHERE)
 
 
 @click.group(cls=WholeSentences)
@@ -60,7 +56,7 @@ def bench() -> None:
 
 @bench.command()
 @click.option("--fresh", is_flag=True, help="Measure again where this machine has been measured.")
-@take_file
+@take_json
 def calibrate(fresh: bool, file: Path | None) -> None:
     """Measure what a step costs on this machine, for the predictions of `check`; 2 minutes, with nothing else running.
 
@@ -107,7 +103,11 @@ def predictions(
     """Hold what `check` predicts of each CASE against the first part of its run, in processor time."""
     from fbcouple.bench.predictions import hold_predictions, write_predictions
     from fbcouple.case.cost.coefficients import load_coefficients
+    from fbcouple.machine.whole_files import require_writable
+    from fbcouple.results.tables import ELSEWHERE
 
+    if output:
+        require_writable(output / "predictions.json", ELSEWHERE)
     rows = hold_predictions(cases, sets, ranks, warm, seconds, click.echo)
     show(rows)
     for path in write_predictions(output, rows, load_coefficients()) if output else ():
@@ -121,7 +121,7 @@ def predictions(
 @click.option("--warm", type=click.FloatRange(min=0.0), default=0.0, help="Simulated time before the measurement [s].")
 @take_turns
 @take_settings
-@take_file
+@take_json
 def overhead(
     case: str, ranks: int, seconds: float, warm: float, turns: int, sets: tuple[str, ...], file: Path | None
 ) -> None:
@@ -146,7 +146,7 @@ def overhead(
 )
 @take_turns
 @take_settings
-@take_file
+@take_json
 def parts(case: str, warm: float, steps: int, turns: int, sets: tuple[str, ...], file: Path | None) -> None:
     """Measure CASE without each of its parts: friction, damping, filter, sub-grid model, gas, particles and more."""
     from fbcouple.bench.suite import measure_parts
@@ -160,7 +160,7 @@ def parts(case: str, warm: float, steps: int, turns: int, sets: tuple[str, ...],
 @take_case
 @take_ranks
 @take_settings
-@take_file
+@take_json
 def memory(case: str, ranks: int, sets: tuple[str, ...], file: Path | None) -> None:
     """Measure the memory of each rank of CASE per particle and cell, next to the solvers' own."""
     from fbcouple.bench.suite import measure_memory
@@ -177,7 +177,7 @@ def memory(case: str, ranks: int, sets: tuple[str, ...], file: Path | None) -> N
 @click.option("--steps", type=click.IntRange(min=5), default=20, show_default=True, help="Fluid steps measured.")
 @take_turns
 @take_settings
-@take_file
+@take_json
 def peers(case: str, ranks: int, warm: float, steps: int, turns: int, sets: tuple[str, ...], file: Path | None) -> None:
     """Run CASE in stock DPMFoam and in this program, and its particles alone in LAMMPS, for comparison."""
     from fbcouple.bench.lammps import explain_absence
@@ -208,7 +208,7 @@ def peers(case: str, ranks: int, warm: float, steps: int, turns: int, sets: tupl
 @click.option("--steps", type=click.IntRange(min=1), default=100, show_default=True, help="Fluid steps measured.")
 @take_turns
 @take_settings
-@take_file
+@take_json
 def skin(
     case: str,
     skins: tuple[float, ...],
@@ -243,7 +243,7 @@ def skin(
 @click.option("--steps", type=click.IntRange(min=1), default=50, show_default=True, help="Fluid steps a turn.")
 @take_turns
 @take_settings
-@take_file
+@take_json
 def strong(
     case: str, counts: tuple[int, ...], warm: float, steps: int, turns: int, sets: tuple[str, ...], file: Path | None
 ) -> None:
@@ -271,7 +271,7 @@ def strong(
     "--tetrahedra", is_flag=True, help="Cut each cell into six tetrahedra with 11 particles each, as in the paper."
 )
 @click.option("--traffic-only", is_flag=True, help="Run nothing; only count messages and bytes of the halo exchange.")
-@take_file
+@take_json
 def scaling(
     cells: int,
     counts: tuple[int, ...],

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import click
 
+from fbcouple.cli.arguments import JSON_ELSEWHERE, take_json
 from fbcouple.cli.table import print_table
 from fbcouple.run_folder.plain_files import require_plain
 
@@ -39,7 +40,8 @@ take_heights = click.option(
     "--output",
     "folder",
     type=click.Path(path_type=Path, file_okay=False),
-    help="Folder of the figures; by default figures in the run folder (and vtk and tables there).",
+    help="Folder of the figures; by default figures in the run folder (and vtk and tables there), of a file NAME.nc in "
+    "the folder NAME.",
 )
 @click.option("--only", multiple=True, metavar="NAME", help="Only this figure, as history; may be given several times.")
 @click.option(
@@ -95,7 +97,8 @@ def post(
     "-o",
     "--output",
     type=click.Path(path_type=Path, dir_okay=False),
-    help="HTML file; by default report.html in the run folder, for several runs in the current folder.",
+    help="HTML file; by default report.html in the run folder, of a file NAME.nc in the folder NAME, for several runs "
+    "in the current folder.",
 )
 @click.option(
     "--reference",
@@ -114,13 +117,11 @@ def report(
     Of a folder of runs it is on those in it; where they are beds of the reference paper (patil/all) it is that paper,
     figure by figure, also as Markdown with pictures and data in a folder beside it.
     """
-    from fbcouple.paths import list_members
+    from fbcouple.paths import find_home, list_members
 
     members = list_members(runs[0]) if len(runs) == 1 else []
     for run in members or runs:
         require_plain(run)
-    from fbcouple.results.reader import find_home
-
     page = output or (find_home(runs[0]) if len(runs) == 1 else Path()) / "report.html"
     for file in _write_pages(runs, members, page, references, heights):
         click.echo(str(file))
@@ -145,15 +146,13 @@ def _write_pages(
 
 @click.command()
 @click.argument("runs", nargs=-1, required=True, metavar="RUN...", type=click.Path(path_type=Path))
-@click.option("--json", "file", type=click.Path(path_type=Path, dir_okay=False), help="Write the table to FILE.")
+@take_json
 def claims(runs: tuple[Path, ...], file: Path | None) -> None:
     """Check which statements of the reference paper hold in RUNs, and which these runs cannot decide."""
     for run in runs:
         require_plain(run)
-    import json
-
-    from fbcouple.postproc.files import write_whole
     from fbcouple.postproc.papers.hamidouche2019.claims import tabulate_claims
+    from fbcouple.results.tables import write_json
 
     rows = tabulate_claims(runs)
     spoken = [row for row in rows if row["runs"]]
@@ -166,5 +165,4 @@ def claims(runs: tuple[Path, ...], file: Path | None) -> None:
         )
         click.echo(f"{len(rows) - len(spoken)} of {len(rows)} statements cannot be told: they speak of {what}.")
     if file:
-        text = json.dumps({"claims": rows}, indent=2) + "\n"
-        write_whole(file, lambda place: place.write_text(text, encoding="utf-8"), "give another file with --json")
+        write_json(file, {"claims": rows}, {}, JSON_ELSEWHERE)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fbcouple.cli.arguments import read_clock, take_case, take_settings
+from fbcouple.cli.arguments import read_clock, require_place, take_case, take_settings
 from fbcouple.cli.table import print_table
 
 if TYPE_CHECKING:
@@ -51,6 +51,7 @@ NOT_TOLD = "not told: what the case's own mesh errs, as a coarser one is only co
 @click.option(
     "--picture",
     type=click.Path(path_type=Path, dir_okay=False),
+    callback=require_place,
     help="Draw error against cost, with the Pareto front, to FILE: png, svg or pdf.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print the plan as JSON.")
@@ -70,9 +71,16 @@ def plan(
     Options that --set gives stay as they are. Exit code 1 if nothing reaches the error; the best that can be had is
     told.
     """
+    from fbcouple.case.plan.case_file import require_free
     from fbcouple.case.plan.choice import make_plan
     from fbcouple.errors import CaseError
 
+    if target:
+        require_free(target)
+    if picture:
+        from fbcouple.postproc.plan_front import require_format
+
+        require_format(picture)
     made = make_plan(case, error, within, ranks, sets)
     if as_json:
         click.echo(json.dumps(made.describe(), indent=1))

@@ -29,12 +29,13 @@ def complete_bed(ctx: click.Context, parameter: click.Parameter, incomplete: str
     "-o",
     "--output",
     type=click.Path(path_type=Path, file_okay=False),
-    help="Run folder; by default runs/validate/<name of the bed>. With --run the folder of the table alone.",
+    help="Run folder; by default runs/validate/<name of the bed>. With --run the folder of the table alone; by default "
+    "that of the run, of a file NAME.nc the folder NAME.",
 )
 @take_ranks
 @click.option("--resume", is_flag=True, help="Go on with the run in the folder; one that is complete is scored again.")
 @click.option(
-    "--run", "finished", type=click.Path(path_type=Path), help="Score the run in this folder, and run nothing."
+    "--run", "finished", type=click.Path(path_type=Path), help="Score the run in this folder or file, and run nothing."
 )
 @take_settings
 @take_trust
@@ -60,21 +61,25 @@ def validate(
         return
     if finished and (resume or sets):
         raise click.UsageError("--run scores a run that was made: leave --resume and --set out")
+    from fbcouple.machine.whole_files import require_writable
+    from fbcouple.paths import find_home
     from fbcouple.postproc import open_results
-    from fbcouple.results.tables import show_cell
-    from fbcouple.validate.page import COLUMNS, drop_blank, write_result
+    from fbcouple.results.tables import ELSEWHERE, show_cell
+    from fbcouple.validate.page import COLUMNS, NAME, drop_blank, write_result
     from fbcouple.validate.runs import choose_folder, run_bed
     from fbcouple.validate.score import score
     from fbcouple.validate.source import read_bed
 
     bed = read_bed(name)
-    folder = finished or choose_folder(bed, output)
-    require_plain(folder)
+    run = finished or choose_folder(bed, output)
+    require_plain(run)
+    folder = output or find_home(run)
+    require_writable(folder / f"{NAME}.json", ELSEWHERE)
     if finished is None:
-        run_bed(bed, folder, ranks, resume, sets, trusted, click.echo)
-    results = open_results(folder)
+        run_bed(bed, run, ranks, resume, sets, trusted, click.echo)
+    results = open_results(run)
     result = score(bed, results)
-    files, facts = write_result(bed, results, result, output or folder)
+    files, facts = write_result(bed, results, result, folder)
     rows = [drop_blank(row) for row in result.rows]
     print_table(COLUMNS, [[show_cell(row[column]) for column in COLUMNS] for row in rows])
     print_table(["run", ""], [(fact["what"], show_cell(fact["value"])) for fact in facts])

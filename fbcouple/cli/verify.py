@@ -8,18 +8,19 @@ from pathlib import Path
 
 import click
 
+from fbcouple.cli.arguments import JSON_ELSEWHERE, take_json
+
 DIVERGED = 4
 
 
 @click.command()
 @click.argument("names", nargs=-1, metavar="[NAME]...")
 @click.option("--fast", is_flag=True, help="Run only the fast checks.")
-@click.option("--json", "file", type=click.Path(path_type=Path, dir_okay=False), help="Write the table to FILE.")
+@take_json
 @click.pass_context
 def verify(ctx: click.Context, names: tuple[str, ...], fast: bool, file: Path | None) -> None:
     """Check both solvers and the coupling against analytic and published numbers; exit code 4 if a check fails."""
-    import json
-
+    from fbcouple.results.tables import write_json
     from fbcouple.verify.suite import choose_checks, run_checks
 
     rows = []
@@ -30,7 +31,7 @@ def verify(ctx: click.Context, names: tuple[str, ...], fast: bool, file: Path | 
         numbers = f"{row['value']:.6g}{unit}, expected {row['expected']:.6g} +- {row['tolerance']:.2g}"
         click.echo(f"{verdict}  {row['name']}: {numbers} ({row['seconds']:.1f} s)")
     if file:
-        file.write_text(json.dumps({"checks": rows}, indent=2) + "\n", encoding="utf-8")
+        write_json(file, {"checks": rows}, {}, JSON_ELSEWHERE)
     failed = sum(not row["passed"] for row in rows)
     click.echo(f"{len(rows) - failed} passed, {failed} failed")
     if failed:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+
+from fbcouple.errors import CaseError
 
 UNFINISHED = ".part"
 """What the name of a file ends in while it is being written."""
@@ -26,6 +30,19 @@ def replacing(path: Path) -> Iterator[Path]:
     except BaseException:
         fresh.unlink(missing_ok=True)
         raise
+
+
+def require_writable(path: Path, mend: str) -> None:
+    """Raise CaseError, which ends in `mend`, unless a file can be written at `path`, in folders that may be made for
+    it: asked before work whose result would be lost. Nothing is left behind."""
+    try:
+        if path.is_dir():
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+        above = next(one for one in path.absolute().parents if os.path.lexists(one))
+        with tempfile.TemporaryFile(dir=above):
+            pass
+    except OSError as error:
+        raise CaseError([f"{path}: cannot be written ({error.strerror or error}); {mend}."]) from error
 
 
 def write_whole(path: Path, text: str) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 import xarray as xr
 
 from fbcouple.errors import CaseError
+from fbcouple.machine.whole_files import require_writable
 from fbcouple.paths import list_replicas
 from fbcouple.results.pooling import pool
 from fbcouple.results.reader import RESULTS
@@ -29,6 +30,7 @@ def write_pool(runs: Sequence[Path], path: Path, reduced: bool = False) -> xr.Da
         raise CaseError([f"{path}: is one of the files that are pooled; give another file."])
     if path.name == RESULTS and (path.parent / "case.toml").is_file():
         raise CaseError([f"{path}: holds the results of the run in that folder; give another file."])
+    require_writable(path, "give another file")
     replicas = open_replicas(runs)
     is_small = reduced or any(one.data.attrs.get(REDUCED) for one in replicas)
     data = pool_reduced(replicas) if is_small else pool(replicas)

@@ -237,11 +237,6 @@ def open_results(run: Path) -> Results:
     return Results(path, sample(data), case, run.stem if run.is_file() else path.resolve().parent.name)
 
 
-def find_home(run: Path) -> Path:
-    """The folder that what is made of `run` goes into: itself, and of a file NAME.nc the folder NAME."""
-    return run.with_suffix("") if run.is_file() else run
-
-
 def format_without(results: Results, name: str, option: str) -> str:
     """That there is no `name`, and by which option it is had, if the case can have it."""
     return f"{results.path} has no `{name}` (ask for them by {option})."

@@ -15,11 +15,13 @@ from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from fbcouple.errors import CaseError
 from fbcouple.machine.whole_files import write_whole
 from fbcouple.paths import TEMPLATES
 
 Row = dict[str, Any]
 Tables = dict[str, list[Row]]
+ELSEWHERE = "give another folder with -o"
 
 
 def describe_machine() -> str:
@@ -39,12 +41,9 @@ def show_cell(value: Any) -> str:
 def write_tables(folder: Path, name: str, tables: Tables, about: Row) -> list[Path]:
     """Write NAME.json with `about` and every table, and a CSV file for each table; each under a temporary name first.
 
-    A number that is not finite is null in JSON. Returns: the files.
+    Returns: the files. Raises: CaseError if one cannot be written.
     """
-    files = [folder / f"{name}.json"]
-    _write(
-        files[0], json.dumps(about | {k: [_spare(row) for row in rows] for k, rows in tables.items()}, indent=1) + "\n"
-    )
+    files = [write_json(folder / f"{name}.json", tables, about)]
     for table, rows in tables.items():
         if rows:
             text = io.StringIO()
@@ -54,6 +53,16 @@ def write_tables(folder: Path, name: str, tables: Tables, about: Row) -> list[Pa
             files.append(folder / f"{table}.csv")
             _write(files[-1], text.getvalue())
     return files
+
+
+def write_json(path: Path, tables: Tables, about: Row, mend: str = ELSEWHERE) -> Path:
+    """Write `about` and every table as JSON, one object a row; a number that is not finite is null there.
+
+    Raises: CaseError, which ends in `mend`, if it cannot be written.
+    """
+    content = about | {name: [_spare(row) for row in rows] for name, rows in tables.items()}
+    _write(path, json.dumps(content, indent=1) + "\n", mend)
+    return path
 
 
 def _spare(row: Row) -> Row:
@@ -68,7 +77,10 @@ def write_page(
     tables: Tables,
     is_marked: Callable[[Row], bool] = lambda row: False,
 ) -> Path:
-    """Write a page with the pictures inside it; rows of which `is_marked` holds are marked."""
+    """Write a page with the pictures inside it; rows of which `is_marked` holds are marked.
+
+    Raises: CaseError if it cannot be written.
+    """
     environment = Environment(
         loader=FileSystemLoader(TEMPLATES / "tables"), undefined=StrictUndefined, autoescape=True, trim_blocks=True
     )
@@ -85,6 +97,9 @@ def write_page(
     return path
 
 
-def _write(path: Path, text: str) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(path, text)
+def _write(path: Path, text: str, mend: str = ELSEWHERE) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(path, text)
+    except OSError as error:
+        raise CaseError([f"{path}: cannot be written ({error.strerror or error}); {mend}."]) from error

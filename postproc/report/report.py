@@ -11,14 +11,13 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from fbcouple.errors import CaseError
 from fbcouple.postproc.averaging import averaging_text, list_warnings
 from fbcouple.postproc.differences import Difference, Point, compare, core_hours, draw_error_against_time
 from fbcouple.postproc.experiment import Comparison, Measured, compare_with, gather_references, tell_given
 from fbcouple.postproc.figures.heights import format_height, list_heights
 from fbcouple.postproc.figures.measured_lines import draw_measured_lines
 from fbcouple.postproc.figures.registry import COMPARISONS, FIGURES
-from fbcouple.postproc.files import write_whole
+from fbcouple.postproc.files import name_numbers, write_whole
 from fbcouple.postproc.papers.hamidouche2019.claims import UNDECIDED, judge_claims
 from fbcouple.postproc.papers.hamidouche2019.paper_runs import identify
 from fbcouple.postproc.report import tables
@@ -58,11 +57,9 @@ def write_report(folders: Sequence[Path], output: Path, references: Sequence[str
 
     references: texts `quantity@height=file` besides those that the cases name; view: heights of profiles.
     Returns: the two files.
-    Raises: CaseError if a run or a reference cannot be read, or a file cannot be written.
+    Raises: CaseError if a run or a reference cannot be read, or `output` is no name of a page, or cannot be written.
     """
-    numbers = output.with_suffix(".json")
-    if output == numbers:
-        raise CaseError([f"{output}: the numbers go into a .json file beside the page; give the page another ending."])
+    numbers = name_numbers(output)
     runs = [replace(run, view=view) for run in open_runs(folders)]
     content = describe(runs, gather_references(runs, references))
     for text in content["warnings"]:

@@ -22,6 +22,7 @@ from matplotlib.image import AxesImage, imread
 from PIL import Image
 
 from fbcouple.machine.environment import child_environment
+from fbcouple.paths import find_home
 from fbcouple.postproc.figures.registry import figure
 from fbcouple.postproc.figures.snapshots import LOWEST
 from fbcouple.postproc.files import write_whole
@@ -196,9 +197,8 @@ def animate(run: Path, folder: Path | None = None) -> Path:
         files = render(results, wanted, scales, round(HEIGHT_MOVING * DPI_MOVING), Path(drawn))
         moments = [files[first : first + len(views)] for first in range(0, len(files), len(views))]
         shots = list(_film(results, moments, times, views, scales))
-    return _save_film(
-        shots, list_colours(scales.temperature is not None), (folder or Path(run) / "figures") / "bed.gif"
-    )
+    folder = folder or find_home(Path(run)) / "figures"
+    return _save_film(shots, list_colours(scales.temperature is not None), folder / "bed.gif")
 
 
 def _film(

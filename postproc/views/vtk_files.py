@@ -14,6 +14,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 import xarray as xr
 
+from fbcouple.paths import find_home
 from fbcouple.postproc.files import write_whole, writing
 from fbcouple.postproc.views.frames import Frame, list_frames, number_of, read_frame
 from fbcouple.postproc.views.library import require_pyvista
@@ -40,7 +41,7 @@ def export(run: Path, folder: Path | None = None) -> list[Path]:
         frames = []
     if not (means or frames):
         raise NotDrawableError([f"{results.path} holds no time means, and no frames lie beside it."])
-    folder = folder or Path(run) / FOLDER
+    folder = folder or find_home(Path(run)) / FOLDER
     with writing(folder):
         folder.mkdir(exist_ok=True, parents=True)
     found: list[Path] = []

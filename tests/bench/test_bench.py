@@ -87,6 +87,32 @@ BED = (
 )
 
 
+@pytest.mark.parametrize(
+    "words",
+    [["bench", "parts", "patil/c2"], ["bench", "scaling", "--traffic-only"], ["bench", "calibrate"], ["verify"]],
+    ids=" ".join,
+)
+def test_a_file_that_cannot_be_written_is_told_before_the_measurement(tmp_path, monkeypatch, words):
+    (tmp_path / "taken").write_text("a file of the user's")
+    for name in ("fbcouple.bench.suite.measure_parts", "fbcouple.bench.suite.count_traffic"):
+        monkeypatch.setattr(name, lambda *arguments: pytest.fail("it was measured"))
+    monkeypatch.setattr("fbcouple.verify.suite.run_checks", lambda checks: pytest.fail("it was run"))
+    monkeypatch.setattr("fbcouple.bench.calibrate.calibrate", lambda say: pytest.fail("it was measured"))
+    done = CliRunner().invoke(cli, [*words, "--json", str(tmp_path / "taken/found.json")])
+    assert done.exit_code == 1 and isinstance(done.exception, SystemExit), done.output
+    assert "found.json: cannot be written" in done.output and "give another file with --json" in done.output
+
+
+def test_folders_are_made_for_the_tables_of_a_measurement(tmp_path):
+    file = tmp_path / "new/folder/x.json"
+    done = CliRunner().invoke(cli, ["bench", "scaling", "--traffic-only", "--cells", "10", "--json", str(file)])
+    assert done.exit_code == 0, done.output
+    assert json.loads(file.read_text())["traffic"] and not list(file.parent.glob("*.part"))
+    file = tmp_path / "other/checks.json"
+    done = CliRunner().invoke(cli, ["verify", "normal-impact", "--json", str(file)])
+    assert done.exit_code == 0 and json.loads(file.read_text())["checks"], done.output
+
+
 def test_overhead_on_two_ranks(tmp_path):
     (tmp_path / "case.toml").write_text(BED)
     file = tmp_path / "found.json"

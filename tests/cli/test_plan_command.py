@@ -68,6 +68,16 @@ def test_a_picture_of_another_format_is_refused(ask, tmp_path):
     assert found.exit_code == 1 and "--picture: front.bmp is given" in found.stderr
 
 
+def test_what_cannot_be_written_is_told_before_the_plan_is_made(ask, monkeypatch, tmp_path):
+    monkeypatch.setattr("fbcouple.case.plan.choice.make_plan", lambda *arguments: pytest.fail("it was made"))
+    (tmp_path / "taken.toml").write_text("")
+    places = {"--picture": ("taken.toml/front.png", "front.bmp"), "--write": ("taken.toml", "no.txt", "none/new.toml")}
+    for option, names in places.items():
+        for name in names:
+            found = ask("mueller/0.9", "--error", "0.1", option, tmp_path / name)
+            assert found.exit_code == 1 and isinstance(found.exception, SystemExit), found.output
+
+
 @pytest.mark.parametrize("within", ["2h", "0:00:00", "1:60:00"])
 def test_times_are_clocks(ask, within):
     found = ask("mueller/0.9", "--error", "0.1", "--within", within)

@@ -193,6 +193,34 @@ def whole(tmp_path_factory) -> Results:
     return results
 
 
+def test_pictures_and_data_go_into_no_folder_of_runs(tmp_path):
+    """Beside the folder `set`, set.html would have them in it, and the next report took them for members."""
+    folder = tmp_path / "set"
+    folder.mkdir()
+    for name in ("c1", "c2"):
+        run = write_bed(tmp_path / name, name)
+        (run / "results.nc").rename(folder / f"{name}.nc")
+    for _ in range(2):
+        report(str(folder), "-o", str(tmp_path / "set.html"))
+        assert sorted(path.name for path in folder.iterdir()) == ["c1.nc", "c2.nc"]
+    assert (tmp_path / "set-page/README.md").is_file() and (tmp_path / "set-page/figure-12-flux.nc").is_file()
+    assert "set-page" in (tmp_path / "set.html").read_text()
+    told = json.loads((tmp_path / "set.json").read_text())
+    assert [row["run"] for row in told["runs"]] == ["c1", "c2"] and not any(
+        "figure" in text for text in told["missing"]
+    )
+
+
+@pytest.mark.parametrize("name", ["page.json", "page", "scaling.html"])
+def test_a_page_takes_the_place_of_nothing_that_it_is_made_of(tmp_path, name):
+    (tmp_path / "c2").mkdir()
+    write_case(load_case("patil/c2"), tmp_path / "c2/case.toml")
+    (tmp_path / "scaling.json").write_text("{}")
+    done = CliRunner().invoke(cli, ["report", str(tmp_path), "-o", str(tmp_path / name)])
+    assert done.exit_code == 1 and ("ends in .html" in done.output or "holds what figure 7 is made of" in done.output)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["c2", "scaling.json"]
+
+
 def test_lines_along_the_depth(whole):
     """The velocity is linear across the bed and does not change along the depth."""
     rows = figure_data.collect_depth([whole], 0.04)

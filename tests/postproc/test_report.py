@@ -330,9 +330,36 @@ def test_nothing_is_written_if_a_run_is_missing(tmp_path):
     assert not (tmp_path / "page.html").exists() and not (tmp_path / "page.json").exists()
 
 
-def test_a_page_named_json_is_refused(tmp_path):
-    with pytest.raises(CaseError, match="give the page another ending"):
-        write_report([write_whole(tmp_path / "run")], tmp_path / "page.json")
+@pytest.mark.parametrize("name", ["page.json", "page", "page.JSON", "page.nc"])
+def test_a_page_of_another_ending_is_refused(tmp_path, name):
+    run = write_whole(tmp_path / "run")
+    done = CliRunner().invoke(cli, ["report", str(run), "-o", str(tmp_path / name)])
+    assert done.exit_code == 1 and f"{name}: is given for an HTML page, a name that ends in .html" in done.output
+    assert [path.name for path in tmp_path.iterdir()] == ["run"]
+
+
+def test_what_is_made_of_a_file_goes_beside_it(tmp_path):
+    """Figures, tables and the report of bed.nc into the folder bed; of a file of another name into one of its own."""
+    run = write_whole(tmp_path / "run")
+    for name, home in (("bed.nc", "bed"), ("means", "means-made")):
+        (run / "results.nc").rename(tmp_path / name)
+        done = CliRunner().invoke(cli, ["post", str(tmp_path / name), "--only", "cost", "--csv", "--vtk"])
+        assert done.exit_code == 0, done.output
+        assert CliRunner().invoke(cli, ["report", str(tmp_path / name)]).exit_code == 0
+        for made in ("figures/cost.png", "tables/history.csv", "vtk/means.vti", "report.html"):
+            assert (tmp_path / home / made).is_file()
+        (tmp_path / name).rename(run / "results.nc")
+
+
+def test_nothing_of_a_file_goes_into_the_run_of_its_name(tmp_path):
+    write_whole(tmp_path / "bed")
+    (tmp_path / "bed/case.toml").write_text("")
+    (tmp_path / "bed.nc").write_bytes((tmp_path / "bed/results.nc").read_bytes())
+    before = sorted((tmp_path / "bed").iterdir())
+    for words in (["post", "--csv"], ["report"]):
+        done = CliRunner().invoke(cli, [*words, str(tmp_path / "bed.nc")])
+        assert done.exit_code == 1 and "goes into" in done.output and "that is a run folder" in done.output
+    assert sorted((tmp_path / "bed").iterdir()) == before
 
 
 def test_numbers_that_are_none_become_null():

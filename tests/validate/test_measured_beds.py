@@ -8,7 +8,7 @@ import json
 import pytest
 from click.testing import CliRunner
 
-from fbcouple.case.load import load_case
+from fbcouple.case.load import load_case, write_case
 from fbcouple.case.preflight import require_fit
 from fbcouple.cli.main import cli
 from fbcouple.results.reader import open_results
@@ -48,6 +48,18 @@ def test_stored_means_of_sedifoam_are_as_known(tmp_path):
     assert [row["rms"] for row in peers] == pytest.approx([0.0396, 0.1137, 0.0209, 0.0246, 0.0919], abs=6e-5)
     assert [row["points"] for row in peers] == [21, 21, 23, 23, 24]
     assert peers[-1]["amplitude"] == pytest.approx(0.58, abs=0.01)
+
+
+def test_a_file_is_scored_into_the_folder_of_its_name(tmp_path):
+    write_case(load_case("mueller/0.9"), tmp_path / "effective.toml")
+    results = open_results(write_whole(tmp_path / "run")).data
+    results.assign_attrs(case=(tmp_path / "effective.toml").read_text()).to_netcdf(tmp_path / "bed.nc")
+    (tmp_path / "out").write_text("a file of the user's")
+    done = call("mueller/0.9", "--run", tmp_path / "bed.nc")
+    assert done.exit_code == 0, done.output
+    assert (tmp_path / "bed/validation.html").is_file()
+    done = call("mueller/0.9", "--run", tmp_path / "bed.nc", "-o", tmp_path / "out/in")
+    assert done.exit_code == 1 and "cannot be written" in done.output and "another folder with -o" in done.output
 
 
 def test_a_bed_is_run_scored_and_scored_again(tmp_path):

@@ -15,6 +15,7 @@ from fbcouple.case.problems import show
 from fbcouple.case.schema.reference import BASE, UNSET
 from fbcouple.case.source import find_case, list_shipped, read_value
 from fbcouple.errors import CaseError
+from fbcouple.machine.whole_files import require_writable
 
 _WIDTH = 118
 _SPRING_KEYS = [OVERLAP, *(name for name, *_ in SPRINGS.values())]
@@ -27,15 +28,14 @@ def write_case_file(path: Path, name: str, sets: Sequence[str], settings: dict[s
     Returns: the file. Raises: CaseError if there is such a file, it cannot be written, or is no case where it lies.
     """
     given = show(str(path))
-    if path.suffix != ".toml":
-        raise CaseError([f"{given}: is given, a name that ends in .toml is allowed: it is a case file."])
+    require_free(path)
     values = _read_sets(sets) | settings
     text = _write_text(path, name, values, note)
     try:
         with path.open("x", encoding="utf-8", newline="\n") as file:
             file.write(text)
     except FileExistsError:
-        raise CaseError([f"{given}: is there already; give another name, or remove it first."]) from None
+        raise CaseError([_tell_taken(path)]) from None
     except OSError as error:
         raise CaseError([f"{given}: cannot be written ({error.strerror}); give another place."]) from error
     try:
@@ -45,6 +45,22 @@ def write_case_file(path: Path, name: str, sets: Sequence[str], settings: dict[s
         text = f"{given}: a plan written there is no case; write it beside the case that it stands on."
         raise CaseError([text, *error.problems]) from None
     return path
+
+
+def require_free(path: Path) -> None:
+    """Raise CaseError unless a new case file can be written to `path`: asked before the work whose result it takes."""
+    given = show(str(path))
+    if path.suffix != ".toml":
+        raise CaseError([f"{given}: is given, a name that ends in .toml is allowed: it is a case file."])
+    if os.path.lexists(path):
+        raise CaseError([_tell_taken(path)])
+    if not path.parent.is_dir():
+        raise CaseError([f"{given}: cannot be written, {show(str(path.parent))} is no folder; give another place."])
+    require_writable(path, "give another place")
+
+
+def _tell_taken(path: Path) -> str:
+    return f"{show(str(path))}: is there already; give another name, or remove it first."
 
 
 def _read_sets(sets: Sequence[str]) -> dict[str, Any]:

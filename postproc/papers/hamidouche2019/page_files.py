@@ -13,21 +13,31 @@ from typing import Any
 
 import xarray as xr
 
-from fbcouple.postproc.files import write_whole
+from fbcouple.errors import CaseError
+from fbcouple.machine.whole_files import require_writable
+from fbcouple.postproc.files import ELSEWHERE, name_numbers, write_whole
 from fbcouple.postproc.papers.hamidouche2019.figure_data import Data
-from fbcouple.postproc.papers.hamidouche2019.page import Member, Page, make_page
+from fbcouple.postproc.papers.hamidouche2019.page import SCALING, Member, Page, make_page
 from fbcouple.postproc.report.tables import make_plain
 from fbcouple.postproc.report.wording import open_templates, show
+
+OWN = "figure-"
+"""How the names of the page's pictures and data begin."""
 
 
 def write_page(folder: Path, members: Sequence[Member], output: Path) -> list[Path]:
     """Write the page of the set in `folder` to `output` (HTML), its numbers beside it (JSON), and README.md, pictures
-    and data into the folder of the same name.
+    and data into the folder of the same name; where that holds runs, into the one of that name and "-page".
 
-    Returns: the files. Raises: CaseError if one cannot be written.
+    Returns: the files. Raises: CaseError if one cannot be written, or is where the page or its data are read from.
     """
+    numbers = name_numbers(output)
+    beside = _choose_folder(folder, output)
+    for path in (numbers, beside / "README.md"):
+        if path.resolve() == (folder / SCALING).resolve():
+            raise CaseError([f"{path}: holds what figure 7 is made of; {ELSEWHERE}."])
+        require_writable(path, ELSEWHERE)
     page = make_page(folder, members)
-    beside, numbers = output.with_suffix(""), output.with_suffix(".json")
     files = [*_write_data(page, beside), *_write_pictures(page, beside)]
     names = {stem: file.name for stem, file in ((file.stem, file) for file in files) if file.suffix != ".png"}
     context = page.content | {"files": names, "json_name": numbers.name}
@@ -42,6 +52,24 @@ def write_page(folder: Path, members: Sequence[Member], output: Path) -> list[Pa
         (beside / "README.md", _render("paper.md", context)),
     ]
     return [*(_write_text(path, words) for path, words in written), *files]
+
+
+def _choose_folder(folder: Path, output: Path) -> Path:
+    """Where pictures and data go: into no folder of runs, which would take them for members of a set.
+
+    Raises: CaseError if there is no such folder.
+    """
+    plain = output.with_suffix("")
+    for beside in (plain, plain.with_name(f"{plain.name}-page")):
+        if beside.resolve() != folder.resolve() and not _holds_runs(beside):
+            return beside
+    raise CaseError([f"{output}: the folders {plain.name} and {plain.name}-page beside it hold runs; {ELSEWHERE}."])
+
+
+def _holds_runs(folder: Path) -> bool:
+    """Is it a run folder, or one with runs, or with files of reduced means, in it?"""
+    is_of_runs = (folder / "case.toml").is_file() or any(folder.glob("*/case.toml"))
+    return is_of_runs or any(not file.name.startswith(OWN) for file in folder.glob("*.nc"))
 
 
 def _write_text(path: Path, text: str) -> Path:
