@@ -87,8 +87,10 @@ def _feeds_and_outlets(case: Case) -> tuple[bool, str]:
 
 @_part
 def _empty_start(case: Case) -> tuple[bool, str]:
-    empty = case.particles is not None and case.particles.count == 0
-    return empty, "particles.count = 0" if empty else "particles at the start, or none at all"
+    if case.particles is None or particle_count(case.particles):
+        return False, "particles at the start, or none at all"
+    key = "mass" if case.particles.count is None else "count"
+    return True, f"particles.{key} = {getattr(case.particles, key):g}: no particle, or parcel, at the start"
 
 
 @_part

@@ -139,6 +139,13 @@ def test_conduction_that_liggghts_cannot_do(sets, values, problem):
     assert re.search(problem, found)
 
 
+@pytest.mark.parametrize("few", [["particles.mass=1e-9"], ["particles.mass=2e-6", "particles.coarse_graining=2"]])
+def test_a_modulus_is_brought_in_by_a_bed_that_is_there(few):
+    feed = "particles.feeds=[{low=[0.0,0.0,0.2],high=[0.044,0.01,0.22],rate=5.0}]"
+    problems = problems_of(CONDUCTING | {"conduction_modulus": 2e11}, [*few, feed])
+    assert any("force of the bed at rest, and there are no particles at the start" in problem for problem in problems)
+
+
 def test_a_surface_has_one_temperature_for_contacts():
     sets = ["domain.shape='cylinder'", "domain.size=[0.044,0.044,0.1]", "domain.cells=[17,17,40]"]
     problems = problems_of(CONDUCTING, [*sets, "heat.walls=[{face='top',temperature=300.0}]"])

@@ -85,6 +85,18 @@ def test_no_particles_and_none_to_come():
     assert "particles.count: 0 is given and no particles.feeds" in problem
 
 
+def test_less_than_half_a_parcel_and_none_to_come():
+    problems = problems_of("particles.feeds=[]", "particles.count=3", "particles.coarse_graining=2")
+    words = "particles.count: 3 is given, less than half a parcel of 8 particles, and no particles.feeds"
+    assert any(words in problem for problem in problems)
+
+
+@pytest.mark.parametrize("few", [["particles.count=0"], ["particles.count=3", "particles.coarse_graining=2"]])
+def test_an_empty_start_is_not_poured(few):
+    problems = problems_of("start.method=pour", *few)
+    assert any('start.method: "pour" is given and the start is empty' in problem for problem in problems)
+
+
 def test_what_is_fed_counts_for_the_memory():
     case = load_case(HOPPER)
     assert count_fed(case) == pytest.approx(6790.0, rel=1e-12) and find_problems(case) == []

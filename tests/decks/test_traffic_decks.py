@@ -11,7 +11,9 @@ from test_render import build, join
 from fbcouple.case.bed.region import read_mesh
 from fbcouple.decks.needs import find_needs
 from fbcouple.decks.render import find_box, render_decks
+from fbcouple.decks.set_up import lay_out
 from fbcouple.geometry.stl import list_walls
+from fbcouple.launcher.launch import launch
 
 FEED = {"low": [0.0, 0.0, 0.1], "high": [0.04, 0.01, 0.12], "rate": 100.0}
 OPENING = {"face": "floor", "rectangle": [[0.002, 0.001], [0.004, 0.004]], "depth": 0.012}
@@ -61,6 +63,44 @@ def test_empty_start_has_a_box_and_no_particles():
     box = np.array(edges[1].split(), dtype=float).reshape(3, 2).T
     assert np.array_equal(box, find_box(case, None)) and "read_data" not in deck
     assert find_needs(case)["empty_start"]
+
+
+FED = """
+title = "less than half a parcel, and a feed"
+end_time = 0.02
+[domain]
+size = [0.012, 0.012, 0.03]
+cells = [3, 3, 6]
+[particles]
+diameter = 1e-3
+density = 2500.0
+FEW
+[[particles.feeds]]
+low = [0.0, 0.0, 0.02]
+high = [0.012, 0.012, 0.03]
+rate = 1600.0
+[contact]
+restitution = 0.9
+wall_restitution = 0.9
+friction = 0.1
+wall_friction = 0.1
+[start]
+[output]
+record_every = 0.01
+"""
+
+
+@pytest.mark.parametrize(
+    "few", ["count = 3\ncoarse_graining = 2.0", "mass = 1e-7", "mass = 1e-7\ncoarse_graining = 2.0"]
+)
+def test_a_start_that_rounds_to_no_particle_is_an_empty_one(tmp_path, few):
+    """LIGGGHTS reads no file of 0 atoms."""
+    (tmp_path / "case.toml").write_text(FED.replace("FEW", few))
+    ((run, case),) = lay_out(str(tmp_path), tmp_path / "run", (), False, True).items()
+    assert find_needs(case)["empty_start"] and "create_box" in (run / "DEM/in.liggghts").read_text()
+    rows: list[dict] = []
+    launch(run, 1, rows.append)
+    assert rows[0]["particles"] == 0 and 24 <= rows[-1]["particles"] <= 32
 
 
 @pytest.mark.parametrize("periodic", [[], ["y"]])

@@ -7,7 +7,14 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from fbcouple.case.bed.lattice import find_start_box, is_layered, lattice_height, lay_out, mixed_height
-from fbcouple.case.bed.particle_types import find_ratio, largest_diameter, mean_density, mean_volume, particle_count
+from fbcouple.case.bed.particle_types import (
+    find_ratio,
+    grains_per_parcel,
+    largest_diameter,
+    mean_density,
+    mean_volume,
+    particle_count,
+)
 from fbcouple.case.bed.region import Region, find_region
 from fbcouple.case.checks.mixture import check_counts, check_species
 from fbcouple.case.checks.registry import (
@@ -90,7 +97,10 @@ def check_packing(case: Case, folder: Path) -> Iterator[Problem]:
     if count < 1 and not case.particles.feeds:
         given = "the mass is less than that of half a particle; give the mass of the bed in kg"
         if case.particles.count is not None:
-            given = "0 is given and no particles.feeds, by which some would come; give a number, or a feed"
+            few = f"{case.particles.count:g} is given"
+            if case.particles.count:
+                few = f"{few}, less than half a parcel of {grains_per_parcel(case.particles):g} particles,"
+            given = f"{few} and no particles.feeds, by which some would come; give a number, or a feed"
         yield Problem(key, f"{given}.")
     elif count > most:
         heaviest = most * mean_volume(case.particles) * mean_density(case.particles)

@@ -8,9 +8,9 @@ from pathlib import Path
 
 from fbcouple.case.bed.derived import dem_step
 from fbcouple.case.bed.gas_heat import has_hot_walls
-from fbcouple.case.bed.particle_types import list_kinds
+from fbcouple.case.bed.particle_types import list_kinds, particle_count
 from fbcouple.case.checks.contact import is_hertz
-from fbcouple.case.checks.registry import BED, check, check_law_file
+from fbcouple.case.checks.registry import BED, check, check_law_file, has_bed
 from fbcouple.case.problems import Problem
 from fbcouple.case.schema.heat import Heat, HeatWall
 from fbcouple.case.schema.sections import Case
@@ -181,7 +181,8 @@ def check_conduction_modulus(case: Case, folder: Path) -> Iterator[Problem]:
     heat, contact, particles = case.heat, case.contact, case.particles
     if heat is None or heat.conduction_modulus is None or contact is None or particles is None:
         return
-    if contact.model == "hooke" and (case.gravity == 0.0 or particles.count == 0):
+    is_empty = has_bed(case) and not particle_count(particles)
+    if contact.model == "hooke" and (case.gravity == 0.0 or is_empty):
         missing = "gravity is 0" if case.gravity == 0.0 else "there are no particles at the start"
         text = f'{heat.conduction_modulus:g} Pa is given, contact.model = "hooke", whose contacts are corrected at the'
         yield Problem(

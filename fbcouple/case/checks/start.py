@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from fbcouple.case.checks.registry import check
+from fbcouple.case.bed.particle_types import particle_count
+from fbcouple.case.checks.registry import BED, check, has_bed
 from fbcouple.case.problems import Problem
 from fbcouple.case.schema.sections import Case
 from fbcouple.errors import CaseError
@@ -36,3 +37,13 @@ def check_start(case: Case, folder: Path) -> Iterator[Problem]:
         yield Problem("start.region", f"{text}; remove it, or start on the lattice.")
     if start.method == "pour" and case.gravity == 0.0:
         yield Problem("start.method", '"pour" is given and gravity is 0: nothing falls; give gravity, or "lattice".')
+
+
+@check("start", *BED)
+def check_poured(case: Case, folder: Path) -> Iterator[Problem]:
+    """Where particles are poured there are some."""
+    if case.start is None or case.start.method != "pour" or case.particles is None or not has_bed(case):
+        return
+    if not particle_count(case.particles):
+        text = '"pour" is given and the start is empty, so that nothing is poured; give particles, or "lattice".'
+        yield Problem("start.method", text)
