@@ -78,6 +78,20 @@ def test_options_that_do_not_fit_together(sets, words):
     assert any(words in problem for problem in problems_of(*sets)), problems_of(*sets)
 
 
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        ("pairs=[[1,2,0.9,0.1],[2,2,0.03,0.1]]", "contact.pairs: 0.03 is given in row 2, above 0.05 is allowed"),
+        ("walls=[[2,0.05,0.1]]", "contact.walls: 0.05 is given in row 1, above 0.05 is allowed"),
+    ],
+)
+def test_restitution_of_a_row_that_hertz_does_not_take(rows, words):
+    two = "particles.mixture=[[0.8e-3,2000.0,0.3]]"
+    (problem,) = problems_of(*HERTZ, two, f"contact.{rows}")
+    assert words in problem and problem.endswith('with model = "hertz"; raise it.')
+    load_case("patil/c2", [two, f"contact.{rows}"])
+
+
 def test_damping_that_is_named_as_the_most_is_allowed():
     sets = ["contact.tangential=history", "contact.restitution=0.5", "contact.steps_per_contact=6"]
     (problem,) = problems_of(*sets, "contact.tangential_damping=20")

@@ -56,16 +56,18 @@ def is_hertz(contact: Contact) -> bool:
     return contact.model == "hertz" and all(getattr(contact, key) is not None for key in HERTZ_KEYS)
 
 
-@check("contact.restitution", "contact.wall_restitution", "contact.model")
+@check("contact.model", *COEFFICIENTS)
 def check_hertz_restitution(case: Case, folder: Path) -> Iterator[Problem]:
     """LIGGGHTS takes no Hertz restitution as low as 0.05."""
     if case.contact is None or case.contact.model != "hertz":
         return
-    for key in ("restitution", "wall_restitution"):
-        given = getattr(case.contact, key)
-        if given <= LEAST_HERTZ_RESTITUTION:
-            text = f'{given:g} is given, above {LEAST_HERTZ_RESTITUTION:g} is allowed with model = "hertz"; raise it.'
-            yield Problem(f"contact.{key}", text)
+    pairs, walls = list_coefficients(case.contact)
+    for key, rows, found in (("restitution", "pairs", pairs), ("wall_restitution", "walls", walls)):
+        for number, one in enumerate(found):
+            if one.restitution <= LEAST_HERTZ_RESTITUTION:
+                given = f"{one.restitution:g} is given{f' in row {number}' if number else ''}"
+                text = f'{given}, above {LEAST_HERTZ_RESTITUTION:g} is allowed with model = "hertz"; raise it.'
+                yield Problem(f"contact.{rows if number else key}", text)
 
 
 @check("contact", "end_time", *COEFFICIENTS, "particles.diameter", "particles.density")
