@@ -46,7 +46,8 @@ class Status:
     """How far a run has come."""
 
     state: str
-    """"set up", "running", "stopped" (with a checkpoint, to be resumed), "failed" or "complete"."""
+    """"set up", "running", "stopped" (with a checkpoint, to be resumed), "failed", "damaged" (its results cannot be
+    read) or "complete"."""
     time: float
     """Simulated time of the last row of the history [s]; 0 before the first."""
     end_time: float
@@ -54,7 +55,7 @@ class Status:
     checkpoint: Path | None
     """The newest checkpoint."""
     message: str
-    """Why it ended early or failed, if it did."""
+    """Why it ended early or failed, if it did, or what is damaged."""
 
 
 @in_python()
@@ -198,13 +199,15 @@ class Run:
         """
         case, checkpoints = self.case, list_checkpoints(self.path)
         rows = self.history() if history is None else history
-        message = read_note(self.path)
+        message, (complete, damage) = read_note(self.path), look_at_results(self.path, case)
         if is_held(self.path):
             state = "running"
-        elif is_complete(self.path, case):
+        elif complete:
             state, message = "complete", ""
         elif message and not message.startswith("stopped by"):
-            state = "failed"
+            state, message = "failed", f"{message}; results.nc: {damage}" if damage else message
+        elif damage:
+            state, message = "damaged", f"results.nc: {damage}; the run writes it anew where it is resumed"
         else:
             state = "stopped" if checkpoints else "set up"
         time = rows[-1]["time"] if rows else 0.0

@@ -19,8 +19,8 @@ _RECENT = 20
 
 @dataclass(frozen=True)
 class RunState:
-    """`state` as `fbcouple.Run.status` has it, or `damaged`; times in s; `left` and `pace` are nan where nothing tells
-    them."""
+    """`state` as `fbcouple.Run.status` has it, `damaged` also of a folder that cannot be read; times in s; `left` and
+    `pace` are nan where nothing tells them."""
 
     run: Path
     state: str
@@ -34,7 +34,7 @@ class RunState:
     where: str
     """Host and process that run it now."""
     message: str
-    """Why it ended early or failed, or that its start-up was not over at its end."""
+    """Why it ended early or failed, what is damaged, or that its start-up was not over at its end."""
 
     @property
     def left(self) -> float:

@@ -190,18 +190,25 @@ def _read_run(run: Path, fresh: bool, resume: bool) -> Case:
 def is_complete(run: Path, case: Case, say: Say = lambda text: None) -> bool:
     """Did an earlier run reach the end of the case as it is now, by its results? Not by results that cannot be read,
     which `say` is told."""
+    complete, damage = look_at_results(run, case)
+    if damage:
+        say(f"{run / 'results.nc'}: {damage}; it is written anew")
+    return complete
+
+
+def look_at_results(run: Path, case: Case) -> tuple[bool, str]:
+    """The same, and why results.nc cannot be read; "" where it can, or there is none."""
     path = run / "results.nc"
     if not path.exists():
-        return False
+        return False, ""
     try:
         with xr.open_dataset(path, decode_times=False) as results:
             is_sure = results.attrs.get("ended_by") == "until_error"
             at_end = is_sure or float(results["time"][-1]) >= case.end_time * _ALMOST
-            return bool(results.attrs["complete"]) and at_end
+            return bool(results.attrs["complete"]) and at_end, ""
     except (OSError, ValueError, LookupError, TypeError, RuntimeError) as error:
         reason = (str(error).splitlines() or [type(error).__name__])[0][:120]
-        say(f"{path}: cannot be read ({reason}); it is written anew")
-        return False
+        return False, f"cannot be read ({reason})"
 
 
 def _choose(run: Path, case: Case, choice: Choice) -> Start | None:

@@ -109,6 +109,18 @@ def test_a_damaged_run_hides_none_of_the_others(many):
     assert call("status", many / "seed-2").exit_code == 1
 
 
+def test_damaged_results_are_told_and_written_anew(many):
+    run = many / "seed-1"
+    assert call("run", run).exit_code == 0
+    (run / "results.nc").write_bytes((run / "results.nc").read_bytes()[:1000])
+    (told,) = json.loads(call("status", run, "--json").output)
+    assert told["state"] == "damaged" and told["message"].startswith("results.nc: cannot be read (")
+    assert told["message"].endswith("where it is resumed") and told["time"] == pytest.approx(0.01, rel=1e-2)
+    assert [row["state"] for row in json.loads(call("status", many, "--json").output)] == ["damaged", *["set up"] * 2]
+    assert "results.nc: cannot be read" in call("status", many).output
+    assert call("run", run, "--resume").exit_code == 0 and look_at(run).state == "complete"
+
+
 def test_the_longest_run_goes_first(many):
     walls = [predict_wall(run) for run in find_runs(many)]
     assert walls[0] == walls[1] < walls[2]
