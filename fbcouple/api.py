@@ -25,9 +25,10 @@ from fbcouple.case.source import list_sets
 from fbcouple.decks import set_up
 from fbcouple.errors import CaseError, StoppedError
 from fbcouple.launcher.change_case import ask
-from fbcouple.launcher.launch import is_complete, launch
+from fbcouple.launcher.launch import launch, look_at_results
 from fbcouple.launcher.progress import RunProgress
 from fbcouple.launcher.stop_signals import Requests
+from fbcouple.machine.launchers import tell_crowd
 from fbcouple.paths import LOG
 from fbcouple.results.line_log import read_log
 from fbcouple.run_folder.checkpoint import list_checkpoints
@@ -176,6 +177,8 @@ class Run:
         **options: Any,
     ) -> Status:
         sets = options.get("sets", ())
+        if "say" not in options and (crowd := tell_crowd(ranks)):
+            _warn(crowd)
         case = ask(self.case, sets, self.path) if sets else self.case
         end = min(case.end_time, until or math.inf)
         watch: Watch = progress if callable(progress) else lambda row: None

@@ -17,6 +17,7 @@ from fbcouple.batch.side_by_side import require_done, run_all
 from fbcouple.decks.replicas import make_replicas
 from fbcouple.errors import StoppedError
 from fbcouple.launcher.stop_signals import Requests
+from fbcouple.machine.launchers import tell_crowd
 
 
 @in_python()
@@ -56,6 +57,8 @@ def run_set(
     for the first that failed, with a text for each that did.
     """
     runs = find_runs(Path(folder), _warn)
+    if crowd := tell_crowd(ranks, min(jobs, len(runs))):
+        _warn(crowd)
     options = ["-n", str(ranks), "--fresh" if fresh else "--resume", *(["--trust"] if trust else [])]
     with Requests() as requests:
         ended = run_all(runs, jobs, options, requests, wall_limit=wall_limit)

@@ -18,6 +18,7 @@ from rich.live import Live
 
 from fbcouple.cli.status import make_table, summarise
 from fbcouple.launcher.stop_signals import Requests
+from fbcouple.machine.launchers import tell_crowd
 
 if TYPE_CHECKING:
     from fbcouple.batch.side_by_side import Ended
@@ -36,6 +37,8 @@ def run_set(folder: Path, jobs: int, ranks: int, options: Sequence[str], request
     from fbcouple.batch.side_by_side import require_done, run_all
 
     runs, console = find_runs(folder, partial(click.echo, err=True)), Console()
+    if crowd := tell_crowd(ranks, min(jobs, len(runs))):
+        click.echo(f"{folder}: warning: {crowd}")
     told = 0
     with _show(console, runs) as redraw:
 

@@ -27,7 +27,7 @@ from fbcouple.launcher.job import Job, Watch
 from fbcouple.launcher.openfoam_mesh import Guard, prepare_mesh, resume_mesh
 from fbcouple.launcher.stop_signals import Requests
 from fbcouple.machine.cache import prepare_compiled
-from fbcouple.machine.launchers import mpi_command
+from fbcouple.machine.launchers import mpi_command, tell_crowd
 from fbcouple.machine.own_key import key_file, make_key
 from fbcouple.paths import HEARTBEAT, LOG
 from fbcouple.run_folder.checkpoint import Checkpoint
@@ -67,7 +67,7 @@ def launch(
     until [s]: stop, with a checkpoint, at the first moment for one at or after it; resume: from the newest checkpoint
     that is whole; wall_limit [s]: wall time by which it has to be over; patience [s]: wall time without a coupling step
     after which it is taken for hanging, and before the first one without a loop compiled or a log written either;
-    say: told what is refused; trusted: also with decks and files that were changed
+    say: told what is refused, and of more ranks than cores; trusted: also with decks and files that were changed
     since set-up, or from another's checkpoint; accept_update: resume also what another version of fbcouple or of a
     solver began; sets: key=value that are another from the checkpoint on (see `change_case`); requests: to stop, by
     default the signals that come while it is under way; begin: called once nothing refuses the run any more and there
@@ -149,6 +149,8 @@ def _make_ready(run: Path, ranks: int, choice: Choice, guard: Guard) -> Start | 
     if choice.sets:
         case = change_case(run, case, asked, start.checkpoint)
     able = require_able(case, start.versions.get("LIGGGHTS", ""), choice.say)
+    if crowd := tell_crowd(ranks):
+        choice.say(f"{run}: warning: {crowd}")
     choice.begin()
     _prepare(run, case, ranks, start.checkpoint, guard)
     if not choice.trusted:

@@ -19,6 +19,8 @@ from fbcouple.machine.programs import run_program
 
 LAUNCHER, BIND = "FBCOUPLE_LAUNCHER", "FBCOUPLE_BIND"
 """Environment variables that a run reads."""
+OVERSUBSCRIBE = "OMPI_MCA_rmaps_base_oversubscribe"
+"""Environment variable by which a user of Open MPI says that ranks may share cores."""
 _OF_MPI = {"none": "none", "core": "core", "socket": "socket", "numa": "numa"}
 BINDINGS: dict[str, tuple[str, dict[str, str]]] = {
     "mpirun": ("--bind-to", _OF_MPI),
@@ -102,6 +104,28 @@ def _read(variable: str, default: str, allowed: Mapping[str, object]) -> str:
     if given not in allowed:
         raise CaseError([f"{variable}: {given!r} is given, allowed: {', '.join(allowed)}; unset it for {default}."])
     return given
+
+
+def tell_crowd(ranks: int, jobs: int = 1) -> str:
+    """That `jobs` runs on `ranks` ranks each have more ranks than there are places for them; "" where they have not, or
+    where somebody said so: a batch system that gives the places, a launcher that asks it for them, or Open MPI's own
+    variable."""
+    places, is_meant = count_places(), os.environ.get(OVERSUBSCRIBE, "").lower() in ("1", "true", "yes")
+    if ranks * jobs <= places or is_meant or os.environ.get(LAUNCHER) in ("srun", "aprun"):
+        return ""
+    asked = f"{jobs} runs of {ranks} rank{'s' * (ranks > 1)} at a time are" if jobs > 1 else f"{ranks} ranks are"
+    here = f"{places} core{'s' * (places > 1)}"
+    return f"{asked} asked for, on {here}: ranks that share a core wait for each other, and fewer of them are faster"
+
+
+def count_places(given: Mapping[str, str] = os.environ) -> int:
+    """Ranks that there is a place for: cores that this process has on each node, or what a batch job says of its tasks
+    and cores, whichever is more."""
+    cores = re.findall(r"(\d+)(?:\(x(\d+)\))?", given.get("SLURM_JOB_CPUS_PER_NODE", ""))
+    tasks = given.get("SLURM_NTASKS", "")
+    own = len(os.sched_getaffinity(0)) * count_nodes(given)
+    of_slurm = sum(int(count) * int(nodes or 1) for count, nodes in cores), int(tasks) if tasks.isdecimal() else 0
+    return max(own, *of_slurm, len(_list_places(given)), len(given.get("LSB_HOSTS", "").split()))
 
 
 def _is_crowded(ranks: int) -> bool:

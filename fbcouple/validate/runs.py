@@ -46,7 +46,8 @@ def run_bed(bed: Bed, folder: Path, ranks: int, resume: bool, sets: Sequence[str
         require_gives(bed, sets, say)
         lay_out(str(bed.name), folder, sets, trusted, say=say)
     run = Run(folder)
-    status = run.resume(ranks, trust=trusted) if resume else run.start(ranks, trust=trusted)
+    begin = run.resume if resume else run.start
+    status = begin(ranks, trust=trusted, say=say)
     if status.state != "complete":
         command = f"fbcouple validate {quote(bed.name)} -o {quote(str(folder))} -n {ranks} --resume"
         raise StoppedError(f"{folder}: {status.message}; go on with `{command}{' --trust' if trusted else ''}`")

@@ -121,6 +121,18 @@ def test_damaged_results_are_told_and_written_anew(many):
     assert call("run", run, "--resume").exit_code == 0 and look_at(run).state == "complete"
 
 
+def test_more_ranks_than_cores_are_told_once(many, monkeypatch):
+    """Of a set for all runs at a time, and in the words of each run whose own ranks are too many."""
+    monkeypatch.setattr("os.sched_getaffinity", lambda process: {0})
+    monkeypatch.delenv("OMPI_MCA_rmaps_base_oversubscribe", raising=False)
+    done = call("run", many / "seed-1", "-n", 2)
+    assert done.exit_code == 0, done.output
+    assert done.output.count("warning: 2 ranks are asked for, on 1 core: ") == 1
+    done = call("run", many, "-j", 2)
+    assert done.exit_code == 0 and done.output.count("warning: 2 runs of 1 rank at a time") == 1
+    assert "warning" not in call("run", many / "seed-1", "-n", 2, "--resume").output, "there is nothing to do"
+
+
 def test_the_longest_run_goes_first(many):
     walls = [predict_wall(run) for run in find_runs(many)]
     assert walls[0] == walls[1] < walls[2]

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from fbcouple.errors import CaseError
-from fbcouple.machine.launchers import count_nodes, mpi_command, name_mpi
+from fbcouple.machine.launchers import OVERSUBSCRIBE, count_nodes, mpi_command, name_mpi, tell_crowd
 
 SAYS = {
     "Open MPI": "mpirun (Open MPI) 4.1.4",
@@ -24,7 +24,8 @@ def launcher(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """Put a program `name` that says `words` of its version first on the PATH, on a machine of 4 cores."""
     monkeypatch.setattr(os, "sched_getaffinity", lambda process: range(4))
     of_jobs = ("SLURM_STEP_ID", "SLURM_JOB_NUM_NODES", "PBS_NODEFILE", "LSB_DJOB_HOSTFILE", "LSB_HOSTS")
-    for variable in ("FBCOUPLE_LAUNCHER", "FBCOUPLE_BIND", *of_jobs):
+    of_places = ("SLURM_NTASKS", "SLURM_JOB_CPUS_PER_NODE", OVERSUBSCRIBE)
+    for variable in ("FBCOUPLE_LAUNCHER", "FBCOUPLE_BIND", *of_jobs, *of_places):
         monkeypatch.delenv(variable, raising=False)
 
     def put(name: str, words: str) -> None:
@@ -123,3 +124,30 @@ def test_other_launchers_find_hosts_and_bring_the_environment_themselves(launche
     (tmp_path / "hosts").write_text("one\ntwo\n")
     monkeypatch.setenv("PBS_NODEFILE", str(tmp_path / "hosts"))
     assert mpi_command(4, ["x"]) == ["mpirun", "-n", "4", "x"]
+
+
+def test_more_ranks_than_cores_are_told(launcher):
+    """The machine has four cores."""
+    launcher("mpirun", SAYS["Open MPI"])
+    assert tell_crowd(4) == tell_crowd(2, 2) == tell_crowd(1, 4) == ""
+    assert tell_crowd(8).startswith("8 ranks are asked for, on 4 cores: ranks that share a core wait")
+    assert tell_crowd(2, 3).startswith("3 runs of 2 ranks at a time are asked for, on 4 cores")
+
+
+@pytest.mark.parametrize(
+    ("variable", "value", "covered"),
+    [
+        (OVERSUBSCRIBE, "1", 100),
+        (OVERSUBSCRIBE, "0", 4),
+        ("FBCOUPLE_LAUNCHER", "srun", 100),
+        ("SLURM_NTASKS", "16", 16),
+        ("SLURM_JOB_CPUS_PER_NODE", "8(x2),4", 20),
+        ("SLURM_JOB_NUM_NODES", "3", 12),
+        ("LSB_HOSTS", "a a a b b b", 8),
+    ],
+)
+def test_what_covers_more_ranks_than_cores(launcher, monkeypatch, variable, value, covered):
+    launcher("mpirun", SAYS["Open MPI"])
+    monkeypatch.setenv(variable, value)
+    assert tell_crowd(covered) == ""
+    assert (tell_crowd(covered + 1) == "") == (covered == 100)
