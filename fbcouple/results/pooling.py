@@ -27,13 +27,13 @@ from fbcouple.results.block_means import join_blocks
 from fbcouple.results.conventions import STANDARD_ERROR
 from fbcouple.results.histories import find_worst
 from fbcouple.results.replicas import WINDOW_BLOCKS, Replica
-from fbcouple.results.told import REPLICAS_OF
+from fbcouple.results.told import DRIFT, OVER, REPLICAS_OF
 from fbcouple.results.variables import MEANS
 from fbcouple.results.weights import find_weight
 
 REPLICAS, WINDOW_MEAN = "replicas", "window_mean"
 """Attribute of a pooled results.nc: how many replicas are in it. `replicas_of` tells of each, as JSON."""
-_OF_ONE = ("averaging_error", "averaging_error_of", "ended_by", "changed_since_set_up", "updates")
+_OF_ONE = ("averaging_error", "averaging_error_of", "ended_by", "changed_since_set_up", "updates", OVER, DRIFT)
 """Attributes that a pool does not take from its first replica."""
 ADDED = ("core_seconds", "cpu_seconds")
 _BLOCKS = 10
@@ -159,6 +159,7 @@ def _describe(data: xr.Dataset, replicas: Sequence[Replica]) -> xr.Dataset:
     }
     return data.assign_attrs(
         added
+        | _pool_start_up(replicas)
         | {
             REPLICAS: len(replicas),
             REPLICAS_OF: json.dumps([one.about for one in replicas]),
@@ -171,6 +172,16 @@ def _describe(data: xr.Dataset, replicas: Sequence[Replica]) -> xr.Dataset:
             "pooled_errors": tell_errors(len(replicas)),
         }
     )
+
+
+def _pool_start_up(replicas: Sequence[Replica]) -> dict[str, Any]:
+    """What those replicas found that looked for the end of their start-up: is it over in all, and the largest drift,
+    nan where one of them is too short to tell; nothing if none looked."""
+    looked = [one.about for one in replicas if OVER in one.about]
+    if not looked:
+        return {}
+    drifts = [float("nan") if one.get(DRIFT) is None else float(one[DRIFT]) for one in looked]
+    return {OVER: int(all(one[OVER] for one in looked)), DRIFT: float(np.max(drifts))}
 
 
 def tell_errors(count: int) -> str:

@@ -21,7 +21,7 @@ from fbcouple.results.conventions import STANDARD_ERROR
 from fbcouple.results.expected import find_faults
 from fbcouple.results.histories import count_lost
 from fbcouple.results.stored import AGAIN, load
-from fbcouple.results.told import REPLICAS_OF, list_told
+from fbcouple.results.told import REPLICAS_OF, complete_told, tell_start_up
 from fbcouple.results.variables import HISTORIES, MEANS
 
 WINDOW_BLOCKS = 16
@@ -69,6 +69,7 @@ def make_replica(path: Path, data: xr.Dataset, case: dict[str, Any]) -> Replica:
         "set_up": _hash_set_up(path.parent),
         "particles_lost": count_lost(data),
     }
+    about |= tell_start_up(data, start)
     about |= {cost: float(data.attrs[cost]) for cost in ("core_seconds", "cpu_seconds") if cost in data.attrs}
     return Replica(data, case, samples, (start, end), _average_windows(data, (start, end)), about)
 
@@ -101,7 +102,7 @@ def estimate_window_error(values: np.ndarray) -> float:
 def split_reduced(path: Path, data: xr.Dataset, case: dict[str, Any]) -> list[Replica]:
     """The replicas in the reduced file at `path`. Raises: CaseError if it does not hold what it says."""
     try:
-        told = list_told(data)
+        told = complete_told(data)
         return [_take(data, case, number, about, len(told)) for number, about in enumerate(told)]
     except (KeyError, TypeError, ValueError, IndexError) as error:
         raise CaseError([f"{path}: is no whole reduced file ({error}); pool its runs again."]) from error
@@ -115,8 +116,6 @@ def _take(data: xr.Dataset, case: dict[str, Any], number: int, about: dict[str, 
             own[name] = data[name] if count == 1 else data[of_each].isel(replica=number, drop=True)
     kept = data.drop_vars([name for name in data.data_vars if str(name).startswith(OF_EACH)]).assign(own)
     kept = take_blocks(kept, 1 + number)
-    if count == 1:  # of an older file, whose histories are all its own
-        about = {"particles_lost": count_lost(kept)} | about
     windows = {name: (float(mean), float(error), int(rows)) for name, (mean, error, rows) in about["windows"].items()}
     start, end = map(float, about["window"])
     return Replica(kept, case, int(about["samples"]), (start, end), windows, about)

@@ -10,7 +10,7 @@ from fbcouple.case.bed.derived import has_ramp
 from fbcouple.case.bed.feeds import has_traffic
 from fbcouple.case.schema.output import AUTO, find_first_sample
 from fbcouple.case.schema.sections import Case
-from fbcouple.postproc.statistics import FEWEST
+from fbcouple.results.steady_part import FEWEST
 from fbcouple.validate.comparisons import COMPARISONS, SECTION, Task
 from fbcouple.validate.source import Bed
 

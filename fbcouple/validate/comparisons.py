@@ -15,8 +15,8 @@ from fbcouple.postproc.experiment import read_run
 from fbcouple.postproc.figures.bubbles import SMALLEST
 from fbcouple.postproc.figures.spectrum import SIGNALS, find_spectrum
 from fbcouple.postproc.sections import cut_section, find_passing, read_section
-from fbcouple.postproc.statistics import FEWEST, estimate_error
 from fbcouple.results.reader import NotDrawableError, Results
+from fbcouple.results.steady_part import FEWEST, estimate_error
 from fbcouple.results.variables import HISTORIES
 from fbcouple.validate.schema import Measurement
 

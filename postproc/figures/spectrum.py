@@ -13,11 +13,12 @@ from scipy.stats import chi2
 
 from fbcouple.postproc.figures.probes import is_map
 from fbcouple.postproc.figures.registry import figure
-from fbcouple.postproc.statistics import FEWEST, find_steady_time
+from fbcouple.postproc.statistics import find_steady_time
 from fbcouple.postproc.style import BLUE, COLUMN, GREY, INK, VERMILION, inset_axes, new_figure
 from fbcouple.postproc.value_text import with_error
 from fbcouple.results.probes import read_probes
 from fbcouple.results.reader import NotDrawableError, Results
+from fbcouple.results.steady_part import FEWEST
 
 SIGNALS = {
     "pressure_drop": ("Pressure drop", "Pa", 1.0),

@@ -15,7 +15,7 @@ from fbcouple.results.depth_means import depth_average
 from fbcouple.results.histories import count_lost
 from fbcouple.results.inlet_speed import find_mean, is_constant
 from fbcouple.results.reader import NotDrawableError, Results
-from fbcouple.results.told import list_told
+from fbcouple.results.told import complete_told
 
 
 @dataclass(frozen=True)
@@ -66,10 +66,13 @@ def monitor(name: str) -> Callable[[Monitor], Monitor]:
 
 @monitor("particles")
 def _lost(results: Results) -> Watched:
-    words, lost = "particles lost", count_lost(results.data) or 0.0
-    told = [one.get("particles_lost") for one in list_told(results.data)]
-    if None not in told:
-        lost = max(told or [lost], key=abs)
+    words, lost = "particles lost", count_lost(results.data)
+    if lost is None:
+        raise NotDrawableError([f"`particles` in {results.path} has rows that are not finite."])
+    told = [one.get("particles_lost") for one in complete_told(results.data)]
+    known = [float(count) for count in told if count is not None]
+    if len(known) == len(told):
+        lost = max(known or [lost], key=abs)
     elif len(told) > 1:
         words += ", of the first replica (an older pool does not tell of the others)"
     return judge(words, lost, "0", lost == 0.0)

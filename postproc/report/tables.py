@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from fbcouple.postproc.averaging import format_window, list_marks
+from fbcouple.postproc.averaging import format_window, list_late, list_marks
 from fbcouple.postproc.figures.bubbles import find_bubbling, summarise_bubbles
 from fbcouple.postproc.figures.cost import SOLVERS, stage_seconds
 from fbcouple.postproc.figures.fluidization_curve import list_branches
@@ -20,6 +20,7 @@ from fbcouple.postproc.report.monitors import MONITORS
 from fbcouple.postproc.statistics import format_not_reached, summarise
 from fbcouple.results.inlet_speed import is_constant, list_rows
 from fbcouple.results.reader import NotDrawableError, Results
+from fbcouple.results.told import OVER, list_told
 
 Rows = list[dict[str, Any]]
 NOT_REACHED = "not reached"
@@ -75,15 +76,22 @@ def tabulate_solved(results: Results) -> Rows:
         about = results.data.attrs
         rows += [("replicas", results.replicas), ("averaged time of all replicas [s]", about["averaged_seconds"])]
         rows += [("simulated time of all replicas [s]", results.simulated), ("errors", about["pooled_errors"])]
-    if "start_up_over" in results.data.attrs:
-        begin = float(results.data.attrs.get("averaging_start", math.nan))
-        is_over = bool(results.data.attrs["start_up_over"])
-        rows += [("start-up, found by the run: over at [s]", begin if is_over else NOT_REACHED)]
+    if OVER in results.data.attrs:
+        rows += [("start-up, found by the run: over at [s]", _tell_found(results))]
     if ended := str(results.data.attrs.get("ended_by", "")):
         error = float(results.data.attrs.get("averaging_error", math.nan))
         name = str(results.data.attrs.get("averaging_error_of", "the time means"))
         rows += [("ended by", ended), (f"error of the mean of {name}", error)]
     return [{"what": what, "value": value} for what, value in rows]
+
+
+def _tell_found(results: Results) -> float | str:
+    """Where a run found that its start-up ends [s], or each of the replicas that looked."""
+    told = [one for one in list_told(results.data) if OVER in one]
+    if len(told) > 1:
+        return ", ".join(f"{one['window'][0]:.6g}" if one[OVER] else NOT_REACHED for one in told)
+    begin = float(told[0]["window"][0] if told else results.data.attrs.get("averaging_start", math.nan))
+    return begin if results.data.attrs[OVER] else NOT_REACHED
 
 
 def _format_inflow(results: Results) -> float | str:
@@ -197,9 +205,8 @@ def tabulate_statistics(results: Results) -> tuple[Rows, list[str]]:
         )
         if not reached:
             remarks.append(f"No mean of {name}: {format_not_reached(name, found.end)}")
-        elif results.window is not None and found.start > results.window[0]:
-            begin = f"the time means begin at {results.window[0]:.3g} s"
-            remarks.append(f"{name} is steady from {found.start:.3g} s only; {begin}.")
+        else:
+            remarks += list_late(results, name, found.start)
     return rows, [*(_tell_lack(lack, names) for lack, names in lacking.items()), *remarks]
 
 

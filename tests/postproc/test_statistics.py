@@ -10,15 +10,9 @@ from fbcouple.postproc.figures.bubbles import find_bubbling
 from fbcouple.postproc.figures.spectrum import spectra_of
 from fbcouple.postproc.report.monitors import MONITORS
 from fbcouple.postproc.report.tables import NOT_REACHED, tabulate_statistics
-from fbcouple.postproc.statistics import (
-    FEWEST,
-    estimate_error,
-    find_correlation,
-    find_start_up,
-    find_steady_time,
-    summarise,
-)
+from fbcouple.postproc.statistics import find_steady_time, summarise
 from fbcouple.results.reader import NotDrawableError, open_results
+from fbcouple.results.steady_part import FEWEST, estimate_error, find_correlation, find_start_up
 
 
 def autoregressive(rng, count, phi, start=0.0):
