@@ -126,10 +126,7 @@ def list_late(results: Results, name: str, start: float) -> list[str]:
 
 def find_inlet_change_in_means(results: Results) -> Mark | None:
     """Whether the inlet was changed, as the run went on from a checkpoint, within the averaging window."""
-    if results.window is None:
-        return None
-    start, end = results.window
-    times = [time for time in results.inlet_changes if start < time < end]
+    times = [time for time in results.inlet_changes if any(start < time < end for start, end in results.windows)]
     if not times:
         return None
     when = ", ".join(f"{time:.4g} s" for time in times)

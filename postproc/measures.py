@@ -53,12 +53,19 @@ def average(values: Sequence[Measured]) -> Measured:
 
 
 def in_window(results: Results, name: str) -> np.ndarray:
-    """History `name` within the averaging window."""
+    """History `name` within the averaging window; of replicas that of the first within its own."""
+    return cut_to_window(results, name)[1]
+
+
+def cut_to_window(results: Results, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Times [s] and values of the same."""
     values = results.history(name)
-    if results.window is None:
+    if results.first_window is None:
         raise NotDrawableError([f"{results.path} has no averaging window."])
-    time = values["time"].values
-    return values.values[(time >= results.window[0]) & (time <= results.window[1])]
+    start, end = results.first_window
+    time = values["time"].values.astype(float)
+    inside = (time >= start) & (time <= end)
+    return time[inside], values.values[inside]
 
 
 def mean_of_history(results: Results, name: str) -> Measured:

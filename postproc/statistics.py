@@ -34,17 +34,18 @@ def summarise(results: Results, name: str) -> Steady:
     """Start-up, mean, standard error and deviation of the history `name`; its first row, before any step, is left out.
 
     Of replicas: mean and standard error over the averaging windows of all, from where the last of them is steady, and
-    the rows and deviation of the first, nan where its rows hold the worst of all.
+    the rows and deviation of the first over its own, nan where its rows hold the worst of all.
     Raises: NotDrawableError if the history has too few rows or has holes.
     """
     time, values, unit = _read(results, name)
     pooled = results.window_mean(name)
-    if pooled is None or results.window is None:
+    window = results.first_window
+    if pooled is None or window is None:
         return _summarise_rows(name, unit, time, values)
     starts = [one["steady_from"][name] for one in complete_told(results.data) if name in one.get("steady_from", {})]
     if None in starts or not starts:
         return _tell_none(name, unit, time)
-    rest = values[time > results.window[0]]
+    rest = values[(time > window[0]) & (time <= window[1])]
     is_own = results.replicas == 1 or find_rule(name, results.data).replicas is None
     deviation = float(rest.std()) if is_own else math.nan
     return Steady(name, unit, max(starts), float(time[-1]), len(rest), *pooled, deviation)

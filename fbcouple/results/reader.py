@@ -18,6 +18,7 @@ from fbcouple.paths import list_replicas
 from fbcouple.results.inlet_speed import find_fastest
 from fbcouple.results.pooling import WINDOW_MEAN, pool
 from fbcouple.results.replicas import open_replicas, read_results
+from fbcouple.results.told import list_told
 from fbcouple.results.view import BED, View
 
 RESULTS = "results.nc"
@@ -91,9 +92,25 @@ class Results:
 
     @property
     def window(self) -> tuple[float, float] | None:
-        """Start and end of averaging [s]; None if nothing was averaged."""
+        """Start and end of averaging [s], of replicas the least and the largest; None if nothing was averaged."""
         start, end = (float(self.data.attrs.get(f"averaging_{side}", math.nan)) for side in ("start", "end"))
         return (start, end) if math.isfinite(start) and math.isfinite(end) else None
+
+    @property
+    def windows(self) -> list[tuple[float, float]]:
+        """Start and end of averaging [s] of each replica, or of the one run; none if nothing was averaged."""
+        own = [(float(start), float(end)) for start, end in (one["window"] for one in list_told(self.data))]
+        return own or ([self.window] if self.window else [])
+
+    @property
+    def first_window(self) -> tuple[float, float] | None:
+        """That of what is of the first replica alone: histories, probes and snapshots."""
+        return self.windows[0] if self.windows else None
+
+    @property
+    def averaged(self) -> float:
+        """Averaged time [s] that the run got through, of all replicas together; 0 if it has not begun."""
+        return sum(max(end - start, 0.0) for start, end in self.windows)
 
     @property
     def inlet_changes(self) -> list[float]:
@@ -114,7 +131,7 @@ class Results:
         gas = self.case.get("gas")
         if gas is None:
             return None
-        return find_fastest(gas, *self.span) or None
+        return max(find_fastest(gas, *window) for window in self.windows or [self.span]) or None
 
     @property
     def replicas(self) -> int:

@@ -156,7 +156,7 @@ def compare_separation(results: Results, task: Task) -> Found:
 def compare_bubbles(results: Results, task: Task) -> Found:
     """The mean equivalent diameter of the bubbles that pass a section (`output.probes` with a height and the voidage),
     each as it is at its widest, against a number."""
-    section = cut_section(read_section(results, task.measurement.of), task.measurement.span or results.window)
+    section = cut_section(read_section(results, task.measurement.of), task.measurement.span or results.first_window)
     diameters = find_passing(section, SMALLEST * float(results.case["particles"]["diameter"])).diameters
     if len(diameters) < FEWEST:
         text = f"{len(diameters)} bubbles pass `{task.measurement.of}` in {results.path}"
@@ -196,8 +196,9 @@ def _read_history(results: Results, measurement: Measurement, name: str = "") ->
 
 
 def _cut(results: Results, measurement: Measurement, history: xr.DataArray) -> tuple[np.ndarray, np.ndarray]:
-    """Times [s] and values within the span, by default the averaging window, without the first row."""
-    span = measurement.span or results.window
+    """Times [s] and values within the span, by default the averaging window (of replicas the first's), without the
+    first row."""
+    span = measurement.span or results.first_window
     if span is None:
         text = f"{results.path} has no averaging window; say from when to when by `span`, or give the case [averages]."
         raise NotDrawableError([text])

@@ -48,20 +48,21 @@ def history(results: Results) -> Figure:
     if not shown or not results.data.sizes["time"]:
         raise NotDrawableError([f"{results.path} has none of the histories {', '.join(PANELS)}."])
     left, right, bottom, top, each, gap = 0.72, 1.15, 0.42, 0.1, 1.05, 0.14
-    shaded = "" if results.window is None else "shaded: "
+    window = results.first_window
+    shaded = "" if window is None else "shaded: window of the first; " if results.replicas > 1 else "shaded: "
     body = bottom + len(shown) * (each + gap) - gap + top
     dashed = "; dashed: the inlet was changed" if results.inlet_changes else ""
     picture = new_figure(results.title, PAGE, body, shaded + averaging_text(results) + dashed)
     time = results.data["time"].values
     for row, name in enumerate(reversed(shown)):
         axes = inset_axes(picture, left, bottom + row * (each + gap), PAGE - left - right, each)
-        if results.window is not None:
-            axes.axvspan(*results.window, color=WINDOW_SHADE, linewidth=0, zorder=0)
+        if window is not None:
+            axes.axvspan(*window, color=WINDOW_SHADE, linewidth=0, zorder=0)
         for moment in results.inlet_changes:
             axes.axvline(moment, color=GREY, linestyle="--", linewidth=0.8)
         PANELS[name](axes, results)
         axes.set_xlim(0.0, time[-1] if time[-1] > 0.0 else None)
-        axes.grid(axis="y", color="white" if results.window else WINDOW_SHADE, linewidth=0.6)
+        axes.grid(axis="y", color="white" if window else WINDOW_SHADE, linewidth=0.6)
         axes.set_axisbelow(True)
         axes.yaxis.set_label_coords(-0.37 / (PAGE - left - right), 0.5)
         axes.tick_params(labelbottom=row == 0)

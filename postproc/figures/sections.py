@@ -28,7 +28,7 @@ def sections(results: Results) -> Figure:
     names = list_sections(results)
     if not names:
         raise NotMeantError([f"the case of {results.path} has no probes of the voidage at a height."])
-    found = [cut_section(read_section(results, name), results.window) for name in names]
+    found = [cut_section(read_section(results, name), results.first_window) for name in names]
     if not any(len(section.times) for section in found):
         raise NotDrawableError([f"{results.path} has no sample of its sections in the averaging window yet."])
     smallest = SMALLEST * float(results.case["particles"]["diameter"])

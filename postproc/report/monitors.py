@@ -202,7 +202,7 @@ def _inflow(results: Results) -> Watched:
     if words := _find_change_of_flow(results.case):
         raise NotDrawableError([f"the flow is not the inlet's at every height: {words}."])
     gas = results.case["gas"]
-    mean = find_mean(gas, *results.span)
+    mean = _find_inflow(results)
     if abs(mean) < FEW * results.inlet_speed:
         raise NotDrawableError(["as much gas flows down as up."])
     layers = results.mean("gas_flux").sel(component="z").mean(["x", "y"]).values / mean
@@ -224,6 +224,14 @@ def _find_change_of_flow(case: dict[str, Any]) -> str | None:
     if particles.get("feeds") or particles.get("outlets"):
         return "particles come or go, and displace gas"
     return "the gas expands as it is warmed" if heat.get("gas_density") == "ideal" else None
+
+
+def _find_inflow(results: Results) -> float:
+    """Mean velocity [m/s] of the inflow over the averaging windows, of a run without any over all of it."""
+    gas, windows = results.case["gas"], [window for window in results.windows if window[1] > window[0]]
+    if not windows:
+        return find_mean(gas, *results.span)
+    return sum((end - start) * find_mean(gas, start, end) for start, end in windows) / results.averaged
 
 
 @monitor("solids_flux")

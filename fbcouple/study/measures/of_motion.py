@@ -11,7 +11,7 @@ from fbcouple.errors import CaseError
 from fbcouple.postproc.figures.bubbles import Bubble, find_bubbling
 from fbcouple.postproc.figures.mixing import EDGE, HALVES, MIXED, find_largest_diameter, follow_mixing
 from fbcouple.postproc.figures.spectrum import SIGNALS, find_spectrum
-from fbcouple.postproc.measures import BLOCKS, Measured, bed_agitation, in_window
+from fbcouple.postproc.measures import BLOCKS, Measured, bed_agitation, cut_to_window, in_window
 from fbcouple.results.reader import NotDrawableError, Results
 from fbcouple.results.variables import HISTORIES
 from fbcouple.study.measures.registry import Error, Finished, measure
@@ -52,10 +52,7 @@ def compare_frequency(run: Finished, argument: str, reference: Finished | None) 
     distance at which two peaks are told apart, of both."""
 
     def find_peak(results: Results) -> Measured:
-        history, values = results.history(argument), in_window(results, argument)
-        time = history["time"].values.astype(float)
-        assert results.window is not None
-        found = find_spectrum(argument, time[(time >= results.window[0]) & (time <= results.window[1])], values)
+        found = find_spectrum(argument, *cut_to_window(results, argument))
         return Measured(found.peak, 0.5 * found.resolution)
 
     return _compare(f"frequency:{argument}", "Hz", find_peak, run, reference)

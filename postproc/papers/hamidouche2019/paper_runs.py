@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from itertools import combinations
+from typing import Any
 
 from fbcouple.postproc.averaging import find_inlet_change_in_means
 from fbcouple.postproc.papers.hamidouche2019.paper_beds import (
@@ -18,6 +19,7 @@ from fbcouple.postproc.papers.hamidouche2019.paper_beds import (
     name_nearest,
 )
 from fbcouple.results.reader import Results
+from fbcouple.results.told import list_told
 
 SHORTEST_WINDOW = 5.0
 """Averaging [s] below which a run decides nothing."""
@@ -44,8 +46,8 @@ def _explain(results: Results) -> tuple[list[str], str]:
 
 
 def averaged_time(results: Results) -> float:
-    """Length [s] of the averaging window that the run got through; 0 if it has not begun."""
-    return 0.0 if results.window is None else max(results.window[1] - results.window[0], 0.0)
+    """Averaged time [s] that the run got through, of all replicas together; 0 if it has not begun."""
+    return results.averaged
 
 
 def sort_runs(runs: Iterable[Results]) -> tuple[dict[str, dict[str, Results]], dict[str, str]]:
@@ -84,7 +86,7 @@ def _choose(name: str, runs: list[Results]) -> Results:
 
 def list_twins(runs: Iterable[Results]) -> list[tuple[str, Results, Results]]:
     """Pairs of runs of one bed and of the same numerics from different seeds, that averaged long enough: its first
-    name, and both."""
+    name, and both. Of replicas none has a seed of the other's."""
     beds: dict[tuple[str, str], list[Results]] = {}
     for run in runs:
         numerics, names = identify(run)
@@ -94,9 +96,14 @@ def list_twins(runs: Iterable[Results]) -> list[tuple[str, Results, Results]]:
         (name, one, other)
         for (_, name), known in beds.items()
         for one, other in combinations(sorted(known, key=_rank, reverse=True), 2)
-        if look_up(one.case, "start.seed") != look_up(other.case, "start.seed")
-        and list_numerics(one.case) == list_numerics(other.case)
+        if not _list_seeds(one) & _list_seeds(other) and list_numerics(one.case) == list_numerics(other.case)
     ]
+
+
+def _list_seeds(run: Results) -> set[Any]:
+    """Seeds of the start of a run, or of all replicas in it."""
+    told = [one["seeds"].get("start.seed") for one in list_told(run.data) if "seeds" in one]
+    return {look_up(run.case, "start.seed"), *told}
 
 
 def _rank(run: Results) -> tuple[bool, float]:
