@@ -134,12 +134,14 @@ def pool_mean(replicas: Sequence[Replica], name: str, blocks: float) -> Pooled:
 
 
 def _pool_windows(replicas: Sequence[Replica]) -> dict[str, Any]:
-    """`window_mean` and its standard error of each history that all have, over `quantity`."""
+    """`window_mean` and its standard error of each history that all have, over `quantity`, weighted with the samples as
+    the means of maps are, however often each replica recorded."""
     names = [name for name in replicas[0].windows if all(name in one.windows for one in replicas)]
     found = []
+    samples = np.array([one.samples for one in replicas], dtype=float)
     for name in names:
-        means, errors, counts = np.array([one.windows[name] for one in replicas]).T
-        found.append(combine(means, counts, errors, WINDOW_BLOCKS, scaled=False))
+        means, errors, _ = np.array([one.windows[name] for one in replicas]).T
+        found.append(combine(means, samples, errors, WINDOW_BLOCKS, scaled=False))
     about = {"long_name": "mean of a history over the averaging windows of all replicas, in the unit of the history"}
     values = np.array([[one.mean, one.error] for one in found], dtype=float).reshape(-1, 2)
     error = {"long_name": f"standard error of the {about['long_name']}"}

@@ -171,10 +171,25 @@ def test_window_means_of_histories_are_pooled(three):
     pooled = pool(open_replicas(three))
     heights = [open_results(run).data["bed_height"].sel(time=slice(2.0 + 1e-9, None)).mean().item() for run in three]
     found = pooled.sel(quantity="bed_height")
-    assert float(found["window_mean"]) == pytest.approx(np.mean(heights), rel=1e-9)
-    between = np.std(heights, ddof=1) / np.sqrt(3)
+    shares = np.array([6.0, 3.0, 2.0]) / 11.0  # of the samples
+    mean = float(shares @ heights)
+    assert float(found["window_mean"]) == pytest.approx(mean, rel=1e-9)
+    between = np.sqrt(1.5 * np.sum((shares * (np.array(heights) - mean)) ** 2))
     assert 0.1 * between < float(found["window_mean_stderr"]) < between
     assert float(pooled["max_courant"].max()) == pytest.approx(0.23)  # the worst of all, the third's
+
+
+def test_a_replica_that_records_more_often_counts_as_much_in_window_means(tmp_path):
+    runs = [scatter(tmp_path / f"run-{seed}", seed) for seed in (1, 2)]
+    data = xr.open_dataset(runs[0] / "results.nc", decode_times=False).load()
+    data.close()
+    data.isel(time=slice(0, None, 5)).assign(bed_height=lambda few: 0.0 * few["time"] + 0.05).to_netcdf(
+        runs[0] / "results.nc"
+    )
+    height = open_results(runs[1]).data["bed_height"].sel(time=slice(2.0 + 1e-9, None)).mean().item()
+    for reduced in (False, True):
+        found = write_pool(runs, tmp_path / "pool.nc", reduced).sel(quantity="bed_height")
+        assert float(found["window_mean"]) == pytest.approx(0.5 * (0.05 + height), rel=1e-6)
 
 
 def test_bars_of_window_means_hold_the_truth():
