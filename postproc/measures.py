@@ -11,6 +11,7 @@ import xarray as xr
 
 from fbcouple.postproc.figures.profiles import Profile, vertical_flux
 from fbcouple.postproc.jackknife import estimate_number_error, mirror_flux
+from fbcouple.postproc.joined_rows import require_own_rows
 from fbcouple.results.depth_means import depth_average
 from fbcouple.results.reader import NotDrawableError, Results
 
@@ -58,7 +59,8 @@ def in_window(results: Results, name: str) -> np.ndarray:
 
 
 def cut_to_window(results: Results, name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Times [s] and values of the same."""
+    """Times [s] and values of the same. Raises: NotDrawableError without a window, or if the rows are of no run."""
+    require_own_rows(results, name)
     values = results.history(name)
     if results.first_window is None:
         raise NotDrawableError([f"{results.path} has no averaging window."])
@@ -87,6 +89,7 @@ def bed_height(results: Results) -> Measured:
 
 def centre_fluctuation(results: Results) -> Measured:
     """Standard deviation of the height of the particles' centre of mass over its mean: bubbles lift and drop it."""
+    require_own_rows(results, "solids_centre_z", is_of_spread=True)
     values = in_window(results, "solids_centre_z")
     mean = mean_of_history(results, "solids_centre_z").value
     parts = np.array([block.var() for block in np.array_split(values, BLOCKS)])

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fbcouple.results.histories import find_rule
+from fbcouple.postproc.joined_rows import find_lack
 from fbcouple.results.reader import NotDrawableError, Results
 from fbcouple.results.steady_part import FEWEST, FEWEST_TIMES, SIGNALS, estimate_error, find_start_up
 from fbcouple.results.told import complete_told
@@ -34,7 +34,7 @@ def summarise(results: Results, name: str) -> Steady:
     """Start-up, mean, standard error and deviation of the history `name`; its first row, before any step, is left out.
 
     Of replicas: mean and standard error over the averaging windows of all, from where the last of them is steady, and
-    the rows and deviation of the first over its own, nan where its rows hold the worst of all.
+    the rows and deviation of the first over its own, nan where its rows are not those of a run.
     Raises: NotDrawableError if the history has too few rows or has holes.
     """
     time, values, unit = _read(results, name)
@@ -46,8 +46,7 @@ def summarise(results: Results, name: str) -> Steady:
     if None in starts or not starts:
         return _tell_none(name, unit, time)
     rest = values[(time > window[0]) & (time <= window[1])]
-    is_own = results.replicas == 1 or find_rule(name, results.data).replicas is None
-    deviation = float(rest.std()) if is_own else math.nan
+    deviation = math.nan if find_lack(results, name, is_of_spread=True) else float(rest.std())
     return Steady(name, unit, max(starts), float(time[-1]), len(rest), *pooled, deviation)
 
 

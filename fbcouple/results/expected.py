@@ -114,6 +114,7 @@ NUMBERS = (
     "simulated_seconds",
     "replicas",
     "reduced",
+    "joined_rows",
     "start_up_over",
     "start_up_drift",
     "core_seconds",

@@ -17,7 +17,7 @@ from fbcouple.input_files.toml_text import parse_toml
 from fbcouple.paths import list_replicas
 from fbcouple.results.inlet_speed import find_fastest
 from fbcouple.results.pooling import WINDOW_MEAN, pool
-from fbcouple.results.replicas import open_replicas, read_results
+from fbcouple.results.replicas import REDUCED, open_replicas, read_results
 from fbcouple.results.told import list_told
 from fbcouple.results.view import BED, View
 
@@ -255,7 +255,10 @@ def open_results(run: Path) -> Results:
 
 
 def format_without(results: Results, name: str, option: str) -> str:
-    """That there is no `name`, and by which option it is had, if the case can have it."""
+    """That there is no `name`, and by which option it is had, if the case can have it, or that a reduced file keeps
+    none."""
+    if results.data.attrs.get(REDUCED):
+        return f"{results.path} has no `{name}`: a reduced file keeps none; take the runs that are in it."
     return f"{results.path} has no `{name}` (ask for them by {option})."
 
 

@@ -26,6 +26,8 @@ from fbcouple.results.writer import write_dataset
 
 ROWS = 200
 """Rows of a history that are kept."""
+JOINED = "joined_rows"
+"""Attribute: how many rows of the run each row of a history stands for."""
 MOST_BLOCKS = 20
 """Blocks of the averaging window of a replica that are kept."""
 _BITS, _ERROR_BITS, _BLOCK_BITS = 16, 7, 5
@@ -60,7 +62,7 @@ def reduce(replica: Replica) -> Replica:
     thin = _thin(replica.data)
     coords = {name: replica.data[name] for name in _KEPT if name in replica.data.coords}
     blocks = pair_blocks(replica.data[[SAMPLES, START, *BLOCKS]], MOST_BLOCKS) if has_blocks(replica.data) else {}
-    made = made.assign(thin.data_vars).assign(blocks)
+    made = made.assign(thin.data_vars).assign(blocks).assign_attrs(thin.attrs)
     return replace(replica, data=made.assign_coords(coords | {"time": thin["time"]}))
 
 
@@ -91,7 +93,7 @@ def _thin(data: xr.Dataset) -> xr.Dataset:
     """At most `ROWS` rows of each history, and the first: rows between are joined as `RULES` say."""
     count = data.sizes.get("time", 0)
     if not count:
-        return xr.Dataset(coords={"time": data["time"]} if "time" in data else {})
+        return xr.Dataset(coords={"time": data["time"]}, attrs={JOINED: 1})
     every = max(-(-(count - 1) // ROWS), 1)
     begins = np.array([0, *range(1, count, every)])
     ends = np.append(begins[1:], count) - 1
@@ -101,7 +103,7 @@ def _thin(data: xr.Dataset) -> xr.Dataset:
         rows = values.values.astype(float)
         joined = join_rows(find_rule(name, data).rows, rows, begins, rows[0])
         found[name] = (values.dims, joined, data[name].attrs)
-    return xr.Dataset(found, {"time": ("time", data["time"].values[ends], data["time"].attrs)})
+    return xr.Dataset(found, {"time": ("time", data["time"].values[ends], data["time"].attrs)}, {JOINED: every})
 
 
 def pool_reduced(replicas: Sequence[Replica]) -> xr.Dataset:

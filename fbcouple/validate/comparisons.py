@@ -14,6 +14,7 @@ from fbcouple.input_files.measured_lines import QUANTITIES, Points, Reference
 from fbcouple.postproc.experiment import read_run
 from fbcouple.postproc.figures.bubbles import SMALLEST
 from fbcouple.postproc.figures.spectrum import SIGNALS, find_spectrum
+from fbcouple.postproc.joined_rows import require_every_row, require_own_rows
 from fbcouple.postproc.sections import cut_section, find_passing, read_section
 from fbcouple.results.reader import NotDrawableError, Results
 from fbcouple.results.steady_part import FEWEST, estimate_error
@@ -125,6 +126,7 @@ def compare_curve(results: Results, task: Task) -> Found:
 @comparison("fluctuation", UNITS, takes=("span", "error"))
 def compare_fluctuation(results: Results, task: Task) -> Found:
     """The standard deviation of a history about its time mean against a number."""
+    require_own_rows(results, task.measurement.of, is_of_spread=True)
     _, values = _read_history(results, task.measurement)
     return Found(np.array([values.std()]))
 
@@ -134,6 +136,7 @@ def compare_frequency(results: Results, task: Task) -> Found:
     """The frequency of the highest peak in the spectrum of a history (Welch) against a number; it is told to half the
     distance at which two peaks are told apart."""
     name = task.measurement.of
+    require_every_row(results, "a spectrum")
     found = find_spectrum(name, *_read_history(results, task.measurement))
     if not found.stands_out:
         raise NotDrawableError([f"no peak of `{name}` in {results.path} stands out of red noise."])
@@ -192,6 +195,7 @@ def compare_impact(results: Results, task: Task) -> Found:
 
 def _read_history(results: Results, measurement: Measurement, name: str = "") -> tuple[np.ndarray, np.ndarray]:
     """Times [s] and values of a history, by default that of the measurement, as `_cut` has them."""
+    require_own_rows(results, name or measurement.of)
     return _cut(results, measurement, results.history(name or measurement.of))
 
 
@@ -214,6 +218,7 @@ def _cut(results: Results, measurement: Measurement, history: xr.DataArray) -> t
 
 
 def _at_times(results: Results, name: str, moments: np.ndarray) -> np.ndarray:
+    require_own_rows(results, name)
     history = results.history(name)
     time, known = history["time"].values.astype(float), np.isfinite(history.values)
     _require_within(results, moments, time[known], f"`{name}`", "s")

@@ -13,6 +13,7 @@ from matplotlib.ticker import MaxNLocator
 from fbcouple.postproc.averaging import averaging_text
 from fbcouple.postproc.figures.maps import DENSE
 from fbcouple.postproc.figures.registry import comparison, figure
+from fbcouple.postproc.joined_rows import tell_joined
 from fbcouple.postproc.style import (
     BLUE,
     GREY,
@@ -52,7 +53,8 @@ def history(results: Results) -> Figure:
     shaded = "" if window is None else "shaded: window of the first; " if results.replicas > 1 else "shaded: "
     body = bottom + len(shown) * (each + gap) - gap + top
     dashed = "; dashed: the inlet was changed" if results.inlet_changes else ""
-    picture = new_figure(results.title, PAGE, body, shaded + averaging_text(results) + dashed)
+    joined = f"; {words}" if (words := tell_joined(results)) else ""
+    picture = new_figure(results.title, PAGE, body, shaded + averaging_text(results) + dashed + joined)
     time = results.data["time"].values
     for row, name in enumerate(reversed(shown)):
         axes = inset_axes(picture, left, bottom + row * (each + gap), PAGE - left - right, each)
@@ -79,7 +81,9 @@ def histories(runs: Sequence[Results]) -> Figure:
     shown = [name for name in signals if any(name in run.data for run in runs)]
     if not shown:
         raise NotDrawableError([f"none of the runs has any of the histories {', '.join(signals)}."])
-    picture = lay_out("Histories", PAGE, 0.5 + 1.6 * len(shown), "start-up included")
+    joined = [run.label for run in runs if tell_joined(run)]
+    note = f"; each row stands for several of the run: {', '.join(joined)}" if joined else ""
+    picture = lay_out("Histories", PAGE, 0.5 + 1.6 * len(shown), f"start-up included{note}")
     panels = picture.subplots(len(shown), 1, squeeze=False, sharex=True)[:, 0]
     longest = max(float(run.data["time"].values[-1]) for run in runs)
     for axes, name in zip(panels, shown, strict=True):

@@ -13,6 +13,7 @@ from scipy.stats import chi2
 
 from fbcouple.postproc.figures.probes import is_map
 from fbcouple.postproc.figures.registry import figure
+from fbcouple.postproc.joined_rows import require_every_row
 from fbcouple.postproc.statistics import find_steady_time
 from fbcouple.postproc.style import BLUE, COLUMN, GREY, INK, VERMILION, inset_axes, new_figure
 from fbcouple.postproc.value_text import with_error
@@ -116,7 +117,11 @@ def describe_signal(name: str) -> tuple[str, str, float]:
 
 
 def spectra_of(results: Results) -> list[Spectrum]:
-    """Spectra of the `SIGNALS` that the run has, and of the pressure at points of its probes, after its start-up."""
+    """Spectra of the `SIGNALS` that the run has, and of the pressure at points of its probes, after its start-up.
+
+    Raises: NotDrawableError if the record is too short, or its rows are joined.
+    """
+    require_every_row(results, "spectra")
     start = find_steady_time(results)
     spectra = []
     for name in SIGNALS:

@@ -11,6 +11,7 @@ from fbcouple.errors import CaseError
 from fbcouple.postproc.figures.bubbles import Bubble, find_bubbling
 from fbcouple.postproc.figures.mixing import EDGE, HALVES, MIXED, find_largest_diameter, follow_mixing
 from fbcouple.postproc.figures.spectrum import SIGNALS, find_spectrum
+from fbcouple.postproc.joined_rows import require_every_row, require_own_rows
 from fbcouple.postproc.measures import BLOCKS, Measured, bed_agitation, cut_to_window, in_window
 from fbcouple.results.reader import NotDrawableError, Results
 from fbcouple.results.variables import HISTORIES
@@ -35,6 +36,7 @@ def compare_fluctuation(run: Finished, argument: str, reference: Finished | None
     """Standard deviation of a history over the averaging window; its standard error from the variances of blocks."""
 
     def deviate(results: Results) -> Measured:
+        require_own_rows(results, argument, is_of_spread=True)
         values = in_window(results, argument)
         if len(values) < 2 * BLOCKS:
             raise NotDrawableError([f"`{argument}` in {results.path} has {len(values)} rows in the window; too few."])
@@ -52,6 +54,7 @@ def compare_frequency(run: Finished, argument: str, reference: Finished | None) 
     distance at which two peaks are told apart, of both."""
 
     def find_peak(results: Results) -> Measured:
+        require_every_row(results, "a spectrum")
         found = find_spectrum(argument, *cut_to_window(results, argument))
         return Measured(found.peak, 0.5 * found.resolution)
 
