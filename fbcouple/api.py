@@ -272,15 +272,19 @@ def report(runs: Sequence[Run | str | os.PathLike[str]], path: str | os.PathLike
 
 @in_python()
 def pool(
-    runs: Sequence[Run | str | os.PathLike[str]], path: str | os.PathLike[str], reduced: bool = False
+    runs: Sequence[Run | str | os.PathLike[str]],
+    path: str | os.PathLike[str],
+    reduced: bool = False,
+    start: float | None = None,
 ) -> xr.Dataset:
     """Pool the means of `runs` of one case with different seeds into the file `path`.
 
     runs: runs, folders of replicas, or reduced files; reduced: keep depth averages alone, and of each replica what is
-    needed to pool it with others later.
+    needed to pool it with others later. start: time [s] from which on the blocks of their windows count, as if
+    averaging had begun later; depth averages of the solids alone.
 
     Returns: what is written, like a run's results. Raises: CaseError if they cannot be pooled or written.
     """
     from fbcouple.results.pools import write_pool  # noqa: PLC0415  (loads xarray)
 
-    return write_pool([Path(run) for run in runs], Path(path), reduced)
+    return write_pool([Path(run) for run in runs], Path(path), reduced, start)

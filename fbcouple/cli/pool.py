@@ -26,7 +26,15 @@ from fbcouple.run_folder.plain_files import require_plain
     is_flag=True,
     help="Keep depth averages alone, and of each replica what is needed to pool it with others later: a small file.",
 )
-def pool(runs: tuple[Path, ...], output: Path | None, reduced: bool) -> None:
+@click.option(
+    "--from",
+    "start",
+    type=click.FloatRange(min=0.0),
+    metavar="SECONDS",
+    help="Means of the blocks of the averaging window that begin at this time or after it, as if averages.start had "
+    "been later: depth averages of the solids, as --reduced.",
+)
+def pool(runs: tuple[Path, ...], output: Path | None, reduced: bool, start: float | None) -> None:
     """Pool the means of RUNs of one case with different seeds: run folders, folders of replicas, reduced files.
 
     The file is one that `post`, `report`, `claims` and `validate --run` take like a run.
@@ -40,8 +48,9 @@ def pool(runs: tuple[Path, ...], output: Path | None, reduced: bool) -> None:
     if output is None and not (len(runs) == 1 and list_replicas(runs[0])):
         raise CaseError(["-o: no file is given, and RUN is no folder of replicas; say where to, as -o pooled.nc."])
     path = output or runs[0] / "results.nc"
-    data = write_pool(runs, path, reduced)
-    for run in [one for given in runs for one in list_replicas(given) or [given]]:
+    data = write_pool(runs, path, reduced, start)
+    given = [one for run in runs for one in list_replicas(run) or [run]]
+    for run in given if start is None else [path]:
         try:
             mark = find_start_up_in_means(open_results(run))
         except NotDrawableError:

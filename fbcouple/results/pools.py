@@ -10,15 +10,16 @@ import xarray as xr
 from fbcouple.errors import CaseError
 from fbcouple.machine.whole_files import require_writable
 from fbcouple.paths import list_replicas
+from fbcouple.results.later_means import begin_later
 from fbcouple.results.pooling import pool
 from fbcouple.results.reader import RESULTS
 from fbcouple.results.reduced import pool_reduced, write
 from fbcouple.results.replicas import REDUCED, open_replicas
 
 
-def write_pool(runs: Sequence[Path], path: Path, reduced: bool = False) -> xr.Dataset:
+def write_pool(runs: Sequence[Path], path: Path, reduced: bool = False, start: float | None = None) -> xr.Dataset:
     """Pool `runs` (run folders, folders of replicas, files) into `path`; reduced: with depth averages alone, as it is
-    where one of them has no more than that.
+    where one of them has no more than that, and with `start` [s], from which on the blocks of their windows count.
 
     Returns: what is written. Raises: CaseError if they cannot be pooled, or the file cannot be written.
     """
@@ -32,6 +33,8 @@ def write_pool(runs: Sequence[Path], path: Path, reduced: bool = False) -> xr.Da
         raise CaseError([f"{path}: holds the results of the run in that folder; give another file."])
     require_writable(path, "give another file")
     replicas = open_replicas(runs)
+    if start is not None:
+        replicas = [begin_later(one, start) for one in replicas]
     is_small = reduced or any(one.data.attrs.get(REDUCED) for one in replicas)
     data = pool_reduced(replicas) if is_small else pool(replicas)
     try:

@@ -71,10 +71,10 @@ def make_replica(path: Path, data: xr.Dataset, case: dict[str, Any]) -> Replica:
     }
     about |= tell_start_up(data, start)
     about |= {cost: float(data.attrs[cost]) for cost in ("core_seconds", "cpu_seconds") if cost in data.attrs}
-    return Replica(data, case, samples, (start, end), _average_windows(data, (start, end)), about)
+    return Replica(data, case, samples, (start, end), average_windows(data, (start, end)), about)
 
 
-def _average_windows(data: xr.Dataset, window: tuple[float, float]) -> dict[str, tuple[float, float, int]]:
+def average_windows(data: xr.Dataset, window: tuple[float, float]) -> dict[str, tuple[float, float, int]]:
     """Of each history over time alone, where it is finite: mean over the rows in `window` [s], error, rows."""
     found: dict[str, tuple[float, float, int]] = {}
     inside = (data["time"].values > window[0]) & (data["time"].values <= window[1]) if "time" in data else np.array([])
