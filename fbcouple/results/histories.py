@@ -152,11 +152,11 @@ def _lay_out(rule: Rule, own: np.ndarray, part: xr.Dataset, first: xr.Dataset, s
 
 
 def count_lost(data: xr.Dataset) -> float | None:
-    """Particles that are missing at the end of a run, negative if there are too many; None if none are counted."""
+    """Particles that are missing at the end of a run, negative if there are too many; None if they are not counted."""
     if "particles" not in data or not data.sizes.get("time"):
         return None
     count = data["particles"].values.astype(float)
-    came = left = 0.0
+    lost = float(count[0] - count[-1])
     if "particles_fed" in data and "particles_removed" in data:
-        came, left = (float(data[f"particles_{way}"].values[-1]) for way in ("fed", "removed"))
-    return float(round(count[0] + came - left - count[-1]))  # of parcels a product with their grains, to rounding
+        lost += float(data["particles_fed"].values[-1] - data["particles_removed"].values[-1])
+    return float(round(lost)) if np.isfinite(lost) else None  # of parcels a product with their grains, to rounding

@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 from fbcouple.postproc.report.monitors import MONITORS
-from fbcouple.results.histories import RULES, STATE, Join, find_rule, find_worst, join_rows
+from fbcouple.results.histories import RULES, STATE, Join, count_lost, find_rule, find_worst, join_rows
 from fbcouple.results.pools import write_pool
 from fbcouple.results.reader import open_results
 from fbcouple.results.variables import HISTORIES, HISTORIES_OF_OUTLETS, HISTORIES_OF_SPECIES, HISTORY_VECTORS
@@ -58,6 +58,15 @@ def test_joined_rows():
 
 def test_volume_of_particles_that_come_and_go_is_a_state():
     assert find_rule("solids_volume", xr.Dataset({"particles_fed": ("time", [0.0])})) is STATE
+
+
+def test_lost_particles_are_not_told_of_a_count_with_a_hole():
+    count = np.array([60.0, 59.0, 58.0])
+    data = xr.Dataset({"particles": ("time", count), "particles_fed": ("time", 0.0 * count)}, {"time": [0.0, 1.0, 2.0]})
+    assert count_lost(data) == 2.0
+    assert count_lost(data.assign(particles_removed=("time", [0.0, 1.0, 2.0]))) == 0.0
+    assert count_lost(data.assign(particles=("time", [60.0, 59.0, np.nan]))) is None
+    assert count_lost(data.isel(time=slice(0, 0))) is None
 
 
 def lay_out(times, **histories):
