@@ -2,6 +2,7 @@
 
 import os
 import re
+from collections.abc import Iterable
 from pathlib import Path
 
 from fbcouple.errors import CaseError, SolverError
@@ -52,6 +53,11 @@ def list_members(folder: Path) -> list[Path]:
         return []
     runs = [path for path in folder.iterdir() if (path / "case.toml").is_file() or list_replicas(path)]
     return sorted([*runs, *folder.glob("*.nc")])
+
+
+def expand_replicas(paths: Iterable[Path]) -> list[Path]:
+    """`paths` with the run folders in a folder of replicas in its place."""
+    return [one for path in paths for one in list_replicas(path) or [path]]
 
 
 def find_home(run: Path) -> Path:

@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 from fbcouple.errors import CaseError
-from fbcouple.paths import list_replicas
+from fbcouple.paths import expand_replicas, list_replicas
 from fbcouple.run_folder.plain_files import require_plain
 
 
@@ -49,8 +49,7 @@ def pool(runs: tuple[Path, ...], output: Path | None, reduced: bool, start: floa
         raise CaseError(["-o: no file is given, and RUN is no folder of replicas; say where to, as -o pooled.nc."])
     path = output or runs[0] / "results.nc"
     data = write_pool(runs, path, reduced, start)
-    given = [one for run in runs for one in list_replicas(run) or [run]]
-    for run in given if start is None else [path]:
+    for run in expand_replicas(runs) if start is None else [path]:
         try:
             mark = find_start_up_in_means(open_results(run))
         except NotDrawableError:

@@ -9,7 +9,7 @@ import xarray as xr
 
 from fbcouple.errors import CaseError
 from fbcouple.machine.whole_files import require_writable
-from fbcouple.paths import list_replicas
+from fbcouple.paths import expand_replicas
 from fbcouple.results.later_means import begin_later
 from fbcouple.results.pooling import pool
 from fbcouple.results.reader import RESULTS
@@ -25,8 +25,7 @@ def write_pool(runs: Sequence[Path], path: Path, reduced: bool = False, start: f
     """
     if path.suffix != ".nc":
         raise CaseError([f"{path}: is given for a pool, a file NAME.nc is allowed; give it that ending."])
-    single = [one for run in runs for one in list_replicas(run) or [run]]
-    given = [file for one in single for file in (one, one / RESULTS) if file.is_file()]
+    given = [file for one in expand_replicas(runs) for file in (one, one / RESULTS) if file.is_file()]
     if any(path.resolve() == file.resolve() for file in given):
         raise CaseError([f"{path}: is one of the files that are pooled; give another file."])
     if path.name == RESULTS and (path.parent / "case.toml").is_file():

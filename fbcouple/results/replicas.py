@@ -14,7 +14,7 @@ import xarray as xr
 
 from fbcouple.errors import CaseError
 from fbcouple.input_files.toml_text import parse_toml
-from fbcouple.paths import list_replicas
+from fbcouple.paths import expand_replicas
 from fbcouple.results.block_errors import estimate_errors
 from fbcouple.results.block_means import take_blocks
 from fbcouple.results.conventions import STANDARD_ERROR
@@ -172,7 +172,7 @@ def open_replicas(paths: Sequence[Path]) -> list[Replica]:
     """
     found: list[Replica] = []
     problems: list[str] = []
-    for path in [one for given in paths for one in list_replicas(given) or [given]]:
+    for path in expand_replicas(paths):
         try:
             found += _open(path)
         except CaseError as error:
