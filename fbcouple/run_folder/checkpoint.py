@@ -25,7 +25,15 @@ from fbcouple.case.user_code import list_code
 from fbcouple.errors import CaseError
 from fbcouple.geometry.saved_fields import Words, list_words
 from fbcouple.paths import WALLS
-from fbcouple.run_folder.checkpoint_index import Index, is_name, name_folder, read_index, require_whole, write_index
+from fbcouple.run_folder.checkpoint_index import (
+    Index,
+    is_name,
+    name_folder,
+    read_index,
+    require_task_names,
+    require_whole,
+    write_index,
+)
 from fbcouple.run_folder.manifest import hash_file
 from fbcouple.run_folder.plain_files import format_path
 
@@ -98,6 +106,7 @@ def add_up(folder: Path, names: list[Path]) -> Sums:
 
 def finish(folder: Path, about: dict[str, Any], sums: Sums) -> Path:
     """Make the checkpoint in `folder` valid: index, then its name; only the newest two stay. Returns its place."""
+    require_task_names(folder, sums)
     _flush(write_index(folder, about, sums))
     _flush(folder)
     path = folder.parent / name_folder(about["step"])

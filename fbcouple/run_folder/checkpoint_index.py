@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import math
 import re
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -70,18 +71,20 @@ def name_folder(step: int) -> str:
     return f"step-{step:012d}"
 
 
-def write_index(folder: Path, about: dict[str, Any], files: dict[str, tuple[int, str]]) -> Path:
-    """Write the index of the checkpoint in `folder`, with a checksum of its own and this user's signature, and return
-    its place.
-
-    Raises: CaseError (one text) if a task wrote a file that the checkpoint could not be read with again.
-    """
+def require_task_names(folder: Path, files: Collection[str]) -> None:
+    """Raise CaseError (one text) unless the checkpoint in `folder` can be read again with its `files`: tasks that a
+    case brings name those of theirs, and list all that they wrote."""
     for name in files:
         if not any(kind.fullmatch(name) for kind in (_CELLS, _FIELD, _OWN_FILES, _TASK_FILES)):
             words = "call it task-NAME with letters, digits, - and _, as task-probe.npz"
             raise CaseError([f"a task writes {show(name)}, which is no name for a file of a task; {words}"])
     for name in sorted(_list_files(folder) - set(files)):
         raise CaseError([f"a task wrote {show(name)} and does not list it; return Saved(files=[{show(name)}])"])
+
+
+def write_index(folder: Path, about: dict[str, Any], files: dict[str, tuple[int, str]]) -> Path:
+    """Write the index of the checkpoint in `folder`, with a checksum of its own and this user's signature, and return
+    its place."""
     text = json.dumps({"format": FORMAT, **about, "files": files}, indent=1)
     (folder / NAME).write_text(
         json.dumps({"sha256": hash_text(text), "signature": sign(text), "index": text}), encoding="utf-8"
