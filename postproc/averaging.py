@@ -17,7 +17,7 @@ from fbcouple.results.told import DRIFT, LATER, OVER, complete_told
 DIGITS = 2
 """Digits behind the first one of the length of a window to which its ends are written."""
 UNSEEN, GOING_ON, INCLUDED = "start-up not seen to be over", "start-up not over", "start-up included"
-_LATER = "fbcouple pool RUN -o later.nc --from"
+_LATER = "`fbcouple pool RUN -o later.nc --from SECONDS`"
 """The command that takes the later blocks of a window."""
 
 
@@ -60,7 +60,7 @@ def _mark_run(results: Results) -> Mark | None:
     if not ((time >= results.window[0]) & (time < last.start)).any():
         return None
     sentence = f"{means} begin in the start-up: {last.name} is steady from {last.start:.3g} s on"
-    sentence += f'; set averages.start to that, or to "auto", or take the later blocks: `{_LATER} {last.start:.3g}`.'
+    sentence += f'; set averages.start to that, or to "auto", or take the blocks from then on: {_LATER}.'
     return Mark(INCLUDED, sentence)
 
 
@@ -87,12 +87,12 @@ def _mark_replicas(results: Results, told: Sequence[Mapping[str, Any]]) -> Mark 
     means = f"the time means over {format_window(results)}"
     if len(told) == 1:
         brief, sentence = found[0][1].brief, f"{means}: {found[0][1].sentence}"
-        return Mark(brief, f"{sentence}; let the run go on, or begin its means later (`{_LATER}`).")
+        return Mark(brief, f"{sentence}; let the run go on, or begin its means later ({_LATER}).")
     briefs = [mark.brief for _, mark in found]
     parts = [f"{brief} in {briefs.count(brief)} of {len(told)} replicas" for brief in dict.fromkeys(briefs)]
     whys = "; ".join(f"{name}: {mark.sentence}" for name, mark in found)
     return Mark(
-        "; ".join(parts), f"{means}: {whys}; let these go on, begin their means later (`{_LATER}`), or leave them out."
+        "; ".join(parts), f"{means}: {whys}; let these go on, begin their means later ({_LATER}), or leave them out."
     )
 
 
