@@ -20,6 +20,7 @@ from rich.console import Console
 from fbcouple.arguments import in_python, say_in_python
 from fbcouple.case.load import load_case as load
 from fbcouple.case.plan.choice import Plan, make_plan
+from fbcouple.case.schema.reference import list_defaults
 from fbcouple.case.schema.sections import Case
 from fbcouple.case.source import list_sets
 from fbcouple.decks import set_up
@@ -287,4 +288,4 @@ def pool(
     """
     from fbcouple.results.pools import write_pool  # noqa: PLC0415  (loads xarray)
 
-    return write_pool([Path(run) for run in runs], Path(path), reduced, start)
+    return write_pool([Path(run) for run in runs], Path(path), reduced, start, list_defaults())

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass
 from typing import Any
 
 from fbcouple.case.problems import show
-from fbcouple.case.schema.reference import list_options
+from fbcouple.case.schema.reference import list_defaults
 from fbcouple.case.schema.sections import Case
 from fbcouple.results.inlet_speed import Row, find_after, find_before
 
@@ -55,7 +54,7 @@ def list_changes(before: Values, case: Case, until: float | None = None) -> list
     until [s]: velocities of the inlet count up to then only.
     """
     now = list_values(case)
-    defaults = {key: json.loads(json.dumps(option.default)) for key, option in list_options().items()}
+    defaults = list_defaults()
     known = sorted({*before, *(key for key in now if key in defaults)})
     changes = [Change(key, before.get(key, defaults.get(key)), now.get(key)) for key in known]
     changes = [change for change in changes if change.before != change.now]

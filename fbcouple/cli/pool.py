@@ -41,6 +41,7 @@ def pool(runs: tuple[Path, ...], output: Path | None, reduced: bool, start: floa
     """
     for run in runs:
         require_plain(run)
+    from fbcouple.case.schema.reference import list_defaults
     from fbcouple.postproc.averaging import find_start_up_in_means
     from fbcouple.results.pools import write_pool
     from fbcouple.results.reader import NotDrawableError, open_results
@@ -48,7 +49,7 @@ def pool(runs: tuple[Path, ...], output: Path | None, reduced: bool, start: floa
     if output is None and not (len(runs) == 1 and list_replicas(runs[0])):
         raise CaseError(["-o: no file is given, and RUN is no folder of replicas; say where to, as -o pooled.nc."])
     path = output or runs[0] / "results.nc"
-    data = write_pool(runs, path, reduced, start)
+    data = write_pool(runs, path, reduced, start, list_defaults())
     for run in expand_replicas(runs) if start is None else [path]:
         try:
             mark = find_start_up_in_means(open_results(run))

@@ -28,13 +28,14 @@ _ANY = (
 _ANY_SECTIONS = ("output", "monitors", "checkpoint")
 
 
-def require_alike(replicas: Sequence[Replica]) -> None:
-    """Raise CaseError unless all are of one case, on one mesh, and each is there once."""
+def require_alike(replicas: Sequence[Replica], defaults: Mapping[str, Any]) -> None:
+    """Raise CaseError unless all are of one case, on one mesh, and each is there once; `defaults` of options by dotted
+    key: an option that is younger than a replica had its default in it."""
     if not replicas:
         raise CaseError(["no run is given to pool; give run folders, or a folder of replicas."])
     first, problems = replicas[0], []
     for number, one in enumerate(replicas[1:], start=1):
-        name, differing = one.about["name"], _list_differences(first.case, one.case)
+        name, differing = one.about["name"], _list_differences(first.case, one.case, defaults)
         if differing:
             problems.append(
                 f"{name}: is another case than {first.about['name']} ({', '.join(differing)}); leave it out."
@@ -81,9 +82,10 @@ def _list_means(data: xr.Dataset) -> list[tuple[str, Any]]:
     return [(name, data[name].sizes) for name in MEANS if name in data]
 
 
-def _list_differences(one: Mapping[str, Any], other: Mapping[str, Any]) -> list[str]:
-    """Options in which two cases differ and replicas may not."""
+def _list_differences(one: Mapping[str, Any], other: Mapping[str, Any], defaults: Mapping[str, Any]) -> list[str]:
+    """Options in which two cases differ and replicas may not, and sections that one has alone."""
     before, now = _flatten(one), _flatten(other)
+    before, now = ({key: defaults.get(key) for key in before | now} | told for told in (before, now))
     return sorted(key for key in before.keys() | now.keys() if before.get(key) != now.get(key))
 
 
@@ -92,7 +94,10 @@ def _flatten(case: Mapping[str, Any]) -> dict[str, Any]:
     for key, value in case.items():
         if key in _ANY_SECTIONS:
             continue
-        found |= {f"{key}.{name}": given for name, given in value.items()} if isinstance(value, dict) else {key: value}
+        if isinstance(value, dict):
+            found |= {key: True} | {f"{key}.{name}": given for name, given in value.items()}
+        else:
+            found[key] = value
     if feeds := found.get("particles.feeds"):
         found["particles.feeds"] = [{k: v for k, v in feed.items() if k != "seed"} for feed in feeds]
     return {key: value for key, value in found.items() if key not in _ANY}

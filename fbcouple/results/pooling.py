@@ -15,7 +15,7 @@ makes their sums over it equal, with R (blocks - 1) as weight. Histories have bl
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -90,15 +90,16 @@ def weigh(replica: Replica, name: str) -> np.ndarray:
     return replica.samples * np.broadcast_to(weight.transpose(..., *field.dims[-weight.ndim :]).values, field.shape)
 
 
-def pool(replicas: Sequence[Replica]) -> xr.Dataset:
+def pool(replicas: Sequence[Replica], defaults: Mapping[str, Any] | None = None) -> xr.Dataset:
     """The results of `replicas` as one dataset like a run's.
 
     Means, with errors, and the `window_mean` of histories are of all of them; histories of what may go wrong
     have the worst of all at the rows of the first; other histories, snapshots and probes are those of the first.
+    defaults: of the options of a case by dotted key, for replicas that an fbcouple without some of them made.
 
     Raises: CaseError if they are not replicas of one case, or one is there twice.
     """
-    require_alike(replicas)
+    require_alike(replicas, defaults or {})
     first = replicas[0]
     blocks = float(first.case["averages"].get("blocks") or _BLOCKS)
     means = {name: pool_mean(replicas, name, blocks) for name in MEANS if name in first.data}

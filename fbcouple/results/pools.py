@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import xarray as xr
 
@@ -17,9 +18,16 @@ from fbcouple.results.reduced import pool_reduced, write
 from fbcouple.results.replicas import REDUCED, open_replicas
 
 
-def write_pool(runs: Sequence[Path], path: Path, reduced: bool = False, start: float | None = None) -> xr.Dataset:
+def write_pool(
+    runs: Sequence[Path],
+    path: Path,
+    reduced: bool = False,
+    start: float | None = None,
+    defaults: Mapping[str, Any] | None = None,
+) -> xr.Dataset:
     """Pool `runs` (run folders, folders of replicas, files) into `path`; reduced: with depth averages alone, as it is
-    where one of them has no more than that, and with `start` [s], from which on the blocks of their windows count.
+    where one of them has no more than that, and with `start` [s], from which on the blocks of their windows count;
+    defaults: of the options of a case by dotted key, for runs that an fbcouple without some of them made.
 
     Returns: what is written. Raises: CaseError if they cannot be pooled, or the file cannot be written.
     """
@@ -35,7 +43,7 @@ def write_pool(runs: Sequence[Path], path: Path, reduced: bool = False, start: f
     if start is not None:
         replicas = [begin_later(one, start) for one in replicas]
     is_small = reduced or any(one.data.attrs.get(REDUCED) for one in replicas)
-    data = pool_reduced(replicas) if is_small else pool(replicas)
+    data = pool_reduced(replicas, defaults) if is_small else pool(replicas, defaults)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         write(path, data)

@@ -106,10 +106,10 @@ def _thin(data: xr.Dataset) -> xr.Dataset:
     return xr.Dataset(found, {"time": ("time", data["time"].values[ends], data["time"].attrs)}, {JOINED: every})
 
 
-def pool_reduced(replicas: Sequence[Replica]) -> xr.Dataset:
+def pool_reduced(replicas: Sequence[Replica], defaults: Mapping[str, Any] | None = None) -> xr.Dataset:
     """As `pool`, of reduced replicas, with what is needed to pool them again."""
     small = [reduce(one) for one in replicas]
-    pooled = pool(small)
+    pooled = pool(small, defaults)
     told = [one.about | {"windows": one.windows} for one in small]
     found: dict[str, Any] = {}
     for name in [name for mean in MEANS for name in (mean, f"{mean}{STANDARD_ERROR}") if name in pooled]:

@@ -272,10 +272,7 @@ def test_what_is_no_replica_is_refused(three, tmp_path):
     with pytest.raises(CaseError, match="replica-1: is the same run as replica-1; give it once"):
         pool(open_replicas([three[0], three[0]]))
     other = scatter(tmp_path / "other", 5)
-    data = xr.open_dataset(other / "results.nc", decode_times=False).load()
-    data.close()
-    data.attrs["case"] = data.attrs["case"].replace("friction = 0.1", "friction = 0.3")
-    data.to_netcdf(other / "results.nc")
+    say_otherwise(other, "friction = 0.1", "friction = 0.3")
     with pytest.raises(CaseError, match=r"other: is another case than replica-1 \(contact.friction\)"):
         pool(open_replicas([*three, other]))
     write_pool(three, tmp_path / "pooled.nc")
@@ -285,6 +282,32 @@ def test_what_is_no_replica_is_refused(three, tmp_path):
         write_pool(three, three[0] / "results.nc")
     with pytest.raises(CaseError, match=r"pooled.txt: is given for a pool, a file NAME.nc"):
         write_pool(three, tmp_path / "pooled.txt")
+
+
+def say_otherwise(run, old, new):
+    """Let the case in the results of `run` have the line `new` in place of `old`."""
+    data = xr.open_dataset(run / "results.nc", decode_times=False).load()
+    data.close()
+    data.attrs["case"] = data.attrs["case"].replace(old, new)
+    data.to_netcdf(run / "results.nc")
+
+
+def test_an_option_that_is_younger_than_a_replica_had_its_default_in_it(three, tmp_path):
+    """So replicas of two versions can be pooled; a section that one of them has alone, or another value, is another
+    case as before."""
+    friction = "friction = 0.1"
+    say_otherwise(three[0], friction, f"{friction}\nyounger = 2.5")
+    with pytest.raises(CaseError, match=r"replica-2: is another case than replica-1 \(contact.younger\)"):
+        write_pool(three, tmp_path / "no.nc")
+    defaults = {"contact.younger": 2.5, "heat.younger": 1.0}
+    assert write_pool(three, tmp_path / "all.nc", defaults=defaults).attrs["replicas"] == 3
+    assert write_pool(three, tmp_path / "small.nc", True, defaults=defaults).attrs["replicas"] == 3
+    say_otherwise(three[0], "younger = 2.5", "younger = 3.0")
+    with pytest.raises(CaseError, match=r"\(contact.younger\)"):
+        write_pool(three, tmp_path / "no.nc", defaults=defaults)
+    say_otherwise(three[0], "[averages]", "[heat]\nyounger = 1.0\n[averages]")
+    with pytest.raises(CaseError, match=r"\(contact.younger, heat\)"):
+        write_pool(three, tmp_path / "no.nc", defaults=defaults)
 
 
 def go_on(run, start, end):

@@ -5,6 +5,7 @@ Read from the schema, so that messages and documents never say something else th
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, get_args, get_origin
@@ -108,6 +109,12 @@ def list_options(root: type[Section] = Case) -> dict[str, Option]:
                 key, format_rules(rules), rules["unit"], default, field.is_required(), field.description or ""
             )
     return options
+
+
+@cache
+def list_defaults() -> dict[str, Any]:
+    """Return the default of every option of a case as JSON has it, by its dotted key; None where there is none."""
+    return {key: json.loads(json.dumps(option.default)) for key, option in list_options().items()}
 
 
 def format_rules(rules: dict[str, Any]) -> str:
