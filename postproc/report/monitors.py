@@ -117,6 +117,12 @@ def _asked_inflow(results: Results) -> Watched:
     return hold_below(words, _largest(results, "gas_inflow_error"), 1e-6)
 
 
+@monitor("heat_error")
+def _heat(results: Results) -> Watched:
+    words = "heat that a step made or lost, over what gas and particles hold, largest"
+    return hold_below(words, _largest(results, "heat_error"), _read_limit(results, "monitors", "heat"))
+
+
 @monitor("displaced_gas_error")
 def _displaced(results: Results) -> Watched:
     words = "gas that unequal steps displaced too much or too little between rows, over the solids, largest"

@@ -189,3 +189,13 @@ def test_where_the_start_up_is_not_over_no_number_is_made_of_it(dataset, write):
             wants(results)
     watched = MONITORS["pressure_drop"](results)
     assert math.isnan(watched.value) and watched.wanted == "no mean: start-up not over"
+
+
+@pytest.mark.parametrize(("error", "verdict"), [(1e-12, "within"), (1e-6, "BEYOND")])
+def test_heat_that_does_not_add_up_has_a_verdict(dataset, write, error, verdict):
+    values = np.full(dataset.sizes["time"], 1e-13)
+    values[1] = error
+    case = dataset.attrs["case"] + "\n[monitors]\nheat = 1e-9\n"
+    results = open_results(write(dataset.assign(heat_error=("time", values)).assign_attrs(case=case)))
+    watched = MONITORS["heat_error"](results)
+    assert (watched.value, watched.wanted, watched.verdict) == (error, "at most 1e-09", verdict)
