@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fbcouple.case.bed.cadences import watch_cadences
 from fbcouple.case.bed.contact_numbers import tell_creep, time_contacts
 from fbcouple.case.bed.derived import (
     fastest_inlet,
@@ -93,6 +94,7 @@ def estimate(case: Case, law: Law | None = None, folder: Path = Path()) -> list[
         if law or case.exchange.drag != OWN:
             parts.append(partial(time_exchange, law=law, thinnest=thinnest))
             parts += [partial(_fluidize, law=law, region=region)]
+    parts.append(partial(watch_cadences, thinnest=thinnest))
     try:
         with np.errstate(over="raise", divide="raise", invalid="raise"):
             return [number for part in parts for number in part(case)]
