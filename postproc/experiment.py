@@ -125,10 +125,10 @@ def line_of(results: Results, reference: Reference, suffix: str = "") -> np.ndar
     """
     name = f"{reference.quantity}{suffix}"
     shares = share_depth(results, reference.depth) if reference.depth else None
-    if suffix:
-        flat = depth_average(results.error(name), shares)
-    elif reference.quantity in PARTICLE:
+    if reference.quantity in PARTICLE:
         flat = mass_average(results, name, shares)
+    elif suffix:
+        flat = depth_average(results.error(name), shares)
     else:
         flat = depth_average(results.mean(name), shares)
     if reference.quantity in _VECTORS:

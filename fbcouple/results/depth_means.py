@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from fbcouple.results.conventions import STANDARD_ERROR
 from fbcouple.results.reader import NotDrawableError, Results
 
 _ROUNDING = 1e-9
@@ -26,9 +27,10 @@ def depth_average(field: xr.DataArray, shares: xr.DataArray | None = None) -> xr
 
 
 def mass_average(results: Results, name: str, shares: xr.DataArray | None = None) -> xr.DataArray:
-    """Mean over y of a particle quantity, weighted with the solids, of each cell its part of `shares` (y,); nan where
-    no particle ever came."""
-    weight, values = results.mean("solids_fraction") * _fill_shares(shares), results.particle_mean(name)
+    """Mean over y of a particle quantity, or of its standard errors, weighted with the solids, of each cell its part of
+    `shares` (y,); nan where no particle ever came. Of errors it is the bound that `depth_average` has."""
+    values = results.error(name) if name.endswith(STANDARD_ERROR) else results.particle_mean(name)
+    weight = results.mean("solids_fraction") * _fill_shares(shares)
     total = weight.sum("y")
     return (weight * values.where(weight > 0.0, 0.0)).sum("y") / total.where(total > 0.0)
 

@@ -67,6 +67,9 @@ def test_particle_quantities_are_weighted_with_the_solids_over_the_depth(results
     results.data["solids_fraction"][:, 0, :] = 0.0
     results.data["solids_fraction"][:, 2, :] = 0.0
     results.data["solids_velocity"][2, :, 0, :] = 9.0
+    results.data["solids_velocity_stderr"][2, :, 0, :] = 9.0
+    found = compare_with(results, measured_of(results, velocity(X).tolist()))
+    assert found.noise == pytest.approx(0.01)
     line = line_of(results, measured_of(results, velocity(X).tolist()).reference)
     assert line == pytest.approx(velocity(results.data["x"].values))
 
