@@ -73,7 +73,8 @@ def run_members(
     calls = [(base, m, folder / RUNS / m.name, study.wall_limit, only is None or m.name in only) for m in ordered]
     for n, (member, ending) in enumerate(zip(ordered, run_side_by_side(_run, calls, jobs), strict=True), 1):
         done[member.name] = _open(member, ending, folder / RUNS / member.name, study.cost)
-        say(f"{n}/{len(members)} {member.name}: {ending.how} ({ending.seconds:.1f} s) {ending.text}".rstrip())
+        told = f"{ending.how} ({ending.seconds:.1f} s) {ending.text}".rstrip() if ending.seconds else ending.how
+        say(f"{n}/{len(members)} {member.name}: {told}")
     return [done[member.name] for member in members]
 
 
