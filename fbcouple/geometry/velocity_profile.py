@@ -32,6 +32,8 @@ class PiecewiseProfile:
     rectangle: Rectangle
     pieces: tuple[np.ndarray, ...]
     planes: np.ndarray
+    beyond: float = 0.0
+    """How far the points go beyond the rectangle [m]; what lies there counts nowhere."""
     mean: float = field(init=False)
     """Of the velocity as the points say it [m/s]."""
     peak: float = field(init=False)
@@ -82,6 +84,8 @@ class RadialProfile:
     circle: Circle
     radii: np.ndarray
     speeds: np.ndarray
+    beyond: float = 0.0
+    """How far the points go beyond the circle [m]; what lies there counts nowhere."""
 
     @property
     def mean(self) -> float:
@@ -129,11 +133,11 @@ def make_radial(circle: Circle, radii: np.ndarray, speeds: np.ndarray) -> Radial
         text = f"radii from {radii[0]:g} to {radii[-1]:g} m are given, and the circle has 0 to {circle.radius:g} m"
         raise CaseError([f"{text}; give the velocity in its middle and on its edge, too."])
     last = float(np.interp(circle.radius, radii, speeds))
-    inside = radii < circle.radius - room
+    inside, beyond = radii < circle.radius - room, max(float(radii[-1]) - circle.radius, 0.0)
     radii, speeds = np.append(radii[inside], circle.radius), np.append(speeds[inside], last)
     radii[0] = 0.0
     fine = np.union1d(radii, np.linspace(0.0, circle.radius, _FINE))
-    return RadialProfile(circle, fine, np.interp(fine, radii, speeds))
+    return RadialProfile(circle, fine, np.interp(fine, radii, speeds), beyond)
 
 
 def make_strips(rectangle: Rectangle, axis: int, positions: np.ndarray, speeds: np.ndarray) -> PiecewiseProfile:
@@ -150,6 +154,7 @@ def make_strips(rectangle: Rectangle, axis: int, positions: np.ndarray, speeds: 
         given = f"positions from {positions[0]:g} to {positions[-1]:g} m are given"
         text = f"{given}, and the rectangle has {low:g} to {high:g} m"
         raise CaseError([f"{text}; give the velocity on its edges, too."])
+    beyond = max(low - float(positions[0]), float(positions[-1]) - high, 0.0)
     positions[0], positions[-1] = min(positions[0], low), max(positions[-1], high)
     pieces, planes = [], []
     for start, end, slow, fast in zip(positions[:-1], positions[1:], speeds[:-1], speeds[1:], strict=True):
@@ -159,7 +164,7 @@ def make_strips(rectangle: Rectangle, axis: int, positions: np.ndarray, speeds: 
         pieces.append(corners if axis else corners[::-1])
         slope = (fast - slow) / (end - start)
         planes.append([slow - slope * start, *((0.0, slope) if axis else (slope, 0.0))])
-    return PiecewiseProfile(rectangle, tuple(pieces), np.array(planes))
+    return PiecewiseProfile(rectangle, tuple(pieces), np.array(planes), beyond)
 
 
 def make_triangles(rectangle: Rectangle, positions: np.ndarray, speeds: np.ndarray) -> PiecewiseProfile:
@@ -179,8 +184,10 @@ def make_triangles(rectangle: Rectangle, positions: np.ndarray, speeds: np.ndarr
     rows = np.concatenate([np.ones((*corners.shape[:2], 1)), corners], axis=2)
     planes = np.linalg.solve(rows, values[..., None])[..., 0]
     pieces = tuple(piece if turn > 0.0 else piece[::-1] for piece, turn in zip(corners, turns[whole], strict=True))
+    low, high = np.array(rectangle.low), np.array(rectangle.high)
+    beyond = max(float((low - positions).max()), float((positions - high).max()), 0.0)
     try:
-        return PiecewiseProfile(rectangle, pieces, planes)
+        return PiecewiseProfile(rectangle, pieces, planes, beyond)
     except CaseError as lack:
         raise CaseError([f"the points {lack}; give some on its edges and corners, too."]) from None
 

@@ -232,6 +232,25 @@ def test_a_mistake_in_the_file_of_a_profile_is_told(tmp_path, table, text, words
     assert [problem for problem in problems if words in problem], problems
 
 
+@pytest.mark.parametrize(
+    ("table", "text", "beyond"),
+    [
+        (PROFILE, RADII, None),
+        (PROFILE, "radius,velocity\n0,3\n6,0\n", 5.994),
+        (SLOT, "x,velocity\n0.02,1\n0.04,2\n", None),
+        (SLOT, "x,velocity\n0,1\n0.045,2\n", 0.02),
+        (SLOT, "x,y,velocity\n0.02,0,1\n0.04,0,1\n0.02,0.03,1\n0.04,0.03,1\n", 0.01),
+    ],
+)
+def test_a_profile_that_goes_beyond_its_inlet_is_told(tmp_path, table, text, beyond):
+    """Of a larger section, or in another unit: 6 mm taken for 6 m."""
+    (tmp_path / "jet.csv").write_text(text)
+    path = write(tmp_path, table)
+    rows = [row for row in estimate(load_case(path), folder=tmp_path) if row.name == "profile beyond inlet 1"]
+    assert [row.value for row in rows] == ([] if beyond is None else [pytest.approx(beyond)])
+    assert all(row.verdict == "warn" for row in rows)
+
+
 def test_the_file_of_a_ramp_is_read_once_a_load(tmp_path, monkeypatch):
     (tmp_path / "jet.csv").write_text("time,velocity\n0,0\n0.05,10\n")
     read, asked = adopt_inlets.read_table, []
