@@ -55,6 +55,26 @@ def test_frames_and_feeds_do_not_hang_on_how_often_rows_are_recorded(tmp_path: P
     assert len(list((run / "frames").glob("*"))) == 5
 
 
+def test_grains_below_a_tenth_of_a_millimetre_come_in(tmp_path: Path):
+    """LIGGGHTS refuses templates below 1e-12 m3, 0.124 mm, unless it is given a lower limit."""
+    fine = CASE.replace("1e-3\ndensity", "6e-5\ndensity").replace("rate = 4e5", "rate = 1e5")
+    fine = fine.replace("0.04, 0.04, 0.06]\ncells", "0.004, 0.004, 0.006]\ncells").replace(
+        "stiffness = 100", "stiffness = 10"
+    )
+    fine = fine.replace(
+        "low = [0.0, 0.0, 0.03]\nhigh = [0.04, 0.04, 0.06]", "low = [0.0, 0.0, 0.003]\nhigh = [0.004, 0.004, 0.006]"
+    )
+    (tmp_path / "case.toml").write_text(
+        fine.replace("[0.02, 0.02, 0.04]", "[0.002, 0.002, 0.004]").replace("4e-3", "1e-3")
+    )
+    run = tmp_path / "run"
+    lay_out(str(tmp_path / "case.toml"), run, (), False, forced=True)
+    launch(run, 1, lambda row: None)
+    results = open_results(run).data
+    assert results["particles_fed"].values[-1] == pytest.approx(100, abs=1)
+    assert results["particles"].values[-1] == results["particles_fed"].values[-1]
+
+
 @pytest.mark.parametrize(
     ("velocity", "gravity", "time"),
     [((0.0, 0.0, -2.0), 0.0, 0.5e-3), ((0.0, 0.0, 0.0), 10.0, 2e-4**0.5), ((0.0, 0.0, 0.0), 0.0, float("inf"))],
