@@ -58,15 +58,19 @@ class Clock:
             self.time = self._substeps_done * self._dem_step
         self._end_in_time()
 
-    def choose(self, courant: float, fourier: float, max_courant: float, max_fourier: float) -> None:
-        """Choose the next step from the numbers of the last one and their limits; it grows by a fifth at most."""
+    def choose(
+        self, courant: float, fourier: float, max_courant: float, max_fourier: float, longest: float = math.inf
+    ) -> None:
+        """Choose the next step from the numbers of the last one and their limits; it grows by a fifth at most and is no
+        longer than `longest` [s]."""
+        longest = min(longest, self._longest)
         room = min(max_courant / max(courant, _TINY), max_fourier / max(fourier, _TINY))
         if self._dem_step is None:
-            self.dt = min(self.dt * min(room, _GROWTH), self._longest)
+            self.dt = min(self.dt * min(room, _GROWTH), longest)
         else:
             # One more sub-step is always a growth allowed, or a few sub-steps could never grow by a fifth.
             growth = max(int(_GROWTH * self.substeps), self.substeps + 1)
-            self.substeps = max(1, min(int(min(room * self.dt, self._longest) / self._dem_step), growth))
+            self.substeps = max(1, min(int(min(room * self.dt, longest) / self._dem_step), growth))
         self._end_in_time()
 
     def save(self) -> dict[str, Any]:

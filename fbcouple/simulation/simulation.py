@@ -5,6 +5,7 @@ A step is a gas step of whole DEM steps. Views of the solvers' arrays are valid 
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TypeVar
 
@@ -21,6 +22,7 @@ from fbcouple.results.variables import STAGES
 from fbcouple.simulation.conservation import Conservation
 from fbcouple.simulation.heat import Heat
 from fbcouple.simulation.opening import start_solvers
+from fbcouple.simulation.particle_step import ParticleStep
 from fbcouple.simulation.soundness import require_closed_ledger, require_finite_gas, require_sound_exchange
 from fbcouple.simulation.temperatures import set_start_temperatures
 from fbcouple.simulation.timers import Timers
@@ -48,6 +50,9 @@ class Simulation:
         """Particles that come and go; None where the case has neither feeds nor outlets of particles."""
         if has_traffic(case):
             self.traffic = Traffic(case, run, comm, self.grid, self.liggghts, self._accelerated)
+        self._particle_step: ParticleStep | None = None
+        if self.is_coupled:
+            self._particle_step = ParticleStep(case, comm, self.gas, self.liggghts)
         self.heat: Heat | None = None
         """Temperatures, and the ledger of heat; None where the case has no heat."""
         if case.heat:
@@ -147,11 +152,12 @@ class Simulation:
                 self.conservation.count(self.liggghts.count)
 
     def choose_step(self) -> None:
-        """The step is done; the Courant and Fourier numbers of the gas choose the next."""
+        """The step is done; the Courant and Fourier numbers of the gas and the fastest particle choose the next."""
         self.clock.tick()
         if self.gas_report and self.case.gas:
             limits = self.case.gas.max_courant, self.case.gas.max_fourier
-            self.clock.choose(self.gas_report.courant, self.gas_report.fourier, *limits)
+            longest = self._particle_step.find_longest() if self._particle_step else math.inf
+            self.clock.choose(self.gas_report.courant, self.gas_report.fourier, *limits, longest)
 
     def exchange_particles(self) -> None:
         """Particles that are in an outlet leave, and those that are due come in."""
