@@ -29,6 +29,9 @@ from fbcouple.solvers.openfoam.gas import Gas
 # Gas velocity [m/s] that the first step of a gas without inflow is chosen for; the Courant number takes over.
 _SLOWEST = 1e-3
 
+_ON_THE_WAY = 0.1
+"""Diameters that a particle may move in a DEM step, after which its lists are found to be old."""
+
 
 class Parts(NamedTuple):
     """What a simulation is made of; None is a part that the case does not need."""
@@ -66,7 +69,7 @@ def start_solvers(case: Case, run: Path, comm: MPI.Comm, end: float, restart: Pa
     bricks = find_grid(comm, polyhedra, gas.volumes) if gas and polyhedra is not None else None
     cells = _open_cells(case, comm, gas, liggghts, polyhedra, bricks)
     if gas and liggghts and case.particles:
-        reach = largest_diameter(case.particles)
+        reach = _find_stray(case)
         space: Space
         if bricks:
             space = BoxSpace(case, comm, gas.centres, liggghts.bounds, reach, (bricks, gas.volumes))
@@ -80,6 +83,15 @@ def start_solvers(case: Case, run: Path, comm: MPI.Comm, end: float, restart: Pa
     clock = _start_clock(case, end, cells.find_shortest_edge(comm))
     accelerated = coupling is not None and choose_acceleration(case)[0]
     return Parts(clock, cells, gas, liggghts, coupling, accelerated)
+
+
+def _find_stray(case: Case) -> float:
+    """How far [m] outside of a rank's box, or of a periodic one, its particles may be: LIGGGHTS hands one over when its
+    lists are made anew, after it has moved half the skin at the latest, and the step then."""
+    assert case.particles is not None
+    diameter = largest_diameter(case.particles)
+    skin = derived.neighbour_skin(case.contact, case.particles) if case.contact else 0.0
+    return max(diameter, 0.5 * skin + _ON_THE_WAY * diameter)
 
 
 def _open_cells(
