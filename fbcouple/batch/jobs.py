@@ -14,7 +14,7 @@ from fbcouple.batch.placement import Placement, describe_placement, list_placeme
 from fbcouple.batch.schedulers import SCHEDULERS, Scheduler
 from fbcouple.case.bed.particle_types import particle_count
 from fbcouple.case.bed.region import find_region
-from fbcouple.case.cost.memory import FACTOR, find_memory
+from fbcouple.case.cost.memory import FACTOR, find_job_memory
 from fbcouple.case.cost.ranks import count_worked
 from fbcouple.case.load import load_case
 from fbcouple.case.problems import show
@@ -108,7 +108,7 @@ def write_job(target: Path, scheduler: str, request: Request) -> tuple[Path, Pat
 def request_memory(case: Case, folder: Path, ranks: int) -> int:
     """Memory [MiB] to ask for all `ranks` of `case`, whose own files lie in `folder`: what is predicted, times the
     factor that this is within; by what is shipped, for a job may run on another machine."""
-    return math.ceil(FACTOR * find_memory(case, folder, ranks) / 2**20)
+    return math.ceil(FACTOR * find_job_memory(case, folder, ranks) / 2**20)
 
 
 def list_warnings(folder: Path, request: Request) -> list[str]:

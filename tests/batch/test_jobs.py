@@ -16,6 +16,7 @@ from click.testing import CliRunner, Result
 from fbcouple.batch.jobs import Request, request_memory, write_job
 from fbcouple.batch.schedulers import SCHEDULERS
 from fbcouple.case.cost.coefficients import SHIPPED
+from fbcouple.case.cost.memory import LAUNCHER
 from fbcouple.case.cost.prediction import predict
 from fbcouple.case.load import load_case, write_case
 from fbcouple.cli.main import cli
@@ -146,7 +147,7 @@ def test_memory_is_ranks_and_the_largest_case(runs):
     write_case(load_case("patil/c3"), runs / "b/case.toml")
     middle, fine = (load_case(f"patil/{name}") for name in ("c2", "c3"))
     told = predict(fine, 4, SHIPPED)
-    four = math.ceil(told.memory * told.memory_factor / 2**20)
+    four = math.ceil((told.memory + LAUNCHER) * told.memory_factor / 2**20)
     assert four == request_memory(fine, runs / "b", 4) > request_memory(middle, runs / "a", 4) > 4 * 300
     each = SHIPPED.rank_memory * told.memory_factor / 2**20
     assert four - request_memory(fine, runs / "b", 1) == pytest.approx(3 * each, abs=1.0)

@@ -12,7 +12,8 @@ import pytest
 from click.testing import CliRunner
 
 from fbcouple.case.bed.derived import dem_step
-from fbcouple.case.bed.region import read_mesh
+from fbcouple.case.bed.particle_types import particle_count
+from fbcouple.case.bed.region import find_region, read_mesh
 from fbcouple.case.bed.thin_cells import find_thinnest
 from fbcouple.case.cost.coefficients import (
     FORMAT,
@@ -25,6 +26,7 @@ from fbcouple.case.cost.coefficients import (
     scale,
 )
 from fbcouple.case.cost.means import predict_means
+from fbcouple.case.cost.memory import CYLINDER_CELL, LAUNCHER, LAUNCHER_CELL, find_job_memory, find_memory
 from fbcouple.case.cost.prediction import predict, predict_run, time_stages
 from fbcouple.case.cost.work import (
     BUBBLING,
@@ -331,3 +333,15 @@ def test_gas_that_carries_particles_is_as_fast_as_it_comes_in():
     """No bed makes it 1/0.40 times as fast: 0.4/0.65 of the steps."""
     bed = load_case("patil/c1")
     assert count_fluid_steps(bed, 1.0, carried=True) / count_fluid_steps(bed, 1.0) == pytest.approx(0.26, rel=0.1)
+
+
+def test_cells_of_a_mesh_take_more_memory_and_a_job_holds_its_launcher():
+    """119 404 tetrahedra took 6.4 kB each, 675 000 hexahedra of a cylinder 4.3, those of a box 1.9."""
+    case = load_case("verma/1.02")
+    cells, particles = find_region(case).cells, particle_count(case.particles)
+    ranks = find_memory(case, ranks=2) - SHIPPED.particle_memory * particles - CYLINDER_CELL * cells
+    assert ranks == pytest.approx(2 * SHIPPED.rank_memory) and 2 * SHIPPED.cell_memory < CYLINDER_CELL
+    beside = find_job_memory(case, Path(), 2) - find_memory(case, ranks=2)
+    assert beside == pytest.approx(LAUNCHER + LAUNCHER_CELL * cells)
+    box = load_case("patil/c2")
+    assert find_job_memory(box, Path(), 1) - find_memory(box) == LAUNCHER
