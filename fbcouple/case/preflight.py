@@ -33,7 +33,7 @@ from fbcouple.case.bed.particle_types import (
     mean_density,
     solids_volume,
 )
-from fbcouple.case.bed.region import Region, find_region, list_inner_surfaces
+from fbcouple.case.bed.region import Region, count_baffles, find_region, list_inner_surfaces
 from fbcouple.case.bed.rest_overlap import estimate_rest_overlap
 from fbcouple.case.bed.speeds import SETTLED, estimate_overlap
 from fbcouple.case.bed.stacks import watch_columns
@@ -129,6 +129,9 @@ def _size_up(case: Case, folder: Path) -> Iterator[Number]:
     for name, faces in list_inner_surfaces(case, folder).items():
         meaning = f"Faces of the surface {name} between two cells: no wall; gas and particles pass through it."
         yield Number("inner faces", faces, "1", "none", "warn", meaning)
+    if baffles := count_baffles(case, folder):
+        meaning = "Faces of walls without thickness in the mesh: wall on both sides, to gas and particles."
+        yield Number("baffle faces", baffles, "1", None, None, meaning)
 
 
 def _as_count(value: float) -> float:

@@ -7,11 +7,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from fbcouple.geometry.baffles import pair_faces
 from fbcouple.geometry.polymesh import PolyMesh
 from fbcouple.geometry.sides import list_side
 
-ALIKE = 1e-9
-"""Part of the box around a mesh that may be missing in one that fills it: rounding."""
 _SQUARES = {
     "floor": [0, 2, 3, 1],
     "top": [4, 5, 7, 6],
@@ -25,22 +24,27 @@ _NONE = np.empty(0, np.int64)
 
 
 def list_walls(mesh: PolyMesh, opened: np.ndarray = _NONE) -> np.ndarray:
-    """The triangles (n, 3, 3) [m] of all outer faces but for the `opened` ones, anticlockwise from inside; of a mesh
-    that fills the box around it two for each side that is whole: contacts with many small ones cost several times as
-    much."""
-    outer = np.setdiff1d(np.arange(len(mesh.neighbour), len(mesh.owner)), opened)
-    if abs(mesh.volume / float(np.prod(mesh.high - mesh.low)) - 1.0) > ALIKE:
-        return mesh.cut_faces(outer)[:, ::-1]
+    """The triangles (n, 3, 3) [m] of all outer faces but for the `opened` ones, anticlockwise from inside; of the two
+    faces of a baffle one, which is a wall from both sides. Of a mesh that fills the box around it two for each side
+    that is whole: contacts with many small ones cost several times as much."""
+    pairs = pair_faces(mesh)
+    outer = np.arange(len(mesh.neighbour), len(mesh.owner))
+    wall = np.setdiff1d(outer, opened)
+    wall = np.setdiff1d(wall, pairs[np.isin(pairs, wall).all(axis=1), 1])
+    sides = {side: list_side(mesh, side) for side in _SQUARES}
+    if len(np.setdiff1d(outer, np.concatenate([*sides.values(), pairs.ravel()]))):
+        return mesh.cut_faces(wall)[:, ::-1]
+    whole = [side for side, faces in sides.items() if not len(np.intersect1d(faces, opened))]
+    left = np.setdiff1d(wall, np.concatenate([_NONE, *(sides[side] for side in whole)]))
+    return np.concatenate([*(_halve(mesh, side) for side in whole), mesh.cut_faces(left)[:, ::-1]])
+
+
+def _halve(mesh: PolyMesh, side: str) -> np.ndarray:
+    """The two triangles (2, 3, 3) [m] of a side of the box around the mesh, anticlockwise from inside."""
     bits = np.array([[corner >> axis & 1 for axis in range(3)] for corner in range(8)])
     corners = np.where(bits, mesh.high, mesh.low)
-    found = [np.empty((0, 3, 3))]
-    for side, (a, *rest) in _SQUARES.items():
-        faces = list_side(mesh, side) if len(opened) else _NONE
-        if len(np.intersect1d(faces, opened)):
-            found.append(mesh.cut_faces(np.intersect1d(faces, outer))[:, ::-1])
-        else:
-            found.append(np.array([corners[[d, b, a]] for b, d in itertools.pairwise(rest)]))
-    return np.concatenate(found)
+    a, *rest = _SQUARES[side]
+    return np.array([corners[[d, b, a]] for b, d in itertools.pairwise(rest)])
 
 
 def write_surface(triangles: np.ndarray, name: str = "walls") -> Iterator[str]:

@@ -25,7 +25,8 @@ from fbcouple.geometry.polyhedra import find_centres
 from fbcouple.geometry.quality import measure_cells
 
 sys.path.append(str(Path(__file__).parents[1] / "geometry"))
-from test_meshes import write_gmsh
+from test_baffles import make_divided
+from test_meshes import make_bricks, write_gmsh
 
 CASE = """
 title = "cylinder"
@@ -291,6 +292,15 @@ def test_a_surface_inside_is_told(tmp_path):
     case = load_case(write(tmp_path, *FILE.items(), ("[0.03, 0.03, 0.06]", str(list(box_of(0.03, 0.06, 6))))))
     (number,) = (number for number in estimate(case, folder=tmp_path) if number.name == "inner faces")
     assert number.value == 5 and number.verdict == "warn" and "tube" in number.meaning
+
+
+def test_baffles_are_counted(tmp_path):
+    """Each face once, though it is in two patches; a mesh without has no row."""
+    text = CASE.replace('shape = "cylinder"', 'shape = "file"\nmesh = "polyMesh"').replace("[6, 6, 12]", "[4, 4, 6]")
+    for mesh, wanted in ((make_divided(), [12]), (make_bricks((4, 4, 6), (0.04, 0.04, 0.06)), [])):
+        write_polymesh(mesh, tmp_path / "polyMesh")
+        case = load_case(write(tmp_path, ("[0.03, 0.03, 0.06]", "[0.04, 0.04, 0.06]"), text=text))
+        assert [one.value for one in estimate(case, folder=tmp_path) if one.name == "baffle faces"] == wanted
 
 
 def test_more_particles_than_sites_are_told_at_setup(tmp_path):

@@ -18,6 +18,7 @@ from fbcouple.case.companions import find_mesh
 from fbcouple.case.schema.gas import Domain
 from fbcouple.case.schema.sections import Case
 from fbcouple.errors import CaseError
+from fbcouple.geometry.baffles import pair_faces
 from fbcouple.geometry.block import PER_SQUARE, list_cyclic, make_block, make_hexahedra
 from fbcouple.geometry.cylinder import count_cells, find_section, make_cylinder
 from fbcouple.geometry.extrusion import PER_PRISM
@@ -185,6 +186,11 @@ def list_inner_surfaces(case: Case, folder: Path) -> dict[str, int]:
     if case.domain.shape != "file":
         return {}
     return find_imported(case.domain, case.find_folder(folder, case.domain.mesh)).inner
+
+
+def count_baffles(case: Case, folder: Path) -> int:
+    """Faces of the case's mesh file that are wall on both sides, each counted once."""
+    return len(pair_faces(read_imported_mesh(case, folder))) if case.domain.shape == "file" else 0
 
 
 def find_imported(domain: Domain, folder: Path) -> ImportedMesh:
