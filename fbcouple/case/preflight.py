@@ -129,9 +129,19 @@ def _size_up(case: Case, folder: Path) -> Iterator[Number]:
     for name, faces in list_inner_surfaces(case, folder).items():
         meaning = f"Faces of the surface {name} between two cells: no wall; gas and particles pass through it."
         yield Number("inner faces", faces, "1", "none", "warn", meaning)
-    if baffles := count_baffles(case, folder):
-        meaning = "Faces of walls without thickness in the mesh: wall on both sides, to gas and particles."
-        yield Number("baffle faces", baffles, "1", None, None, meaning)
+    yield from _tell_baffles(case, folder)
+
+
+def _tell_baffles(case: Case, folder: Path) -> Iterator[Number]:
+    faces, unseen = count_baffles(case, folder)
+    if not faces:
+        return
+    meaning = "Faces of walls without thickness in the mesh: wall on both sides, to gas and particles."
+    if not unseen:
+        yield Number("baffle faces", faces, "1", None, None, meaning)
+        return
+    meaning += f" {unseen} of them are parts one cell wide between free edges: drag, voidage and filter reach across"
+    yield Number("baffle faces", faces, "1", "two cells wide", "warn", f"{meaning} these as if they were not there.")
 
 
 def _as_count(value: float) -> float:

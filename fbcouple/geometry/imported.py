@@ -26,7 +26,7 @@ class ImportedMesh:
     """A mesh and the surfaces that its file names; one face may be in several of them.
 
     surfaces: name -> outer faces; inner: how many faces of a surface lie between two cells; loose: how many are on no
-    cell; others: names of groups that are no surfaces.
+    cell; others: names of groups that are no surfaces; baffles: pairs (n, 2) of outer faces back to back.
     """
 
     mesh: PolyMesh
@@ -34,6 +34,7 @@ class ImportedMesh:
     inner: dict[str, int] = field(default_factory=dict)
     loose: dict[str, int] = field(default_factory=dict)
     others: tuple[str, ...] = ()
+    baffles: np.ndarray = field(default_factory=lambda: np.empty((0, 2), np.int64))
 
 
 def read_mesh(path: Path) -> ImportedMesh:

@@ -73,7 +73,8 @@ def _find_middles(
 ) -> tuple[scipy.sparse.csr_matrix, np.ndarray]:
     """Shares of points in the middle of each face that is no triangle, and its number for each face, -1 for triangles.
 
-    The two cells of a face name the same middle: three points are in one face only.
+    The two cells of a face name the same middle: three points are in one face only, and the two faces of a baffle, of
+    which one has later points than the other where they do not share them.
     """
     number = np.full(len(lengths), -1)
     large = np.flatnonzero(lengths > 3)
@@ -81,7 +82,7 @@ def _find_middles(
         return scipy.sparse.csr_matrix((0, len(cells.points))), number
     face = np.repeat(np.arange(len(lengths)), lengths)
     order = np.lexsort([values, face])
-    keys = values[order][starts[:-1][large][:, None] + np.arange(3)]
+    keys = values[order][np.column_stack([starts[:-1][large][:, None] + np.arange(3), starts[1:][large] - 1])]
     _, first, which = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     number[large] = which.ravel()
     chosen = large[first]

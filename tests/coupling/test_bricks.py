@@ -16,11 +16,13 @@ from fbcouple.coupling.discretisation import BoxSpace
 from fbcouple.coupling.particles import Particles
 from fbcouple.coupling.polyhedral.bricks import find_grid
 from fbcouple.coupling.polyhedral.cells import MeshCells
+from fbcouple.geometry.baffles import pair_faces, split_points
 from fbcouple.geometry.block import make_block
 from fbcouple.geometry.polyhedra import find_centres, take_apart
 from fbcouple.geometry.tetrahedra import cut
 
 sys.path.append(str(Path(__file__).parents[1] / "geometry"))
+from test_baffles import make_divided
 from test_meshes import make_bricks
 
 COMM, CELLS, SIZE = MPI.COMM_SELF, (4, 3, 5), (0.04, 0.03, 0.05)
@@ -64,6 +66,13 @@ def test_a_box_of_bricks_is_known_wherever_it_stands():
 )
 def test_what_is_no_box_of_equal_cells_is_not_taken_for_one(mesh):
     assert find_grid(COMM, *take(mesh)) is None
+
+
+def test_a_box_with_a_baffle_is_none():
+    """The box's weights and filter would reach across it."""
+    mesh = make_divided()
+    assert find_grid(COMM, *take(mesh)) is not None
+    assert find_grid(COMM, *take(split_points(mesh, pair_faces(mesh)))) is None
 
 
 def couple(grid, cells, volumes, shift):

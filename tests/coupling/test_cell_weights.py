@@ -14,11 +14,13 @@ from fbcouple.coupling.polyhedral.filter import CellFilter, CellGeometry
 from fbcouple.coupling.polyhedral.halo import CellHaloExchange
 from fbcouple.coupling.polyhedral.mapping import CELL_METHODS
 from fbcouple.errors import DivergedError
+from fbcouple.geometry.baffles import pair_faces, split_points
 from fbcouple.geometry.cylinder import make_cylinder
 from fbcouple.geometry.polyhedra import find_centres, take_apart
 from fbcouple.geometry.tetrahedra import cut
 
 sys.path.append(str(Path(__file__).parents[1] / "geometry"))
+from test_baffles import make_divided
 from test_meshes import make_bricks
 
 COMM = MPI.COMM_SELF
@@ -75,6 +77,32 @@ def test_even_particles_give_every_cell_the_same(geometry):
     rows[:, 0] = parts.volumes
     mapping.write(rows, field)
     assert field[:-1, 0] / geometry.volumes == pytest.approx(1.0, rel=1e-13)
+
+
+@pytest.mark.parametrize("shape", ["box", "tapered"])
+def test_nothing_passes_a_baffle(shape):
+    """Particles in the middle row of cells on the left, against it: their volume stays on the left, what they read is
+    from there, and a pass of the filter leaves it there; at a free edge it goes around."""
+    mesh = make_divided(shape)
+    geometry = CellGeometry(open_halo(split_points(mesh, pair_faces(mesh))).local)
+    right = geometry.local.cells.centres[:, 0] > 0.02
+    mapping, smooth = CELL_METHODS["trilinear"](geometry), CellFilter(geometry, 1)
+    rng = np.random.default_rng(6)
+    points = rng.uniform([0.015, 0.001, 0.02], [0.02 - 1e-9, 0.039, 0.03], (400, 3))
+    mapping.locate(points, np.zeros(len(points)))
+    field = geometry.local.make_field(1)
+    rows = mapping.open(field)
+    rows[:] = 1.0
+    mapping.write(rows, field)
+    assert field.sum() == pytest.approx(400.0) and not field[:-1][right].any()
+    values = np.where(np.append(right, True), 1.0, 0.0)[:, None]
+    assert not mapping.read(values, 1).any()
+    middle = np.abs(geometry.local.cells.centres[:, 2] - 0.025) < 0.005
+    amounts = np.append(np.where(right, 0.0, middle), 0.0)[:, None]
+    smooth.average_transposed(amounts)
+    assert amounts.sum() == pytest.approx(8.0) and not amounts[:-1][right].any()
+    mapping.locate(points[:1] * [1.0, 1.0, 0.0] + [0.0, 0.0, 0.0395], np.zeros(1))
+    assert mapping.read(values, 1).max() > 0.1
 
 
 def test_weights_do_not_jump_between_cells(geometry):

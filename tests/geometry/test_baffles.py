@@ -6,11 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from test_meshes import make_bricks
+from test_meshes import break_up, make_bricks
 
-from fbcouple.geometry.baffles import pair_faces
+from fbcouple.geometry.baffles import find_unsplit, pair_faces, split_points
 from fbcouple.geometry.polymesh import PolyMesh
 from fbcouple.geometry.stl import list_walls
+from fbcouple.geometry.tetrahedra import cut, find_neighbours
 
 CELLS, SIZE = (4, 4, 6), (0.04, 0.04, 0.06)
 
@@ -42,21 +43,13 @@ def make_divided(shape="box"):
     return add_baffle(mesh, [0.0199, -1.0, 0.01], [0.0201, 1.0, 0.04])
 
 
-def give_points(mesh):
-    """The second side of the baffle has points of its own, as `mergeOrSplitBaffles -split` and gmsh's Crack give."""
-    faces = mesh.list_patch("plate_b")
-    rows = np.zeros(len(mesh.faces.values), bool)
-    for face in faces:
-        rows[mesh.faces.starts[face] : mesh.faces.starts[face + 1]] = True
-    used, which = np.unique(mesh.faces.values[rows], return_inverse=True)
-    values = mesh.faces.values.copy()
-    values[rows] = len(mesh.points) + which
-    points = np.concatenate([mesh.points, mesh.points[used]])
-    return replace(mesh, points=points, faces=replace(mesh.faces, values=values))
+def split(mesh):
+    """The sides of a baffle have points of their own, as `mergeOrSplitBaffles -split` and gmsh's Crack give them."""
+    return split_points(mesh, pair_faces(mesh))
 
 
 @pytest.mark.parametrize("shape", ["box", "tapered"])
-@pytest.mark.parametrize("change", [lambda mesh: mesh, give_points], ids=["shared points", "own points"])
+@pytest.mark.parametrize("change", [lambda mesh: mesh, split], ids=["shared points", "own points"])
 def test_faces_of_a_baffle_are_paired(shape, change):
     mesh = change(make_divided(shape))
     pairs = pair_faces(mesh)
@@ -89,3 +82,38 @@ def test_a_step_in_a_box_is_no_box():
     points = mesh.points.copy()
     points[np.argmin(np.linalg.norm(points - [0.02, 0.02, 0.0], axis=1)), 2] = 1e-7
     assert len(list_walls(replace(mesh, points=points))) == 4 * (2 * 4 * 4 + 4 * 4 * 6)
+
+
+@pytest.mark.parametrize("shape", ["box", "tapered"])
+def test_points_are_shared_around_free_edges_alone(shape):
+    """Of 4 x 3 faces from wall to wall the two inner rows of points become two, five each; the rows at the free edges
+    stay. Nothing moves, and what is split once is split."""
+    mesh = make_divided(shape)
+    found = split(mesh)
+    assert len(found.points) == len(mesh.points) + 2 * 5
+    assert (found.points[found.faces.values] == mesh.points[mesh.faces.values]).all()
+    assert len(split(found).points) == len(found.points) and not find_unsplit(found, pair_faces(found)).any()
+    parts = cut(break_up(found))
+    assert (find_neighbours(parts.corners) < 0).sum() == len(
+        found.cut_faces(np.arange(len(found.neighbour), len(found.owner)))
+    )
+
+
+def test_faces_with_one_point_of_their_own_have_middles_of_their_own():
+    """Of a free baffle of 2 x 2 faces the two sides of each share three of four points."""
+    mesh = add_baffle(make_bricks(CELLS, SIZE), [0.0199, 0.01, 0.01], [0.0201, 0.03, 0.03])
+    found = split(mesh)
+    assert len(found.points) == len(mesh.points) + 1 and not find_unsplit(found, pair_faces(found)).any()
+    surface = found.cut_faces(np.arange(len(found.neighbour), len(found.owner)))
+    assert (find_neighbours(cut(break_up(found)).corners) < 0).sum() == len(surface)
+
+
+def test_what_cannot_be_split_is_told():
+    """A strip one cell wide between free edges has no point that the cells on one side alone have."""
+    mesh = add_baffle(make_bricks(CELLS, SIZE), [0.0199, 0.02, 0.01], [0.0201, 0.03, 0.04])
+    pairs = pair_faces(mesh)
+    assert len(pairs) == 3 and len(split(mesh).points) == len(mesh.points)
+    assert find_unsplit(split(mesh), pairs).all()
+    attached = add_baffle(make_bricks(CELLS, SIZE), [0.0199, 0.03, 0.0], [0.0201, 0.04, 0.04])
+    assert len(split(attached).points) == len(attached.points) + 4
+    assert not find_unsplit(split(attached), pair_faces(attached)).any()

@@ -54,7 +54,7 @@ def choose_cells(mesh: PolyMesh) -> list[int]:
     rounded = np.rint((mesh.points - mesh.low) / (_SAME_PLACE * size))
     levels = [np.unique(rounded[:, axis]) for axis in range(3)]
     rows = [len(found) for found in levels]
-    if int(np.prod(rows)) == len(mesh.points):
+    if int(np.prod(rows)) <= len(mesh.points) and int(np.prod(rows)) == len(np.unique(rounded, axis=0)):
         return [count - 1 for count in rows]
     cells = np.clip(np.rint(size / find_spacing(mesh.volume, mesh.count)), 1, _MOST_ALONG).astype(int)
     if _is_layered(mesh, levels[2]):

@@ -18,7 +18,7 @@ from fbcouple.case.companions import find_mesh
 from fbcouple.case.schema.gas import Domain
 from fbcouple.case.schema.sections import Case
 from fbcouple.errors import CaseError
-from fbcouple.geometry.baffles import pair_faces
+from fbcouple.geometry.baffles import find_unsplit, pair_faces, split_points
 from fbcouple.geometry.block import PER_SQUARE, list_cyclic, make_block, make_hexahedra
 from fbcouple.geometry.cylinder import count_cells, find_section, make_cylinder
 from fbcouple.geometry.extrusion import PER_PRISM
@@ -188,9 +188,13 @@ def list_inner_surfaces(case: Case, folder: Path) -> dict[str, int]:
     return find_imported(case.domain, case.find_folder(folder, case.domain.mesh)).inner
 
 
-def count_baffles(case: Case, folder: Path) -> int:
-    """Faces of the case's mesh file that are wall on both sides, each counted once."""
-    return len(pair_faces(read_imported_mesh(case, folder))) if case.domain.shape == "file" else 0
+def count_baffles(case: Case, folder: Path) -> tuple[int, int]:
+    """Faces of the case's mesh file that are wall on both sides, each counted once, and those that weights and filter
+    do not see as they have no points of their own on either side."""
+    if case.domain.shape != "file":
+        return 0, 0
+    found = find_imported(case.domain, case.find_folder(folder, case.domain.mesh))
+    return len(found.baffles), int(find_unsplit(found.mesh, found.baffles).sum())
 
 
 def find_imported(domain: Domain, folder: Path) -> ImportedMesh:
@@ -210,7 +214,8 @@ def _read_once(path: Path, newest: int, scale: float) -> ImportedMesh:
         require_sound(found.mesh)
     except CaseError as error:
         raise CaseError([f"{path.name}: {problem}" for problem in error.problems]) from None
-    return found
+    pairs = pair_faces(found.mesh)
+    return replace(found, mesh=split_points(found.mesh, pairs), baffles=pairs) if len(pairs) else found
 
 
 @lru_cache(maxsize=2)

@@ -19,7 +19,8 @@ def find_grid(comm: MPI.Comm, cells: Polyhedra, volumes: np.ndarray) -> Grid | N
     along the axes (collective).
 
     A cell that is as large as the box around it fills it; where all are of one size, each in a place of the grid, and
-    as many as it has, there is no other mesh.
+    as many as it has, there is no other mesh, but for walls without thickness in it: these have points of their own on
+    either side, more than the grid has.
     """
     bottom, top = cells.find_bounds() if len(cells) else (np.empty((0, 3)), np.empty((0, 3)))
     low, high = np.full(3, math.inf), np.full(3, -math.inf)
@@ -37,9 +38,17 @@ def find_grid(comm: MPI.Comm, cells: Polyhedra, volumes: np.ndarray) -> Grid | N
         and bool(np.all(np.abs(offsets - np.rint(offsets)) <= ALIKE))
         and bool(np.all(np.abs(volumes / spacing.prod() - 1.0) <= 3.0 * ALIKE))
     )
-    if not comm.allreduce(fits, MPI.LAND):
+    if not comm.allreduce(fits, MPI.LAND) or _count_points(comm, cells) != math.prod((numbers + 1.0).tolist()):
         return None
     nx, ny, nz = (int(number) for number in numbers)
     width, depth, height = (high - low).tolist()
     x, y, z = low.tolist()
     return Grid((nx, ny, nz), (width, depth, height), origin=(x, y, z))
+
+
+def _count_points(comm: MPI.Comm, cells: Polyhedra) -> int:
+    """Points of the cells of all ranks, each counted once (collective)."""
+    used = np.zeros(comm.allreduce(int(cells.point_ids.max(initial=-1)), MPI.MAX) + 1, np.int8)
+    used[cells.point_ids] = 1
+    comm.Allreduce(MPI.IN_PLACE, used, MPI.MAX)
+    return int(used.sum(dtype=np.int64))
