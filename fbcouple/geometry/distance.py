@@ -5,6 +5,9 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
+_AT_ONCE = 200_000
+"""Pairs of a point and a triangle that are measured together, but for what one point has: memory."""
+
 
 class Surface:
     """A part of the surface of a region, `triangles` (n, 3, 3) [m]."""
@@ -21,13 +24,21 @@ class Surface:
         near = np.zeros(len(points), bool)
         reach = reaches[:, None]
         close = np.flatnonzero(np.all((points > self._low - reach) & (points < self._high + reach), axis=1))
-        found = self._tree.query_ball_point(points[close], reaches[close] + self._widest)
-        lengths = np.array([len(rows) for rows in found], np.int64)
-        if not lengths.sum():
-            return near
-        which = np.repeat(close, lengths)
-        triangles = self._triangles[np.concatenate([rows for rows in found if rows]).astype(np.int64)]
-        near[which[find_distances(points[which], triangles) < reaches[which]]] = True
+        widened = reaches[close] + self._widest
+        counts = self._tree.query_ball_point(points[close], widened, return_length=True)
+        ends = np.flatnonzero(np.diff(np.cumsum(counts) // _AT_ONCE)) + 1
+        for some, around in zip(np.split(close, ends), np.split(widened, ends), strict=True):
+            near[some] = self._measure(points[some], reaches[some], around)
+        return near
+
+    def _measure(self, points: np.ndarray, reaches: np.ndarray, around: np.ndarray) -> np.ndarray:
+        """The same, of triangles whose middles lie within `around` (n,) [m] of each point."""
+        near = np.zeros(len(points), bool)
+        found = self._tree.query_ball_point(points, around)
+        which = np.repeat(np.arange(len(points)), [len(rows) for rows in found])
+        if len(which):
+            triangles = self._triangles[np.concatenate([rows for rows in found if rows]).astype(np.int64)]
+            near[which[find_distances(points[which], triangles) < reaches[which]]] = True
         return near
 
 

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from fbcouple.case.bed.lattice import lattice_positions
-from fbcouple.case.bed.mesh_box import choose_cells
-from fbcouple.case.bed.region import find_imported, find_region, read_mesh
+from fbcouple.case.bed.region import find_region, read_mesh
 from fbcouple.case.bed.region_lattice import Inside, fill_region
 from fbcouple.case.changes import list_changes, list_values
 from fbcouple.case.load import load_case
@@ -26,8 +25,7 @@ from fbcouple.geometry.polyhedra import find_centres
 from fbcouple.geometry.quality import measure_cells
 
 sys.path.append(str(Path(__file__).parents[1] / "geometry"))
-from test_baffles import add_baffle, make_divided
-from test_meshes import make_bricks, write_gmsh
+from test_meshes import write_gmsh
 
 CASE = """
 title = "cylinder"
@@ -293,20 +291,6 @@ def test_a_surface_inside_is_told(tmp_path):
     case = load_case(write(tmp_path, *FILE.items(), ("[0.03, 0.03, 0.06]", str(list(box_of(0.03, 0.06, 6))))))
     (number,) = (number for number in estimate(case, folder=tmp_path) if number.name == "inner faces")
     assert number.value == 5 and number.verdict == "warn" and "tube" in number.meaning
-
-
-def test_baffles_are_counted(tmp_path):
-    """Each face once, though it is in two patches; a mesh without has no row. The sampling grid stays that of the
-    bricks, and a strip that weights reach across is told."""
-    strip = add_baffle(make_bricks((4, 4, 6), (0.04, 0.04, 0.06)), [0.0199, 0.02, 0.01], [0.0201, 0.03, 0.04])
-    text = CASE.replace('shape = "cylinder"', 'shape = "file"\nmesh = "polyMesh"').replace("[6, 6, 12]", "[4, 4, 6]")
-    plain = make_bricks((4, 4, 6), (0.04, 0.04, 0.06))
-    for mesh, wanted in ((make_divided(), [(12, None)]), (strip, [(3, "warn")]), (plain, [])):
-        write_polymesh(mesh, tmp_path / "polyMesh")
-        case = load_case(write(tmp_path, ("[0.03, 0.03, 0.06]", "[0.04, 0.04, 0.06]"), text=text))
-        found = [one for one in estimate(case, folder=tmp_path) if one.name == "baffle faces"]
-        assert [(one.value, one.verdict) for one in found] == wanted
-        assert choose_cells(find_imported(case.domain, tmp_path).mesh) == [4, 4, 6]
 
 
 def test_more_particles_than_sites_are_told_at_setup(tmp_path):

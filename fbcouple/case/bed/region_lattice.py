@@ -14,6 +14,7 @@ from fbcouple.case.bed.layers import stack
 from fbcouple.case.bed.particle_types import count_kinds, draw_kinds, largest_diameter, list_kinds, particle_count
 from fbcouple.case.schema.sections import Case
 from fbcouple.errors import CaseError
+from fbcouple.geometry.distance import Surface
 from fbcouple.geometry.polyhedra import find_centres, take_apart
 from fbcouple.geometry.polymesh import PolyMesh
 from fbcouple.geometry.tetrahedra import cut
@@ -39,6 +40,7 @@ class Inside:
         cells = take_apart(mesh, find_centres(mesh), number, np.arange(len(mesh.points)))
         self._locator = Locator(cut(cells))
         triangles = mesh.cut_faces(np.arange(len(mesh.neighbour), len(mesh.owner)))
+        self._surface = Surface(triangles)
         self._walls = scipy.spatial.cKDTree(triangles.mean(axis=1))
         self._widest = float(np.linalg.norm(triangles - triangles.mean(axis=1)[:, None], axis=2).max())
 
@@ -47,13 +49,16 @@ class Inside:
         return np.asarray(self._locator.holds(points))
 
     def is_clear(self, points: np.ndarray, distance: float) -> np.ndarray:
-        """Is a sphere of the radius `distance` [m] about each of `points` (n, 3) inside? Walls count as flat there."""
+        """Is a sphere of the radius `distance` [m] about each of `points` (n, 3) inside? Walls count as flat there; of
+        one thinner than that, and of edges, the distance is measured: what lies behind them may be inside, too."""
         clear = self._locator.holds(points)
         near = np.flatnonzero(clear)
         near = near[self._walls.query(points[near])[0] < distance + self._widest]
         for way in DIRECTIONS:
             near = near[clear[near]]
             clear[near] = self._locator.holds(points[near] + distance / LEAST_COSINE * way)
+        near = near[clear[near]]
+        clear[near] = ~self._surface.is_near(points[near], np.full(len(near), distance))
         return clear
 
 
