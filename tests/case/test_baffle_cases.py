@@ -88,6 +88,14 @@ def test_positions_in_a_baffle_are_told(tmp_path, x, fits):
         load_case(case)
 
 
+@pytest.mark.parametrize("patches", ['["plate_a"]', '["plate_*", "outlet"]'])
+def test_an_outlet_of_particles_is_no_baffle(tmp_path, patches):
+    """The other side is in the mesh: nobody would ever be out."""
+    outlet = f"[[particles.outlets]]\npatches = {patches}\n[contact]"
+    with pytest.raises(CaseError, match=r"outlet 1: (12|24) faces are of baffles.*outside of the mesh"):
+        load_case(bring(tmp_path, ("[contact]", outlet)))
+
+
 def test_a_wall_thinner_than_a_particle_is_one():
     """The two sides of a baffle up to 0.2 mm apart."""
     whole, mesh = make_divided(), split(make_divided())

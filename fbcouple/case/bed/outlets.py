@@ -15,6 +15,7 @@ from fbcouple.case.bed.region import find_imported, read_mesh
 from fbcouple.case.bed.streams import find_opening
 from fbcouple.case.schema.feeds import Outlet
 from fbcouple.case.schema.sections import Case
+from fbcouple.errors import CaseError
 from fbcouple.geometry.polymesh import PolyMesh
 
 DEPTH = 8.0
@@ -91,7 +92,7 @@ def read_wall_mesh(case: Case, folder: Path = Path()) -> PolyMesh:
 def find_open_faces(case: Case, outlets: Sequence[Outlet], folder: Path = Path()) -> np.ndarray:
     """Outer faces of the mesh of a region that is no box which `outlets` open.
 
-    Raises: CaseError (one text) if one has none.
+    Raises: CaseError (one text) if one has none, or has faces of a baffle.
     """
     assert case.particles is not None
     mesh, found = read_wall_mesh(case, folder), None
@@ -99,4 +100,8 @@ def find_open_faces(case: Case, outlets: Sequence[Outlet], folder: Path = Path()
         found = find_imported(case.domain, case.find_folder(folder, case.domain.mesh))
     numbered = [(number, one) for number, one in enumerate(case.particles.outlets, start=1) if one in outlets]
     faces = [find_outlet_faces(mesh, find_opening(outlet), number, found) for number, outlet in numbered]
-    return np.unique(np.concatenate([np.empty(0, np.int64), *faces]))
+    opened = np.unique(np.concatenate([np.empty(0, np.int64), *faces]))
+    if found and (inner := int(np.isin(opened, found.baffles).sum())):
+        text = f"{inner} faces are of baffles, walls inside of the mesh, behind which no particle is out"
+        raise CaseError([f"{text}; give patches on the outside of the mesh, or a box (low and high) at the baffle."])
+    return opened
