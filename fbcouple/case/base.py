@@ -32,6 +32,18 @@ def read_case(path: Path, label: str) -> tuple[dict[str, Any], list[Path]]:
     return _read(path, label, [])
 
 
+def list_inherited(raw: dict[str, Any], path: Path, label: str) -> frozenset[str]:
+    """Sections, and dotted keys, of `raw`, what `read_case` gives of the file `path`, that the bases brought and not
+    the file."""
+    own = read_toml(path, label)
+    inherited = {name for name in raw if name not in own}
+    for name, table in raw.items():
+        above = own.get(name, {})
+        if isinstance(table, dict) and isinstance(above, dict):
+            inherited |= {f"{name}.{key}" for key in table if key not in above}
+    return frozenset(inherited)
+
+
 def _read(path: Path, label: str, above: list[tuple[Path, str]]) -> tuple[dict[str, Any], list[Path]]:
     """Read the file `path` and its bases; `above` are the files, and their names, that lead here."""
     raw = read_toml(path, label)

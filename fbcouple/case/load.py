@@ -23,10 +23,11 @@ import fbcouple.case.checks.probes
 import fbcouple.case.checks.region
 import fbcouple.case.checks.start
 import fbcouple.case.checks.voidage  # noqa: F401  (each registers its checks)
-from fbcouple.case.base import read_case
+from fbcouple.case.alternatives import keep_last_said, tell_of_base
+from fbcouple.case.base import list_inherited, read_case
 from fbcouple.case.bed.adopt_inlets import adopt_inlets
-from fbcouple.case.bed.adopt_parcels import NUMBER, RATIO, adopt_parcels
-from fbcouple.case.bed.adopt_spring import OVERLAP, SPRINGS, adopt_spring
+from fbcouple.case.bed.adopt_parcels import adopt_parcels
+from fbcouple.case.bed.adopt_spring import adopt_spring
 from fbcouple.case.bed.mesh_box import adopt_box
 from fbcouple.case.bed.start_sizes import adopt_sizes
 from fbcouple.case.checks.registry import list_problems
@@ -40,12 +41,6 @@ from fbcouple.case.schema.sections import Case
 from fbcouple.case.source import FILE_NAME, apply_settings, find_case
 from fbcouple.errors import CaseError
 from fbcouple.machine.whole_files import write_whole
-
-ALTERNATIVES: dict[str, tuple[list[str], list[str]]] = {
-    "contact": ([OVERLAP], [name for name, *_ in SPRINGS.values()]),
-    "particles": ([RATIO], [NUMBER]),
-}
-"""Section -> options of it that say the same in two ways, of which a case has one."""
 
 
 def load_case(name: str, sets: Sequence[str] = (), say: Callable[[str], None] | None = None) -> Case:
@@ -61,19 +56,20 @@ def load_case(name: str, sets: Sequence[str] = (), say: Callable[[str], None] | 
     path = find_case(name)
     label = _format_label(name, path)
     raw, bases = read_case(path, label)
+    inherited = list_inherited(raw, path, label) if bases else frozenset()
     set_keys, problems = apply_settings(raw, sets)
     if "start.run" in set_keys and isinstance(raw["start"]["run"], str):
         raw["start"]["run"] = os.path.abspath(raw["start"]["run"])  # a path of the command line, not of the file
     if say and (fitted := fit_averages(raw, set_keys)):
         say(f"{label}: {fitted}")
-    _keep_last_said(raw, set_keys)
+    problems += keep_last_said(raw, set_keys)
     apply_preset(raw)
     unread = len(problems)
     problems += (unreadable := adopt_box(raw, (path.parent, *bases)))
     case, spoiled = _validate(raw, problems)
     if unreadable:  # what its mesh would say is not asked for
         problems = [one for one in problems if one.key not in [f"domain.{key}" for key in FROM_MESH]]
-    case.remember_bases(bases)
+    case.remember_bases(bases, inherited - set_keys)
     if not any(key.split(".")[0] == "particles" for key in spoiled):
         case, unfit = adopt_parcels(case)
         problems += unfit
@@ -84,6 +80,7 @@ def load_case(name: str, sets: Sequence[str] = (), say: Callable[[str], None] | 
     if not problems and case.contact and case.contact.max_overlap is not None:
         case, problems = adopt_spring(case, path.parent)
         problems = problems or list_problems(case, path.parent, set())
+    problems = [tell_of_base(problem, case.inherited) for problem in problems]
     if problems:
         is_set = [i < unread or _is_set(problem.key, set_keys) for i, problem in enumerate(problems)]
         raise CaseError([f"{'--set' if s else label}: {problem}" for s, problem in zip(is_set, problems, strict=True)])
@@ -100,19 +97,6 @@ def _format_label(name: str, path: Path) -> str:
 
 def _is_set(key: str, set_keys: set[str]) -> bool:
     return any(given == key or given.startswith(f"{key}.") or key.startswith(f"{given}.") for given in set_keys)
-
-
-def _keep_last_said(raw: dict[str, Any], set_keys: set[str]) -> None:
-    """Of `ALTERNATIVES` in `raw`, a case file's content, leave what `--set` gives (`set_keys`) where the file gives the
-    other one: a setting goes on top of the file."""
-    for section, ways in ALTERNATIVES.items():
-        if not isinstance(table := raw.get(section), dict):
-            continue
-        for said, other in (ways, ways[::-1]):
-            if any(f"{section}.{name}" in set_keys for name in said):
-                for name in other:
-                    if f"{section}.{name}" not in set_keys:
-                        table.pop(name, None)
 
 
 def _validate(raw: dict[str, Any], problems: list[Problem]) -> tuple[Case, set[str]]:

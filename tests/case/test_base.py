@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -173,3 +174,70 @@ def test_misspelt_and_misplaced_keys_of_the_file(tmp_path):
     assert problems_of("patil/c2", "base=patil/c1") == [
         "--set: base: is read from case files alone; write it into one."
     ]
+
+
+JET = "[[gas.inlets]]\nrectangle = [[0.0, 0.0], [0.01, 0.01]]\nvelocity = 1.0\n"
+
+
+@pytest.mark.parametrize(
+    ("base", "text", "keys"),
+    [
+        ("patil/c2", JET, ["gas.inlet_velocity", "gas.closed_nozzle"]),
+        ("patil/c2", "[gas]\ninlet_ramp = [[0.0, 0.0], [0.05, 1.0]]\n", ["gas.inlet_velocity"]),
+        ("patil/c2", "[particles]\ncount = 1000\n", ["particles.mass"]),
+        ("patil/c2", "[gas]\nclosed_nozzle_size = [0.004, 0.004]\n", ["gas.closed_nozzle"]),
+        ("mueller/0.9", "[contact]\nmax_overlap = 0.01\n", ["contact.stiffness"]),
+        ("patil/heat-1.20", "[heat]\ngas_conductivity = 0.026\n", ["heat.prandtl"]),
+        ("mueller/0.9", '[particles]\npositions = "bed.csv"\n', ["start"]),
+    ],
+)
+def test_both_that_say_the_same_are_told_by_what_the_base_brought(tmp_path, base, text, keys):
+    (tmp_path / "bed.csv").write_text("x,y,z\n0.01,0.005,0.01\n")
+    (tmp_path / "case.toml").write_text(f'base = "{base}"\n{text}')
+    told = problems_of(tmp_path)
+    for key in keys:
+        assert [problem for problem in told if f'unset = ["{key}"]' in problem], told
+    unset = f"unset = {json.dumps(keys)}\n"
+    (tmp_path / "case.toml").write_text(f'base = "{base}"\n{unset}{text}')
+    if keys != ["start"]:  # whose file of one particle is another bed
+        load_case(str(tmp_path))
+
+
+def test_both_in_one_file_name_no_base(tmp_path):
+    text = 'base = "patil/c2"\nunset = ["particles.mass"]\n[particles]\nmass = 0.075\ncount = 1000\n'
+    (tmp_path / "case.toml").write_text(text)
+    assert problems_of(tmp_path) == [
+        f"{tmp_path}/case.toml: particles.mass: mass and count are both given; remove one."
+    ]
+
+
+RAMP = ((0.0, 0.0), (0.05, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("sets", "section", "values"),
+    [
+        (["gas.inlet_ramp=[[0, 0], [0.05, 1]]"], "gas", {"inlet_velocity": None, "inlet_ramp": RAMP}),
+        (["particles.count=1000"], "particles", {"mass": None, "count": 1000}),
+        (["gas.closed_nozzle_size=[0.004, 0.004]"], "gas", {"closed_nozzle": None}),
+        (["gas.inlets=[]"], "gas", {"inlet_velocity": 1.2}),
+    ],
+)
+def test_a_setting_goes_on_top_of_what_says_the_same(sets, section, values):
+    found = getattr(load_case("patil/c2", sets), section)
+    assert {key: getattr(found, key) for key in values} == values
+
+
+def test_tables_go_on_top_of_a_velocity_and_not_the_other_way_round(tmp_path):
+    (tmp_path / "case.toml").write_text('base = "patil/c2"\nunset = ["gas.closed_nozzle"]\n')
+    table = "gas.inlets=[{rectangle = [[0.0, 0.0], [0.01, 0.01]], velocity = 1.0}]"
+    gas = load_case(str(tmp_path), [table]).gas
+    assert (gas.inlet_velocity, len(gas.inlets)) == (None, 1)
+    (tmp_path / "case.toml").write_text(
+        f'base = "patil/c2"\nunset = ["gas.inlet_velocity", "gas.closed_nozzle"]\n{JET}'
+    )
+    for key, value in (("inlet_velocity", "1"), ("inlet_ramp", "[[0, 1]]")):
+        (problem,) = problems_of(tmp_path, f"gas.{key}={value}")
+        assert problem.startswith(f"--set: gas.{key}: is given for the whole floor and the case has [[gas.inlets]]")
+    gas = load_case(str(tmp_path), ["gas.inlet_velocity=1", "gas.inlets=[]"]).gas
+    assert (gas.inlet_velocity, gas.inlets) == (1.0, ())

@@ -267,7 +267,9 @@ def test_mistakes_name_the_table_and_say_what_is_allowed(tmp_path, name):
 
 
 def test_a_closed_nozzle_is_given_once(tmp_path):
-    problems = problems_of(tmp_path, text=NOZZLE, sets=["gas.closed_nozzle=[2,2]"])
+    problems = problems_of(
+        tmp_path, text=NOZZLE.replace("closed_nozzle_size", "closed_nozzle = [2, 2]\nclosed_nozzle_size")
+    )
     assert [problem for problem in problems if "it and closed_nozzle_size are both given" in problem]
 
 

@@ -18,6 +18,7 @@ from fbcouple.case.kinds.registry import Wanted
 from fbcouple.case.load import load_case
 from fbcouple.case.new_case import write_new_case
 from fbcouple.case.plan.candidates import LIMIT, Pricing, list_averages, list_splits, make_member
+from fbcouple.case.plan.case_file import write_case_file
 from fbcouple.case.plan.choice import make_plan
 from fbcouple.case.plan.knobs import KNOBS, Value, list_numerics
 from fbcouple.case.plan.measured_errors import (
@@ -229,6 +230,13 @@ def test_a_spring_of_the_case_gives_way_to_the_planned_overlap(tmp_path):
     path = make_plan("mueller/0.9", 0.1, found=SHIPPED).write(tmp_path / "case.toml")
     assert 'unset = ["contact.stiffness"]' in path.read_text()
     assert load_case(str(path)).contact.stiffness < load_case("mueller/0.9").contact.stiffness
+
+
+def test_what_is_set_in_another_way_is_unset_in_the_written_case(tmp_path):
+    sets = ["particles.mass=0.01", "gas.inlet_ramp=[[0.0, 0.0], [0.1, 1.0]]"]
+    path = write_case_file(tmp_path / "case.toml", "mueller/0.9", sets, {}, ["A note."])
+    case = load_case(str(path))
+    assert (case.particles.mass, case.particles.count, case.gas.inlet_velocity) == (0.01, None, None)
 
 
 def test_from_python():

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from itertools import combinations_with_replacement
 from pathlib import Path
 
+from fbcouple.case.alternatives import word_removal
 from fbcouple.case.bed.adopt_spring import SPRINGS, has_spring
 from fbcouple.case.bed.contact_coefficients import find_pair, find_wall, list_coefficients
 from fbcouple.case.bed.derived import ROLLING_FACTOR, dem_step, find_spring, tangential_damping, tangential_law
@@ -48,7 +49,8 @@ def check_max_overlap(case: Case, folder: Path) -> Iterator[Problem]:
         return
     name = SPRINGS[case.contact.model][0]
     text = f"{case.contact.max_overlap:g} is given, and {name} = {getattr(case.contact, name):g} too"
-    yield Problem("contact.max_overlap", f"{text}, which says it already; remove one of them.")
+    removal = word_removal(case, ("contact.max_overlap", f"contact.{name}"))
+    yield Problem("contact.max_overlap", f"{text}, which says it already; {removal}.")
 
 
 def is_hertz(contact: Contact) -> bool:

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
+from fbcouple.case.alternatives import word_removal
 from fbcouple.case.bed.derived import dem_step
 from fbcouple.case.bed.gas_heat import has_hot_walls
 from fbcouple.case.bed.particle_types import list_kinds, particle_count
@@ -68,7 +69,8 @@ def check_gas_conductivity(case: Case, folder: Path) -> Iterator[Problem]:
     if len(given) != 1:
         words = "both are given" if given else "neither is given"
         text = f"{words} of gas_conductivity and prandtl, exactly one is allowed"
-        yield Problem("heat.gas_conductivity", f"{text}; give the conductivity in W/(m K), or the number (air: 0.7).")
+        mend = word_removal(case, [f"heat.{key}" for key in given]) if given else "give one"
+        yield Problem("heat.gas_conductivity", f"{text}; {mend} (the conductivity in W/(m K), the number of air: 0.7).")
 
 
 @check(*_KEYS, "gas", "exchange")

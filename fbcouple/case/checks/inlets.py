@@ -57,10 +57,10 @@ def _check_other_words(case: Case, gas: Gas) -> Iterator[Problem]:
         given = gas.inlets if key == "gas.inlets" else gas.outlets
         for word in (word for word, value in words.items() if given and value is not None):
             mend = "a table with velocity = 0 closes what it covers" if "nozzle" in word else "the tables say it all"
-            yield Problem(word, f"it and {key} are both given; remove it: {mend}.")
+            yield Problem(word, f"it and {key} are both given; remove it ({mend}).")
     if gas.closed_nozzle and (gas.closed_nozzle_size or gas.outlets):
         other = "closed_nozzle_size" if gas.closed_nozzle_size else "outlets"
-        mend = 'remove it, that of a base by unset = ["gas.closed_nozzle"], and give closed_nozzle_size in m'
+        mend = "remove it, and give closed_nozzle_size in m"
         yield Problem("gas.closed_nozzle", f"it and {other} are both given; {mend}.")
     if gas.closed_nozzle_size:
         width, depth = domain.size[:2]

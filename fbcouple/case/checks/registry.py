@@ -12,6 +12,7 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
 
+from fbcouple.case.alternatives import word_removal
 from fbcouple.case.bed.derived import dem_step, inlet_rows
 from fbcouple.case.bed.particle_types import largest_diameter
 from fbcouple.case.checks.coarse_graining import find_beyond
@@ -118,8 +119,10 @@ def check_particle_sections(case: Case, folder: Path) -> Iterator[Problem]:
 def check_mass_or_count(case: Case, folder: Path) -> Iterator[Problem]:
     """The bed is given by its mass or by its count."""
     if case.particles is not None and (case.particles.mass is None) == (case.particles.count is None):
-        given = "neither mass nor count is given" if case.particles.mass is None else "mass and count are both given"
-        yield Problem("particles.mass", f"{given}; give one of them (mass in kg, or count).")
+        text = "neither mass nor count is given; give one of them (mass in kg, or count)"
+        if case.particles.mass is not None:
+            text = f"mass and count are both given; {word_removal(case, ('particles.mass', 'particles.count'))}"
+        yield Problem("particles.mass", f"{text}.")
 
 
 def has_bed(case: Case) -> bool:
@@ -146,13 +149,14 @@ def check_inlet(case: Case, folder: Path) -> Iterator[Problem]:
     more."""
     if case.gas is None:
         return
-    ways = {"inlet_ramp": case.gas.inlet_ramp, "inlets": case.gas.inlets or None, "it": case.gas.inlet_velocity}
+    gas = case.gas
+    ways = {"inlet_velocity": gas.inlet_velocity, "inlets": gas.inlets or None, "inlet_ramp": gas.inlet_ramp}
     given = [name for name, value in ways.items() if value is not None]
     if len(given) != 1:
         text = "neither it nor inlet_ramp is given; give one of them (in m/s), or inlets"
         if given:
-            both = " and ".join(reversed(given))
-            text = f'{both} are both given; remove one, that of a base by unset = ["gas.{given[0]}"]'
+            both = " and ".join(given).replace("inlet_velocity", "it")
+            text = f"{both} are both given; {word_removal(case, [f'gas.{name}' for name in given])}"
         yield Problem("gas.inlet_velocity", f"{text}.")
     if wrong := examine_times("row {}", [time for time, _ in case.gas.inlet_ramp or ()]):
         yield Problem("gas.inlet_ramp", wrong)

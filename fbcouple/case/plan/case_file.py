@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from fbcouple.case.alternatives import list_replaced
 from fbcouple.case.base import read_case
-from fbcouple.case.bed.adopt_spring import OVERLAP, SPRINGS
 from fbcouple.case.load import load_case, write_value
 from fbcouple.case.problems import show
 from fbcouple.case.schema.reference import BASE, UNSET
@@ -18,7 +18,6 @@ from fbcouple.errors import CaseError
 from fbcouple.machine.whole_files import require_writable
 
 _WIDTH = 118
-_SPRING_KEYS = [OVERLAP, *(name for name, *_ in SPRINGS.values())]
 
 
 def write_case_file(path: Path, name: str, sets: Sequence[str], settings: dict[str, Any], note: Sequence[str]) -> Path:
@@ -76,7 +75,7 @@ def _read_sets(sets: Sequence[str]) -> dict[str, Any]:
 def _write_text(path: Path, name: str, values: dict[str, Any], note: Sequence[str]) -> str:
     lines = [f"# {line}" for sentence in note for line in textwrap.wrap(sentence, _WIDTH)]
     lines.append(f"{BASE} = {write_value(_name_base(path, name))}")
-    if unset := _find_springs(name, values):
+    if unset := _find_replaced(name, values):
         lines.append(f"{UNSET} = {write_value(unset)}")
     lines += [f"{key} = {write_value(value)}" for key, value in values.items() if "." not in key]
     for section in dict.fromkeys(key.partition(".")[0] for key in values if "." in key):
@@ -91,9 +90,7 @@ def _name_base(path: Path, name: str) -> str:
     return Path(os.path.relpath(find_case(name).resolve(), path.parent.resolve())).as_posix()
 
 
-def _find_springs(name: str, values: dict[str, Any]) -> list[str]:
-    """Springs, or overlaps, of the case `name` that `values` give in another way."""
-    if not any(f"contact.{key}" in values for key in _SPRING_KEYS):
-        return []
-    contact = read_case(find_case(name), name)[0].get("contact", {})
-    return [f"contact.{key}" for key in _SPRING_KEYS if key in contact and f"contact.{key}" not in values]
+def _find_replaced(name: str, values: dict[str, Any]) -> list[str]:
+    """Options of the case `name` that `values` say in another way."""
+    raw = read_case(find_case(name), name)[0]
+    return list(dict.fromkeys(other for _, other in list_replaced(raw, values)))

@@ -81,6 +81,7 @@ class Case(Section):
 
     _origin: tuple[str, tuple[str, ...]] = PrivateAttr(("", ()))
     _base_folders: tuple[Path, ...] = PrivateAttr(())
+    _inherited: frozenset[str] = PrivateAttr(frozenset())
 
     title: str = option("One line that says what this case is.", min_length=1, max_length=200)
     end_time: float = option(
@@ -113,9 +114,10 @@ class Case(Section):
         """Keep the name or path that the case was read by, and the `key=value` settings on top of it."""
         self._origin = name, tuple(sets)
 
-    def remember_bases(self, folders: Sequence[Path]) -> None:
-        """Keep the folders of the case files that this case stands on, the nearest first."""
-        self._base_folders = tuple(folders)
+    def remember_bases(self, folders: Sequence[Path], inherited: frozenset[str] = frozenset()) -> None:
+        """Keep the folders of the case files that this case stands on, the nearest first, and the options, by dotted
+        key, that these files say and its own does not."""
+        self._base_folders, self._inherited = tuple(folders), inherited
 
     def find_folder(self, folder: Path, name: str | None) -> Path:
         """Where the file `name` of the case lies: in its own `folder`, or in that of the nearest base that has it."""
@@ -132,6 +134,11 @@ class Case(Section):
     def base_folders(self) -> tuple[Path, ...]:
         """Folders beside its own that files of the case may lie in, the nearest first."""
         return self._base_folders
+
+    @property
+    def inherited(self) -> frozenset[str]:
+        """Options, by dotted key, that the case has from the files that it stands on."""
+        return self._inherited
 
     @property
     def origin(self) -> tuple[str, tuple[str, ...]]:
