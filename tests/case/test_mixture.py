@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from statistics import NormalDist
 
 import numpy as np
 import pytest
@@ -96,6 +97,49 @@ def test_a_lognormal_distribution_has_its_median_and_its_deviation():
     logs = np.log([kind.diameter / 1e-3 for kind in kinds])
     assert np.mean(logs) == pytest.approx(0.0, abs=2e-3)
     assert np.std(logs) == pytest.approx(math.log(1.2), rel=0.01)
+
+
+@pytest.mark.parametrize("fractions", ["mass", "number"])
+@pytest.mark.parametrize("deviation", [1e-5, 1e-6, 1e-7, 1e-9])
+@pytest.mark.parametrize("spread", ["normal", "lognormal"])
+@pytest.mark.filterwarnings("error")
+def test_a_narrow_distribution_between_wide_limits(spread, deviation, fractions):
+    """Two halves lie sqrt(2/pi) s off the middle, and 50 classes have its deviation, however narrow it is."""
+    wide = {"spread": spread, "deviation": deviation, "smallest": 1e-5, "largest": 5e-3, "fractions": fractions}
+    low, high = (kind.diameter for kind in list_kinds(make(count=2000, classes=2, **wide)))
+    assert [low - 1e-3, high - 1e-3] == pytest.approx([-math.sqrt(2 / math.pi) * deviation, -(low - 1e-3)], rel=0.05)
+    many = list_kinds(make(count=2000, classes=50, **wide))
+    assert np.std([kind.diameter for kind in many]) == pytest.approx(deviation, rel=0.05)
+    assert sum(count_kinds(make(count=2000, classes=50, **wide))) == 2000
+    assert find_problems(make_case(particles=wide | {"classes": 50})) == []
+
+
+@pytest.mark.parametrize(("deviation", "smallest"), [(0.1e-3, 0.1e-3), (0.1e-3, 1e-6), (0.15e-3, 0.99e-3)])
+def test_wider_limits_change_nothing_where_nothing_is_left(deviation, smallest):
+    """A cut-off within the distribution still cuts it."""
+    spread = {"spread": "normal", "deviation": deviation, "smallest": smallest, "largest": 2e-3, "classes": 8}
+    found = [kind.diameter for kind in list_kinds(make(count=1000, fractions="number", **spread))]
+    edges = NormalDist(1e-3, deviation)
+    low = edges.cdf(smallest)
+    middles = [edges.inv_cdf(low + (1.0 - low) * (n + 0.5) / 8) for n in range(8)]
+    assert found[1:-1] == pytest.approx(middles[1:-1], rel=2e-3) and min(found) > smallest
+
+
+@pytest.mark.parametrize("fractions", ["mass", "number"])
+def test_a_wide_lognormal_distribution_keeps_its_mean_volume(fractions):
+    """E[d^3] by number is m^3 exp(9 s^2/2); by mass 1/E[d^-3] is m^3 exp(-9 s^2/2)."""
+    wide = {"spread": "lognormal", "deviation": 0.7e-3, "smallest": 1e-7, "largest": 10.0, "classes": 20}
+    kinds = list_kinds(make(count=1000, fractions=fractions, **wide))
+    sign = 1.0 if fractions == "number" else -1.0
+    mean = sum(kind.share * kind.diameter**3 for kind in kinds)
+    assert mean == pytest.approx(1e-9 * math.exp(sign * 4.5 * math.log(1.7) ** 2), rel=5e-3)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_distribution_that_cannot_be_calculated_is_told():
+    tiny = {"diameter": 1e-150, "spread": "normal", "deviation": 1e-151, "smallest": 1e-152, "largest": 1.0}
+    problems = find_problems(make_case(particles=tiny))
+    assert [problem for problem in problems if problem.startswith("particles.deviation: 1e-151 m is given; with it no")]
 
 
 def test_a_distribution_by_mass_has_equal_masses_in_its_classes():

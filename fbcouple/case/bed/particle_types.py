@@ -17,7 +17,10 @@ import numpy as np
 from fbcouple.case.schema.particles import Particles
 
 _POINTS = 20_001
-"""Diameters on which a distribution is integrated: the total mass is then right to 1e-8."""
+"""Diameters on which a distribution is integrated: those of 8 classes are then right to some 1e-4."""
+_REACH = 8.0
+"""Deviations beyond which a distribution has nothing, 1e-15 of it."""
+_BELOW = 1.0 - 1e-9
 _ROUNDING = 1e-12
 
 
@@ -82,7 +85,7 @@ def list_kinds(particles: Particles) -> list[Kind]:
         total = sum(count for *_, count in particles.sizes)
         return [Kind(diameter, density, 1, count / total, ratio) for diameter, density, count in particles.sizes]
     rest = 1.0 - sum(fraction for _, _, fraction in particles.mixture)
-    rows = [(d, particles.density, 1, share * rest) for d, share in _cut_spread(particles)]
+    rows = [(d, particles.density, 1, share * rest) for d, share in cut_spread(particles)]
     rows += [(d, density, n, fraction) for n, (d, density, fraction) in enumerate(particles.mixture, start=2)]
     if len(rows) == 1:
         return [_make_kind(*rows[0], ratio)]
@@ -130,32 +133,52 @@ def _share_out(total: int, kinds: list[Kind]) -> list[int]:
     return counts.tolist()
 
 
-def _cut_spread(particles: Particles) -> list[tuple[float, float]]:
+def cut_spread(particles: Particles) -> list[tuple[float, float]]:
     """Diameters [m] of the first species and their shares: classes that hold the same part of the distribution.
 
     The diameter of a class is that of its mean volume, so that count and mass of the bed fit each other.
+    Raises: OverflowError if a class has no diameter that could be calculated with.
     """
     if particles.spread is None:
         return [(particles.diameter, 1.0)]
     assert particles.deviation is not None and particles.smallest is not None and particles.largest is not None
-    d = np.linspace(particles.smallest, particles.largest, _POINTS)
-    with np.errstate(under="ignore"):
-        density = SPREADS[particles.spread](d, particles.diameter, particles.deviation)
-    part = density / density.sum()
-    by_number = part / d**3 if particles.fractions == "mass" else part
-    edges = np.searchsorted(np.cumsum(part), np.arange(1, particles.classes) / particles.classes)
-    pairs = zip(np.split(by_number * d**3, edges), np.split(by_number, edges), strict=True)
-    return [(float((v.sum() / n.sum()) ** (1 / 3)), 1.0 / particles.classes) for v, n in pairs]
+    between = particles.smallest, particles.largest
+    with np.errstate(all="ignore"):
+        d, density = SPREADS[particles.spread](particles.diameter, particles.deviation, between)
+        part = density / density.sum()
+        by_number = part / d**3 if particles.fractions == "mass" else part
+        edges = np.searchsorted(np.cumsum(part), np.arange(1, particles.classes) / particles.classes)
+        pairs = zip(np.split(by_number * d**3, edges), np.split(by_number, edges), strict=True)
+        diameters = [float((v.sum() / n.sum()) ** (1 / 3)) for v, n in pairs]
+    if not all(particles.smallest * _BELOW <= d <= particles.largest / _BELOW for d in diameters):  # nan neither
+        raise OverflowError
+    return [(diameter, 1.0 / particles.classes) for diameter in diameters]
 
 
-Spread = Callable[[np.ndarray, float, float], np.ndarray]
-SPREADS: dict[str, Spread] = {
-    "normal": lambda d, middle, deviation: np.exp(-0.5 * ((d - middle) / deviation) ** 2),
-    "lognormal": lambda d, middle, deviation: (
-        np.exp(-0.5 * (np.log(d / middle) / np.log1p(deviation / middle)) ** 2) / d
-    ),
+Points = tuple[np.ndarray, np.ndarray]
+
+
+def _spread_normally(mean: float, deviation: float, between: tuple[float, float]) -> Points:
+    room = _REACH * deviation
+    d = np.linspace(max(between[0], mean - room), min(between[1], mean + room), _POINTS)
+    return d, np.exp(-0.5 * ((d - mean) / deviation) ** 2)
+
+
+def _spread_lognormally(median: float, deviation: float, between: tuple[float, float]) -> Points:
+    """On equal steps of ln d; d^3 of a number, or d^-3 of a mass, moves the distribution by 3 s^2 of ln d."""
+    s = math.log1p(deviation / median)
+    room = _REACH * s + 3.0 * s * s
+    low, high = (math.log(end / median) for end in between)
+    logs = np.linspace(max(low, -room), min(high, room), _POINTS)
+    return median * np.exp(logs), np.exp(-0.5 * (logs / s) ** 2)
+
+
+SPREADS: dict[str, Callable[[float, float, tuple[float, float]], Points]] = {
+    "normal": _spread_normally,
+    "lognormal": _spread_lognormally,
 }
-"""Densities of the diameter [m] up to a factor: mean or median, deviation [m]."""
+"""Diameters [m] at equal steps of the diameter, or of its logarithm, and the parts of a distribution up to a factor: of
+mean or median, deviation, smallest and largest [m]."""
 
 
 def largest_diameter(particles: Particles) -> float:

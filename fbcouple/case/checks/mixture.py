@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 
-from fbcouple.case.bed.particle_types import count_kinds, list_kinds
+from fbcouple.case.bed.particle_types import count_kinds, cut_spread, list_kinds
 from fbcouple.case.problems import Problem, show
 from fbcouple.case.schema.particles import Particles
 from fbcouple.case.schema.sections import Case
@@ -42,6 +42,13 @@ def _check_spread(particles: Particles) -> Iterator[Problem]:
     if not particles.smallest < particles.diameter < particles.largest:
         text = f"{particles.smallest:g} to {particles.largest:g} m does not hold the diameter {particles.diameter:g} m"
         yield Problem("particles.smallest", f"{text}; fix one of the three.")
+        return
+    if particles.deviation is not None:
+        try:
+            cut_spread(particles)
+        except OverflowError:
+            text = f"{particles.deviation:g} m is given; with it no diameters of the classes can be calculated"
+            yield Problem("particles.deviation", f"{text}; give it, and the diameters, in m.")
 
 
 def _check_sizes(particles: Particles) -> Iterator[Problem]:
