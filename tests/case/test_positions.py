@@ -140,6 +140,46 @@ def test_more_sizes_than_there_can_be_types_are_told(bed):
         bed(["x,y,z,diameter", *rows], "particles.count=51")
 
 
+def place(count):
+    return [f"{0.002 * (n % 9 + 1):g},{0.002 * (n // 9 % 9 + 1):g},{0.01 + 0.002 * (n // 81):g}" for n in range(count)]
+
+
+@pytest.mark.parametrize(("column", "noise"), [("density", 1e-13), ("radius", 1e-15), ("diameter", 1e-7)])
+def test_sizes_that_rounding_alone_parts_are_one(bed, tmp_path, column, noise):
+    """As programs write them that calculate them: 200 particles of two sizes, of 60 numbers each."""
+    middle = {"density": 2500.0, "radius": 5e-4, "diameter": 1e-3}[column]
+    values = [middle * (1 + n % 60 * noise) * (1 if n % 4 else 0.8) for n in range(200)]
+    case = bed([f"x,y,z,{column}", *give(place(200), *map(repr, values))], "particles.count=200")
+    rows = [(density if column == "density" else diameter, count) for diameter, density, count in case.particles.sizes]
+    scale = 2.0 if column == "radius" else 1.0
+    assert [count for _, count in rows] == [50, 150]
+    assert [value for value, _ in rows] == pytest.approx([0.8 * scale * middle, scale * middle], rel=1e-5)
+    assert start_kinds(case, tmp_path).tolist() == [1 if n % 4 else 0 for n in range(200)]
+    write_case(case, tmp_path / "case.toml")
+    assert load_case(str(tmp_path)) == case
+
+
+def test_a_size_that_is_the_case_s_own_but_for_rounding_changes_nothing(bed, tmp_path):
+    values = [5e-4 * (1 + n * 1e-15) for n in range(3)]
+    case = bed(["x,y,z,radius", *give(ROWS, *map(repr, values))])
+    assert not case.particles.sizes and start_kinds(case, tmp_path).tolist() == [0, 0, 0]
+
+
+def test_sizes_that_differ_little_by_little_are_not_one(bed):
+    """Neighbours lie within rounding of each other, the ends do not."""
+    values = [1e-3 * (1 + 0.6e-5 * n) for n in range(40)]
+    case = bed(["x,y,z,diameter", *give(place(40), *map(repr, values))], "particles.count=40")
+    assert [row[0] for row in case.particles.sizes] == values
+
+
+def test_a_run_folder_with_every_number_as_a_size_still_loads(bed, tmp_path):
+    values = [6e-4 * (1 + n * 1e-14) for n in range(3)]
+    sizes = [[value, 1000.0, 1] for value in values]
+    text = CASE.replace('positions = "start.csv"', f'positions = "start.csv"\nsizes = {sizes}')
+    case = bed(["x,y,z,diameter", *give(ROWS, *map(repr, values))], text=text)
+    assert [row[0] for row in case.particles.sizes] == values and start_kinds(case, tmp_path).tolist() == [0, 1, 2]
+
+
 @pytest.mark.parametrize(
     ("lines", "told"),
     [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -37,7 +38,8 @@ def adopt_sizes(case: Case, folder: Path) -> Case:
 
 
 def find_sizes(particles: Particles, start: StartFile) -> Sizes:
-    """Diameters [m], densities [kg m-3] and numbers of the particles in a positions file, from small to large.
+    """Diameters [m], densities [kg m-3] and numbers of the particles in a positions file, from small to large; those
+    that rounding alone parts, by SAME_SIZE at most, are one.
 
     Empty where the file says nothing else than the case: it gives no sizes, all are the case's own, or the case has
     several kinds, one of which each particle is (match_kinds).
@@ -45,13 +47,23 @@ def find_sizes(particles: Particles, start: StartFile) -> Sizes:
     """
     if (start.diameters is None and start.densities is None) or particles.mixture or particles.spread:
         return ()
-    rows, _, counts = _group(particles, start)
-    if len(rows) > MOST_SIZES:
-        text = f"the file gives {len(rows)} different sizes or densities, at most {MOST_SIZES} are allowed"
+    groups = _group(*(_merge(values) for values in _list_values(particles, start)))
+    if len(groups.rows) > MOST_SIZES:
+        text = f"the file gives {len(groups.rows)} different sizes or densities, at most {MOST_SIZES} are allowed"
         raise CaseError([f"{text} (each is a type of LIGGGHTS with its own damping); round them to that many."])
-    if len(rows) == 1 and np.allclose(rows[0], _say_own(particles), rtol=1e-9, atol=0.0):
+    if len(groups.rows) == 1 and np.allclose(groups.rows[0], _say_own(particles), rtol=1e-9, atol=0.0):
         return ()
-    return tuple((d, density, count) for (d, density), count in zip(rows.tolist(), counts.tolist(), strict=True))
+    return groups.list_sizes()
+
+
+def says_sizes(particles: Particles, start: StartFile) -> bool:
+    """Is `particles.sizes` what a positions file says, or, as in run folders that were set up before sizes were merged,
+    every different number of it? Raises: CaseError as `find_sizes`."""
+    if particles.sizes == find_sizes(particles, start):
+        return True
+    if not particles.sizes or particles.mixture or particles.spread:
+        return False
+    return particles.sizes == _group(*_list_values(particles, start)).list_sizes()
 
 
 def match_kinds(particles: Particles, start: StartFile) -> np.ndarray | None:
@@ -63,7 +75,10 @@ def match_kinds(particles: Particles, start: StartFile) -> np.ndarray | None:
     said = None if start.kinds is None else start.kinds - 1
     if start.diameters is None and start.densities is None:
         return _number_types(particles, start) if said is None else said
-    rows, which, _ = _group(particles, start)
+    groups = _group(*_list_values(particles, start))
+    if len(groups.rows) > MOST_SIZES:
+        groups = _group(*(_merge(values) for values in _list_values(particles, start)))
+    rows, which = groups.rows, groups.which
     known = np.array([(kind.diameter, kind.density) for kind in list_kinds(particles)])
     columns = [start.diameters is not None, start.densities is not None]
     apart = np.abs(rows[:, None, columns] / known[None][:, :, columns] - 1.0).max(axis=2)
@@ -77,7 +92,7 @@ def match_kinds(particles: Particles, start: StartFile) -> np.ndarray | None:
         return said
     found = best[which]
     for row in range(len(rows)):
-        first = int(np.argmax(which == row))
+        first = int(groups.first[row])
         if apart[row, best[row]] > SAME_SIZE:
             text = f"{_word(start, first)}, which no kind of the case has"
             raise CaseError([f"{text} ({_list_known(known)}); fix the file, or diameter, mixture and spread."])
@@ -104,15 +119,46 @@ def _say_own(particles: Particles) -> tuple[float, float]:
     return find_ratio(particles) * particles.diameter, particles.density
 
 
-def _group(particles: Particles, start: StartFile) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Different pairs of diameter and density (k, 2), the pair of each particle (n,) and the particles of each (k,)."""
+def _list_values(particles: Particles, start: StartFile) -> tuple[np.ndarray, np.ndarray]:
+    """Diameter [m] and density [kg m-3] of each particle, (n,): those of the case where the file does not say them."""
     count = len(start.positions)
     diameters = np.full(count, _say_own(particles)[0]) if start.diameters is None else start.diameters
-    densities = np.full(count, particles.density) if start.densities is None else start.densities
-    pairs, which, counts = np.unique(
-        np.stack([diameters, densities], axis=1), axis=0, return_inverse=True, return_counts=True
+    return diameters, np.full(count, particles.density) if start.densities is None else start.densities
+
+
+def _merge(values: np.ndarray) -> np.ndarray:
+    """The values with those that lie within SAME_SIZE of each other, and apart from all others, replaced by their
+    mean."""
+    known, which, counts = np.unique(values, return_inverse=True, return_counts=True)
+    cuts = np.flatnonzero(np.diff(known) > SAME_SIZE * known[:-1]) + 1
+    merged = known.copy()
+    for first, last in zip([0, *cuts], [*cuts, len(known)], strict=True):
+        if last - first > 1 and known[last - 1] <= known[first] * (1.0 + SAME_SIZE):
+            merged[first:last] = np.average(known[first:last], weights=counts[first:last])
+    return merged[which.ravel()]
+
+
+@dataclass(frozen=True)
+class Groups:
+    """Different pairs of diameter [m] and density [kg m-3], from small to large: `rows` (k, 2), how many particles have
+    each, `counts` (k,), the first that has it, `first` (k,), and the pair of each particle, `which` (n,)."""
+
+    rows: np.ndarray
+    counts: np.ndarray
+    first: np.ndarray
+    which: np.ndarray
+
+    def list_sizes(self) -> Sizes:
+        """Diameter, density and number of each pair."""
+        rows = zip(self.rows.tolist(), self.counts.tolist(), strict=True)
+        return tuple((diameter, density, count) for (diameter, density), count in rows)
+
+
+def _group(diameters: np.ndarray, densities: np.ndarray) -> Groups:
+    pairs, first, which, counts = np.unique(
+        np.stack([diameters, densities], axis=1), axis=0, return_index=True, return_inverse=True, return_counts=True
     )
-    return pairs, which.ravel(), counts
+    return Groups(pairs, counts, first, which.ravel())
 
 
 def _word(start: StartFile, row: int) -> str:

@@ -18,7 +18,7 @@ from fbcouple.case.bed.particle_types import (
 from fbcouple.case.bed.positions import bring_in, start_kinds
 from fbcouple.case.bed.region import read_mesh
 from fbcouple.case.bed.start_file import ENDINGS, StartFile, read_start
-from fbcouple.case.bed.start_sizes import find_sizes, match_kinds
+from fbcouple.case.bed.start_sizes import Sizes, find_sizes, match_kinds, says_sizes
 from fbcouple.case.checks.bed import try_region
 from fbcouple.case.checks.mixture import KEYS
 from fbcouple.case.checks.registry import BED, check, has_bed
@@ -49,11 +49,11 @@ def check_positions(case: Case, folder: Path) -> Iterator[Problem]:
         name = case.particles.positions
         path = find_companion(case.find_folder(folder, name), name, ENDINGS)
         start = read_start(path, case.particles.positions_step)
-        sizes = find_sizes(case.particles, start)
+        problems = [] if says_sizes(case.particles, start) else [_tell_sizes(case, find_sizes(case.particles, start))]
     except CaseError as error:
         yield from (Problem(_KEY, problem) for problem in error.problems)
         return
-    problems = [*_check_sizes(case, sizes), *_check_number(case, start), *_check_kinds(case, start)]
+    problems += [*_check_number(case, start), *_check_kinds(case, start)]
     yield from problems
     if problems or not has_bed(case):
         return
@@ -63,13 +63,12 @@ def check_positions(case: Case, folder: Path) -> Iterator[Problem]:
     yield from outside or _find_overlap(case, positions, diameters)
 
 
-def _check_sizes(case: Case, sizes: tuple[tuple[float, float, int], ...]) -> Iterator[Problem]:
-    """`particles.sizes` is what the file says, or is left to it."""
+def _tell_sizes(case: Case, sizes: Sizes) -> Problem:
+    """`particles.sizes` is not what the file says, and is not left to it."""
     assert case.particles is not None
-    if case.particles.sizes != sizes:
-        given, found = (show(rows) if rows else "nothing" for rows in (case.particles.sizes, sizes))
-        text = f"{given} is given and {case.particles.positions} says {found}"
-        yield Problem("particles.sizes", f"{text}; remove it (it follows from the file), or fix the file.")
+    given, found = (show(rows) if rows else "nothing" for rows in (case.particles.sizes, sizes))
+    text = f"{given} is given and {case.particles.positions} says {found}"
+    return Problem("particles.sizes", f"{text}; remove it (it follows from the file), or fix the file.")
 
 
 def _check_number(case: Case, start: StartFile) -> Iterator[Problem]:
