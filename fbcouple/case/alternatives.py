@@ -53,6 +53,11 @@ def keep_last_said(raw: dict[str, Any], set_keys: Collection[str]) -> list[Probl
     ]
 
 
+def has_option(raw: dict[str, Any], dotted: str) -> bool:
+    """Does a case file's content `raw` give this option?"""
+    return _look_up(raw, dotted) is not None
+
+
 def _refuse(raw: dict[str, Any], key: str) -> Problem:
     _pop(raw, key)
     text = "is given for the whole floor and the case has [[gas.inlets]], which say where gas comes in"

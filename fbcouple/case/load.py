@@ -30,6 +30,7 @@ from fbcouple.case.bed.adopt_parcels import adopt_parcels
 from fbcouple.case.bed.adopt_spring import adopt_spring
 from fbcouple.case.bed.mesh_box import adopt_box
 from fbcouple.case.bed.start_sizes import adopt_sizes
+from fbcouple.case.checks.idle import drop_idle
 from fbcouple.case.checks.registry import list_problems
 from fbcouple.case.fit_averages import fit_averages
 from fbcouple.case.presets import apply_preset
@@ -70,6 +71,8 @@ def load_case(name: str, sets: Sequence[str] = (), say: Callable[[str], None] | 
     if unreadable:  # what its mesh would say is not asked for
         problems = [one for one in problems if one.key not in [f"domain.{key}" for key in FROM_MESH]]
     case.remember_bases(bases, inherited - set_keys)
+    if not spoiled:
+        case = drop_idle(case, set_keys)
     if not any(key.split(".")[0] == "particles" for key in spoiled):
         case, unfit = adopt_parcels(case)
         problems += unfit

@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from fbcouple.case.alternatives import list_replaced
+from fbcouple.case.alternatives import has_option, list_replaced
 from fbcouple.case.base import read_case
+from fbcouple.case.checks.idle import list_idle
 from fbcouple.case.load import load_case, write_value
 from fbcouple.case.problems import show
 from fbcouple.case.schema.reference import BASE, UNSET
@@ -91,6 +92,8 @@ def _name_base(path: Path, name: str) -> str:
 
 
 def _find_replaced(name: str, values: dict[str, Any]) -> list[str]:
-    """Options of the case `name` that `values` say in another way."""
+    """Options of the case `name` that `values` say in another way, or leave without effect."""
     raw = read_case(find_case(name), name)[0]
-    return list(dict.fromkeys(other for _, other in list_replaced(raw, values)))
+    case = load_case(name, [f"{key}={write_value(value)}" for key, value in values.items()])
+    idle = [key for key in list_idle(case) if key not in values and has_option(raw, key)]
+    return list(dict.fromkeys([*(other for _, other in list_replaced(raw, values)), *idle]))
