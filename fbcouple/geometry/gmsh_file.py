@@ -32,6 +32,11 @@ ELEMENTS: dict[int, tuple[str, int, int]] = {
 _CURVED = {9: "triangle6", 10: "quad9", 11: "tetra10", 12: "hexahedron27", 13: "wedge18", 14: "pyramid14"}
 _CURVED |= {8: "line3", 16: "quad8", 17: "hexahedron20", 18: "wedge15", 19: "pyramid13"}
 _ENOUGH = {"Nodes", "Elements"}
+_NAMES = 8
+_GROUPS_LOST = (
+    "format 2 loses them with Mesh.SaveAll = 1; mesh it again in format 4.1 (`gmsh -3 -format msh41`), or with "
+    "Mesh.SaveAll = 0 and the volume in a physical group"
+)
 _REWRITE = "`gmsh OLD.msh -save -format msh41 -o NEW.msh` rewrites it"
 
 
@@ -93,6 +98,10 @@ def _read(data: bytes) -> GmshFile:
         tags, found.points = _read_nodes(nodes)
         rows = _read_elements(elements, entities)
     found.blocks = [Block(kind, _number(tags, corners), groups) for kind, corners, groups in rows]
+    if found.names and found.blocks and not any(block.groups for block in found.blocks):
+        names = list(dict.fromkeys(found.names.values()))
+        shown = ", ".join(names[:_NAMES]) + (", ..." if len(names) > _NAMES else "")
+        raise ValueError(f"it names the groups {shown}, and none of its elements is in one: {_GROUPS_LOST}")
     return found
 
 

@@ -176,6 +176,8 @@ def take_surface(found: ImportedMesh, key: str, name: str) -> np.ndarray:
         text = f"{name} is a group of volumes, curves or points, a group of surfaces is allowed"
     elif name in found.surfaces:
         text = f"the patch {name} has no faces"
+    if list(found.surfaces) == [WALLS]:
+        known += f' (the file names no other; in gmsh `Physical Surface("{name}") = {{...}};`, saved in format 4.1)'
     raise CaseError([f"{text}; give {key} = one of: {known}."])
 
 

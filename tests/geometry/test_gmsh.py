@@ -340,3 +340,42 @@ def test_every_face_of_a_surface_on_points_of_its_own_is_counted(tmp_path):
     assert found.loose["77"] == 2 and found.surfaces["77"].size == 0
     with pytest.raises(CaseError, match="2 faces of 77 are no sides of cells"):
         choose_patches(found, "77", "top")
+
+
+TUBE = """SetFactory("OpenCASCADE");
+Cylinder(1) = {0, 0, 0, 0, 0, 0.02, 0.008};
+Mesh.MeshSizeMax = 0.004;
+"""
+NAMES = """Physical Surface("bottom") = {3};
+Physical Surface("top") = {2};
+Physical Volume("bed") = {1};
+"""
+
+
+def mesh_tube(folder, form, save_all, text=TUBE + NAMES, binary=0):
+    (folder / "tube.geo").write_text(text)
+    gmsh = [sys.executable, Path(sys.executable).with_name("gmsh"), "-3", "-nt", "1", "-v", "1", "-format", form]
+    numbers = ["-setnumber", "Mesh.SaveAll", str(save_all), "-setnumber", "Mesh.Binary", str(binary)]
+    subprocess.run([*gmsh, *numbers, "-o", folder / "tube.msh", folder / "tube.geo"], check=True)
+    return folder / "tube.msh"
+
+
+@pytest.mark.parametrize("binary", [0, 1])
+def test_groups_that_format_2_loses_are_told(tmp_path, binary):
+    """gmsh writes the names and group 0 for every element."""
+    path = mesh_tube(tmp_path, "msh22", 1, binary=binary)
+    words = r"it names the groups bottom, top, bed, and none of its elements is in one: format 2 loses them with "
+    with pytest.raises(CaseError, match=rf"{words}Mesh\.SaveAll = 1; mesh it again in format 4\.1 .*SaveAll = 0"):
+        read_mesh_file(path)
+
+
+@pytest.mark.parametrize(("form", "save_all"), [("msh22", 0), ("msh41", 0), ("msh41", 1)])
+def test_groups_that_gmsh_keeps(tmp_path, form, save_all):
+    mesh = choose_patches(read_mesh_file(mesh_tube(tmp_path, form, save_all)), "bottom", "top")
+    assert mesh.find_area("inlet") == pytest.approx(mesh.find_area("outlet"), rel=1e-3)
+
+
+def test_a_mesh_without_groups_says_how_to_name_them(tmp_path):
+    found = read_mesh_file(mesh_tube(tmp_path, "msh22", 1, TUBE))
+    with pytest.raises(CaseError, match=r'one of: walls \(the file names no other; .*Physical Surface\("inlet"\)'):
+        choose_patches(found, "inlet", "outlet")
