@@ -18,12 +18,12 @@ from pathlib import Path
 import numpy as np
 
 from fbcouple.errors import CaseError
+from fbcouple.input_files.decimal_signs import DecimalSigns
 from fbcouple.input_files.foreign_files import find_encoding
 from fbcouple.input_files.units import DENSITIES, LENGTHS, SPEEDS, TIMES, find_size
 
 _LACKING = re.compile(r"#(N/A|NV|N/D|[^\s;,]+[!?])\s*([;,\t]|$)")
 """First entry of a row that a spreadsheet could not compute, in any language; other lines with `#` are comments."""
-_THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}")
 _BRACKETS = " []()\t"
 _LONGEST_HEAD = 100_000
 _SHOWN = 60
@@ -224,7 +224,7 @@ def _find_size(where: str, column: str, unit: str | None, units: dict[str, float
 def _read_numbers(file: str, lines: Iterable[tuple[int, str]], head: _Head, indices: list[int]) -> Iterator[float]:
     """The numbers at `indices` of every row, one after the other."""
     separator, width = head.separator, len(head.names)
-    comma = point = 0
+    signs = DecimalSigns(file, separator)
     for number, line in lines:
         text = line.strip()
         if not text or (text[0] == "#" and not _LACKING.match(text)):
@@ -237,16 +237,11 @@ def _read_numbers(file: str, lines: Iterable[tuple[int, str]], head: _Head, indi
         for index in indices:
             entry = fields[index]
             if "," in entry:
-                comma = comma or number
-            elif "." in entry:
-                point = point or number
-            if comma and point:
-                text = f"{file}: line {comma} has a decimal comma and line {point} a decimal point"
-                raise CaseError([f"{text}; write all numbers one way, and none with a sign between thousands."])
-            if separator == "," and _THOUSANDS.fullmatch(entry.strip()):
-                text = f"{file}: line {number} has `{entry.strip()}` for {head.names[index]}, which may be thousands"
-                raise CaseError([f"{text} or a decimal comma; write it with a decimal point, or `;` between columns."])
+                signs.see_comma(number, entry, head.names[index])
+            elif not signs.point and "." in entry:
+                signs.see_point(number)
             yield _read_number(file, number, entry, head.names[index])
+    signs.require_clear()
 
 
 def _read_number(file: str, line: int, entry: str, column: str) -> float:

@@ -88,6 +88,13 @@ def test_columns_that_are_not_read_are_named(tmp_path):
             'x,y\n1,2\n"1,234",5\n',
             "line 3 has `1,234` for x, which may be thousands or a decimal comma; write it",
         ),
+        (
+            "x\ty\n0\t1,234\n1\t2,500\n",
+            "line 2 has `1,234` for y, which may be thousands or a decimal comma; write it with a decimal point, or as "
+            "1234 .no number of the file tells",
+        ),
+        ("x;y\n0;7\n1;-12,500\n", "line 3 has `-12,500` for y, which may be thousands or a decimal comma"),
+        ("x y\n900 1\n1,000 2\n", "line 3 has `1,000` for x, which may be thousands or a decimal comma"),
         ("x,y\n1,2\n#N/A,3\n", "line 3 has `#N/A` for x; give a number"),
         ("x;y\n1;2\n#WERT!;3\n", "line 3 has `#WERT!` for x"),
         ("x;y\n1;2\n1.234,5;3\n", "line 3 has `1.234,5` for x"),
@@ -105,6 +112,17 @@ def test_what_cannot_be_read_is_told_as_it_was_found(tmp_path, content, told):
     with pytest.raises(CaseError, match=told) as caught:
         read_table(write(tmp_path, content), FORM)
     assert str(caught.value).startswith("table.csv")
+
+
+@pytest.mark.parametrize("other", ["0,234", "1,5", "1,2345", "1,234e-3", "1234,567", "0,000"])
+@pytest.mark.parametrize("separator", [";", "\t", " "])
+def test_one_number_tells_of_decimal_commas(tmp_path, separator, other):
+    """In whichever column and row: a program writes all numbers of a file one way."""
+    value = float(other.replace(",", "."))
+    for rows in ([["1,234", "2"], [other, "3,000"]], [["2", "1,234"], [other, "7"]], [[other, "1"], ["3", "1,234"]]):
+        lines = [separator.join(row) for row in [["x", "y"], *rows]]
+        found = read_table(write(tmp_path, "\n".join(lines)), FORM).columns
+        assert value in found["x"] and 1.234 in (*found["x"], *found["y"])
 
 
 def test_a_pipe_a_device_and_a_folder_are_no_files(tmp_path):
