@@ -38,8 +38,9 @@ from fbcouple.case.bed.rest_overlap import estimate_rest_overlap
 from fbcouple.case.bed.speeds import SETTLED, estimate_overlap
 from fbcouple.case.bed.stacks import watch_columns
 from fbcouple.case.bed.start_numbers import describe_start
+from fbcouple.case.bed.step_limits import Limits, measure_limits
 from fbcouple.case.bed.streams import has_openings
-from fbcouple.case.bed.thin_cells import find_thinnest, find_widths, look_for_slivers
+from fbcouple.case.bed.thin_cells import find_widths, look_for_slivers
 from fbcouple.case.schema.sections import Case
 from fbcouple.case.user_code import OWN
 from fbcouple.errors import CaseError
@@ -78,9 +79,9 @@ def estimate(case: Case, law: Law | None = None, folder: Path = Path()) -> list[
             if not (case.gas and case.exchange):
                 parts.append(partial(watch_columns, speed=None))
     widths = find_widths(case, folder) if case.gas else None
-    thinnest = find_thinnest(case, folder) if case.gas else None
+    limits = measure_limits(case, folder) if case.gas else None
     if case.gas:
-        parts.append(partial(_time_gas, thinnest=thinnest))
+        parts.append(partial(_time_gas, limits=limits))
         if widths is not None:
             parts.append(partial(look_for_slivers, widths=widths, folder=folder))
         parts.append(partial(_look_at_inlet, region=region))
@@ -92,9 +93,9 @@ def estimate(case: Case, law: Law | None = None, folder: Path = Path()) -> list[
         parts.append(partial(measure_cells, cell=region.spacing))
         parts.append(partial(describe_conduction, cell=np.asarray(region.spacing)))
         if law or case.exchange.drag != OWN:
-            parts.append(partial(time_exchange, law=law, thinnest=thinnest))
+            parts.append(partial(time_exchange, law=law, limits=limits))
             parts += [partial(_fluidize, law=law, region=region)]
-    parts.append(partial(watch_cadences, thinnest=thinnest))
+    parts.append(partial(watch_cadences, limits=limits))
     try:
         with np.errstate(over="raise", divide="raise", invalid="raise"):
             return [number for part in parts for number in part(case)]
@@ -200,10 +201,10 @@ def _watch_rest(case: Case, law: Law | None, region: Region) -> Iterator[Number]
     yield from tell_creep(case, rests=slowest == 0.0 or slowest < onset or (case.gas is not None and jet))
 
 
-def _time_gas(case: Case, thinnest: float | None) -> Iterator[Number]:
+def _time_gas(case: Case, limits: Limits | None) -> Iterator[Number]:
     assert case.gas is not None
     meaning = "What the Courant limit at U_f/0.40, the Fourier limit and max_step allow; a lively bed takes less."
-    yield Number("fluid step", gas_step(case, thinnest=thinnest), "s", None, None, meaning)
+    yield Number("fluid step", gas_step(case, limits=limits), "s", None, None, meaning)
     meaning = "Superficial velocity through the open faces of the inlet."
     if case.gas.inlets:
         meaning = "Superficial velocity of the fastest inlet, in the middle of its profile."

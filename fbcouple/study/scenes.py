@@ -6,15 +6,18 @@ import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from fbcouple.case.bed.derived import dem_step, fastest_inlet, pair_contact_time
 from fbcouple.case.bed.exchange_numbers import response_times
 from fbcouple.case.bed.fluid_step import coupling_step, gas_step
+from fbcouple.case.bed.step_limits import measure_limits
 from fbcouple.case.load import load_case
 from fbcouple.case.problems import Problem, show, suggest
 from fbcouple.case.schema.reference import list_options
 from fbcouple.case.schema.sections import Case
+from fbcouple.case.source import find_case
 from fbcouple.errors import CaseError
 from fbcouple.study.schema import Stability
 from fbcouple.study.source import (
@@ -111,11 +114,11 @@ def _expand(study: Stability, source: Source, group: str, table: Settings) -> It
         for form in own.get("forms", study.forms) if case.exchange else ("",):
             timed = settings | ({FORM: form} if form else {})
             wanted = load_case(base, format_settings(timed))
-            end = find_end(wanted, study, own, f"{source.label}: {name}")
+            end = find_end(wanted, study, own, f"{source.label}: {name}", find_case(base).parent)
             timed |= {"end_time": end, "output.record_every": end / ROWS}
             if study.restart:
                 # Without gas nothing but the rows says how long a coupling step is.
-                steps = end / find_step(wanted) if wanted.gas else ROWS
+                steps = end / find_step(wanted, find_case(base).parent) if wanted.gas else ROWS
                 moment = max(1, int(steps / MOMENTS))
                 timed |= {"checkpoint.every": end / 2, "checkpoint.moment_steps": moment}
             full = f"{name}-{form}" if form else name
@@ -140,8 +143,9 @@ def _word(value: Any) -> str:
     return "".join(letter if letter.isalnum() or letter in "+." else "_" for letter in text)
 
 
-def find_end(case: Case, study: Stability, own: Settings, label: str) -> float:
-    """Simulated time [s] of a scene: its characteristic times, and no less than the study's fluid steps.
+def find_end(case: Case, study: Stability, own: Settings, label: str, folder: Path) -> float:
+    """Simulated time [s] of a scene: its characteristic times, and no less than the study's fluid steps; the case's own
+    files lie in `folder`.
 
     Raises: CaseError if the scene has no such time.
     """
@@ -149,7 +153,7 @@ def find_end(case: Case, study: Stability, own: Settings, label: str) -> float:
     span = find_span(case, name)
     if span is None:
         raise CaseError([f"{label}: span: {show(name)} is given, and the scene has no such time; give another."])
-    end = max(own.get("times", study.times) * span, study.steps * find_step(case))
+    end = max(own.get("times", study.times) * span, study.steps * find_step(case, folder))
     return min(end, study.longest) if study.longest else end
 
 
@@ -166,11 +170,11 @@ def find_span(case: Case, name: str) -> float | None:
     return case.domain.size[2] / fastest if fastest else None
 
 
-def find_step(case: Case) -> float:
-    """Step [s] that a case is expected to take."""
+def find_step(case: Case, folder: Path) -> float:
+    """Step [s] that a case whose own files lie in `folder` is expected to take."""
     if case.gas and case.particles:
-        return coupling_step(case)
+        return coupling_step(case, measure_limits(case, folder))
     if case.gas:
-        return gas_step(case)
+        return gas_step(case, limits=measure_limits(case, folder))
     assert case.contact is not None and case.particles is not None
     return dem_step(case.contact, case.particles)

@@ -12,6 +12,7 @@ from fbcouple.case.bed.fluid_step import coupling_step
 from fbcouple.case.bed.lattice import lay_out
 from fbcouple.case.bed.particle_types import mean_volume
 from fbcouple.case.bed.stacks import LIFTED, LOOSE
+from fbcouple.case.bed.step_limits import measure_limits
 from fbcouple.case.load import load_case
 from fbcouple.case.preflight import estimate
 from fbcouple.case.schema.sections import Case
@@ -63,7 +64,7 @@ def _describe(scene: Scene, ending: Ending, run: Path) -> Row:
     varied = ", ".join(f"{key} = {value}" for key, value in scene.varied.items())
     row: Row = {"scene": scene.group, "varied": varied, "form": scene.form, "predicted": predicted, "doubts": doubts}
     row |= {"verdict": verdict, "indicators": why, "how": ending.how, "why": ending.text[:200]}
-    row |= find_stiffness(case)
+    row |= find_stiffness(case, run)
     return row | {"seconds": ending.seconds} | indicators
 
 
@@ -109,11 +110,12 @@ def predict(case: Case, folder: Path = Path()) -> tuple[str, str]:
     return PREDICTIONS[worst], ", ".join(said)
 
 
-def find_stiffness(case: Case) -> dict[str, float | None]:
-    """Expected step over tau_g and tau_p of a packed bed, and over tau_g of the start lattice if the bed is one."""
+def find_stiffness(case: Case, folder: Path = Path()) -> dict[str, float | None]:
+    """Expected step over tau_g and tau_p of a packed bed, and over tau_g of the start lattice if the bed is one;
+    the case's own files lie in `folder`."""
     if not (case.gas and case.particles and case.exchange and case.contact):
         return {"dt/tau_g": None, "dt/tau_p": None, "dt/tau_g of the lattice": None}
-    step, times = coupling_step(case), response_times(case)
+    step, times = coupling_step(case, measure_limits(case, folder)), response_times(case)
     own = None
     if case.start:
         layout = lay_out(case)

@@ -6,13 +6,14 @@ from collections.abc import Iterator
 
 from fbcouple.case.bed.fluid_step import gas_step
 from fbcouple.case.bed.number import Number
+from fbcouple.case.bed.step_limits import Limits
 from fbcouple.case.schema.sections import Case
 
 
-def watch_cadences(case: Case, thinnest: float | None = None) -> Iterator[Number]:
+def watch_cadences(case: Case, limits: Limits | None = None) -> Iterator[Number]:
     """Tell of each option that takes something every so often where it takes it once or never, or at every step and
-    more seldom than asked; thinnest: width [m] of the thinnest cell along z of a mesh, as `gas_step` has it."""
-    step = gas_step(case, thinnest=thinnest) if case.gas else 0.0
+    more seldom than asked; limits: of its fluid step, as `gas_step` has them."""
+    step = gas_step(case, limits=limits) if case.gas else 0.0
     for key, every, start in _list_cadences(case):
         left = max(case.end_time - start, 0.0)
         if every > left:

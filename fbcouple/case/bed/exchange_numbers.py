@@ -12,6 +12,7 @@ from fbcouple.case.bed.drag_balance import find_drag
 from fbcouple.case.bed.fluid_step import coupling_step, gas_step
 from fbcouple.case.bed.number import Law, Number, judge
 from fbcouple.case.bed.particle_types import find_ratio, largest_diameter, list_kinds, mean_volume
+from fbcouple.case.bed.step_limits import Limits
 from fbcouple.case.schema.sections import Case
 
 PACKED = 0.42
@@ -37,9 +38,9 @@ def response_times(case: Case, law: Law | None = None, voidage: float = PACKED) 
     }
 
 
-def time_exchange(case: Case, law: Law | None, thinnest: float | None) -> Iterator[Number]:
+def time_exchange(case: Case, law: Law | None, limits: Limits | None) -> Iterator[Number]:
     assert case.gas is not None and case.particles is not None and case.exchange is not None
-    step = coupling_step(case, thinnest) if case.contact else gas_step(case, thinnest=thinnest)
+    step = coupling_step(case, limits) if case.contact else gas_step(case, limits=limits)
     for name, time in response_times(case, law).items():
         limit = f"below {STABLE_EXPLICIT:g} (explicit drag)" if case.exchange.scheme == "explicit" else None
         verdict = judge(step / time < STABLE_EXPLICIT, "unfit") if limit else None
@@ -47,7 +48,7 @@ def time_exchange(case: Case, law: Law | None, thinnest: float | None) -> Iterat
         meaning = f"Fluid step over the response time of the {whose} in a packed bed, {time:.3g} s."
         yield Number(f"fluid step/{name}", step / time, "1", limit, verdict, meaning)
     if case.contact:
-        held = gas_step(case, thinnest=thinnest) / dem_step(case.contact, case.particles)
+        held = gas_step(case, limits=limits) / dem_step(case.contact, case.particles)
         meaning = "DEM steps in a fluid step; below 1 the step is a DEM step, longer than the gas wants it."
         if held < 2.0:
             meaning = f"{meaning} One: the gas, solved every DEM step, is what costs; larger cells let it take more."

@@ -6,24 +6,26 @@ import math
 
 from fbcouple.case.bed.derived import cell_size, dem_step, fastest_inlet, open_velocity
 from fbcouple.case.bed.drag_balance import EXPANDED
+from fbcouple.case.bed.step_limits import Limits, measure_limits
 from fbcouple.case.bed.streams import has_side_openings
 from fbcouple.case.schema.sections import Case
 
 
-def gas_step(case: Case, share: float = 1.0, thinnest: float | None = None) -> float:
+def gas_step(case: Case, share: float = 1.0, limits: Limits | None = None, longer: float = 1.0) -> float:
     """Fluid step [s] that the Courant limit at U_f/0.40, the Fourier limit and `gas.max_step` allow.
 
-    share: speed of the inlet over the fastest that it has in the whole run; thinnest: width [m] of the thinnest cell
-    along z, absent: all cells are alike.
+    share: speed of the inlet over the fastest that it has in the whole run; limits: those by the cells, absent: as they
+    are known without the files of the case; longer: step by the Courant number that the run takes over that at
+    U_f/0.40. The other two limits know of no speed.
     """
     assert case.gas is not None
-    cell = cell_size(case)
-    fourier = case.gas.max_fourier * case.gas.density / case.gas.viscosity / float((1.0 / cell**2).sum())
-    speed, edge = _find_fast_gas(case), float(cell[2])
+    limits = limits or measure_limits(case, None)
+    fourier = case.gas.max_fourier * case.gas.density / case.gas.viscosity / limits.rate
+    speed, edge = _find_fast_gas(case), float(cell_size(case)[2])
     if case.gas.inlets and speed == open_velocity(case) and has_side_openings(case):
-        edge = float(cell.min())
-    edge = edge if thinnest is None else thinnest
-    courant = case.gas.max_courant * edge / (speed * share) if speed * share > 0.0 else math.inf
+        edge = float(cell_size(case).min())
+    edge = edge if limits.thinnest is None else limits.thinnest
+    courant = longer * case.gas.max_courant * edge / (speed * share) if speed * share > 0.0 else math.inf
     return min(fourier, courant, case.gas.max_step or math.inf)
 
 
@@ -34,8 +36,8 @@ def _find_fast_gas(case: Case) -> float:
     return max(speed, open_velocity(case)) if case.gas.inlets else speed
 
 
-def coupling_step(case: Case, thinnest: float | None = None) -> float:
+def coupling_step(case: Case, limits: Limits | None = None) -> float:
     """Step [s] of a case of both phases: the fluid step as `gas_step` has it, and no less than the one DEM step that it
     has to hold."""
     assert case.particles is not None and case.contact is not None
-    return max(gas_step(case, thinnest=thinnest), dem_step(case.contact, case.particles))
+    return max(gas_step(case, limits=limits), dem_step(case.contact, case.particles))

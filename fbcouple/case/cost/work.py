@@ -22,7 +22,7 @@ from fbcouple.case.bed.number import Law
 from fbcouple.case.bed.particle_types import largest_diameter, mean_density, particle_count, solids_volume
 from fbcouple.case.bed.region import Region, find_region
 from fbcouple.case.bed.speeds import SETTLED
-from fbcouple.case.bed.thin_cells import find_thinnest
+from fbcouple.case.bed.step_limits import Limits, measure_limits
 from fbcouple.case.preflight import JET
 from fbcouple.case.schema.feeds import Feed
 from fbcouple.case.schema.sections import Case
@@ -30,8 +30,8 @@ from fbcouple.case.user_code import OWN
 from fbcouple.geometry.partition import find_rank_grid
 
 LIVELY = 0.65
-"""Fluid steps that moving beds take, over the longest that `gas_step` allows: the gas between bubbles and above the bed
-is faster than the U_f/0.40 that it counts with."""
+"""Fluid steps that moving beds take, over those that the Courant limit allows at U_f/0.40: the gas between bubbles and
+above the bed is faster."""
 RESTING, SPOUTED, BUBBLING, DILUTE = 2.4, 1.9, 0.5, 0.0
 """Contacts a particle, pairs that touch over the particles: of a bed at rest, of one that a jet passes, of one that
 bubbles as a whole, whose particles hit and part, and of particles that the gas carries."""
@@ -98,7 +98,7 @@ def count_work(
     gas = case.gas
     fluid_steps, carried = 0.0, case.gravity > 0.0 and bool(case.particles) and contacts == DILUTE
     if gas:
-        fluid_steps = count_fluid_steps(case, seconds, find_thinnest(case, folder), carried)
+        fluid_steps = count_fluid_steps(case, seconds, measure_limits(case, folder), carried)
     return Work(
         seconds=seconds,
         particles=particles,
@@ -123,21 +123,23 @@ def count_dem_steps(case: Case, seconds: float) -> int:
     return math.ceil(seconds / dem_step(case.contact, case.particles) - 1e-6)
 
 
-def count_fluid_steps(case: Case, seconds: float, thinnest: float | None = None, carried: bool = False) -> float:
-    """Fluid steps of a run of `seconds` [s]: those of the case's limits at the inlet's speed of each time, `LIVELY` as
-    long, in whole DEM steps, and one a DEM step at least.
+def count_fluid_steps(case: Case, seconds: float, limits: Limits | None = None, carried: bool = False) -> float:
+    """Fluid steps of a run of `seconds` [s]: those of the case's limits at the inlet's speed of each time, by the
+    Courant number `LIVELY` as long, in whole DEM steps, and one a DEM step at least.
 
-    carried: there is no bed, the gas carries the particles, and is hardly faster than where it comes in.
+    limits: those by the cells, as `gas_step` has them; carried: there is no bed, the gas carries the particles, and is
+    hardly faster than where it comes in.
     """
     assert case.gas is not None
     pieces = _PIECES if len(inlet_ramp(case.gas)) > 1 else 1
+    limits = limits or measure_limits(case, None)
     fastest, width = fastest_inlet(case.gas), seconds / pieces
     held = dem_step(case.contact, case.particles) if case.particles and case.contact else 0.0
     share, longer = (EXPANDED, 1.0) if carried else (1.0, LIVELY)
     steps = 0.0
     for number in range(pieces):
         speed = inlet_speed(case.gas, (number + 0.5) * width)
-        step = longer * gas_step(case, share * speed / fastest if fastest else 0.0, thinnest)
+        step = gas_step(case, share * speed / fastest if fastest else 0.0, limits, longer)
         if held:
             step = held * max(1.0, step / held - 0.5)  # rounded down: half a DEM step is lost on the mean
         steps += width / step
