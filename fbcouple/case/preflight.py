@@ -11,13 +11,7 @@ import numpy as np
 
 from fbcouple.case.bed.cadences import watch_cadences
 from fbcouple.case.bed.contact_numbers import tell_creep, time_contacts
-from fbcouple.case.bed.derived import (
-    fastest_inlet,
-    inlet_ramp,
-    inlet_range,
-    inlet_rows,
-    open_velocity,
-)
+from fbcouple.case.bed.derived import fastest_inlet, inlet_ramp, inlet_range, inlet_rows
 from fbcouple.case.bed.drag_balance import minimum_fluidization, terminal_velocity
 from fbcouple.case.bed.exchange_numbers import measure_cells, time_exchange
 from fbcouple.case.bed.feeds import count_fed
@@ -80,7 +74,7 @@ def estimate(case: Case, law: Law | None = None, folder: Path = Path()) -> list[
                 parts.append(partial(watch_columns, speed=None))
     widths = find_widths(case, folder) if case.gas else None
     limits = measure_limits(case, folder) if case.gas else None
-    if case.gas:
+    if limits:
         parts.append(partial(_time_gas, limits=limits))
         if widths is not None:
             parts.append(partial(look_for_slivers, widths=widths, folder=folder))
@@ -201,14 +195,16 @@ def _watch_rest(case: Case, law: Law | None, region: Region) -> Iterator[Number]
     yield from tell_creep(case, rests=slowest == 0.0 or slowest < onset or (case.gas is not None and jet))
 
 
-def _time_gas(case: Case, limits: Limits | None) -> Iterator[Number]:
+def _time_gas(case: Case, limits: Limits) -> Iterator[Number]:
     assert case.gas is not None
     meaning = "What the Courant limit at U_f/0.40, the Fourier limit and max_step allow; a lively bed takes less."
     yield Number("fluid step", gas_step(case, limits=limits), "s", None, None, meaning)
     meaning = "Superficial velocity through the open faces of the inlet."
     if case.gas.inlets:
-        meaning = "Superficial velocity of the fastest inlet, in the middle of its profile."
-    yield Number("open inlet velocity", open_velocity(case), "m s-1", None, None, meaning)
+        meaning = (
+            "Superficial velocity of the fastest inlet, in the middle of its profile, as the faces of the mesh have it."
+        )
+    yield Number("open inlet velocity", limits.jet, "m s-1", None, None, meaning)
     within, whole = max(map(abs, inlet_range(case.gas, 0.0, case.end_time))), fastest_inlet(case.gas)
     if whole > within:
         meaning = (

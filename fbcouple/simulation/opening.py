@@ -12,6 +12,7 @@ from mpi4py import MPI
 from fbcouple.case.bed import derived
 from fbcouple.case.bed.acceleration import choose_acceleration
 from fbcouple.case.bed.feeds import find_clearing_time, has_traffic
+from fbcouple.case.bed.jets import find_jet_range
 from fbcouple.case.bed.outlets import find_longest_step
 from fbcouple.case.bed.particle_types import largest_diameter
 from fbcouple.case.bed.streams import has_own_condition, list_tables
@@ -123,7 +124,7 @@ def _start_clock(case: Case, end: float, edge: float) -> Clock:
     longest = find_longest_step(case)
     first = min(*_list_cadences(case), find_clearing_time(case), longest)
     if case.gas:
-        speed = max(derived.open_velocity(case), _SLOWEST)
+        speed = max(*map(abs, find_jet_range(case, None)), _SLOWEST)
         room = case.gas.max_courant * edge / speed
         longest = min(longest, room if derived.has_ramp(case.gas) else math.inf, case.gas.max_step or math.inf)
         first = dem_step or min(room, longest)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 
 import pytest
 
@@ -45,3 +46,26 @@ def test_a_step_that_the_fourier_number_holds_is_as_long_as_told(tmp_path, name)
     rows = [json.loads(line) for line in (tmp_path / "run/logs/run.jsonl").read_text().splitlines()]
     early, late = rows[2], rows[3]
     assert (late["time"] - early["time"]) / (late["steps"] - early["steps"]) == pytest.approx(told, rel=1e-6)
+
+
+JET = """[[gas.inlets]]
+circle = [0.004, 0.004, 0.0005]
+ramp = [[0.0, 60.0], [1.0, 60.0001]]
+"""
+
+
+def test_a_run_with_a_jet_within_a_cell_takes_the_steps_that_its_faces_let_it(tmp_path):
+    """2.9 m/s through four faces, for 60 as given: a ramp held the steps to what these would need."""
+    domain = "size = [0.008, 0.008, 0.016]\ncells = [8, 8, 16]\n"
+    text = CASE.replace("DOMAIN", domain).replace("inlet_velocity = 0.02\n", "max_fourier = 10.0\n" + JET)
+    (tmp_path / "case.toml").write_text(text)
+    case = load_case(str(tmp_path))
+    told = gas_step(case, limits=measure_limits(case, tmp_path))
+    assert told == pytest.approx(0.2 * 1e-3 / (60.0 * math.pi / 16.0 * 0.25), rel=1e-5)
+    sets = [f"end_time={20 * told}", f"output.record_every={5 * told}"]
+    lay_out(str(tmp_path / "case.toml"), tmp_path / "run", sets, False, forced=True)
+    launch(tmp_path / "run", 1, lambda row: None)
+    rows = [json.loads(line) for line in (tmp_path / "run/logs/run.jsonl").read_text().splitlines()]
+    found = (rows[-1]["time"] - rows[0]["time"]) / rows[-1]["steps"]
+    print(f"steps of {found / told:.3g} of the one told")
+    assert 0.5 * told < found < 1.5 * told

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from fbcouple.case.bed.derived import cell_size, dem_step, fastest_inlet, open_velocity
+from fbcouple.case.bed.derived import cell_size, dem_step, fastest_inlet
 from fbcouple.case.bed.drag_balance import EXPANDED
 from fbcouple.case.bed.step_limits import Limits, measure_limits
 from fbcouple.case.bed.streams import has_side_openings
@@ -14,26 +14,26 @@ from fbcouple.case.schema.sections import Case
 def gas_step(case: Case, share: float = 1.0, limits: Limits | None = None, longer: float = 1.0) -> float:
     """Fluid step [s] that the Courant limit at U_f/0.40, the Fourier limit and `gas.max_step` allow.
 
-    share: speed of the inlet over the fastest that it has in the whole run; limits: those by the cells, absent: as they
+    share: speed of the inlet over the fastest that it has in the whole run; limits: those by the mesh, absent: as they
     are known without the files of the case; longer: step by the Courant number that the run takes over that at
     U_f/0.40. The other two limits know of no speed.
     """
     assert case.gas is not None
     limits = limits or measure_limits(case, None)
     fourier = case.gas.max_fourier * case.gas.density / case.gas.viscosity / limits.rate
-    speed, edge = _find_fast_gas(case), float(cell_size(case)[2])
-    if case.gas.inlets and speed == open_velocity(case) and has_side_openings(case):
+    speed, edge = _find_fast_gas(case, limits.jet), float(cell_size(case)[2])
+    if case.gas.inlets and speed == limits.jet and has_side_openings(case):
         edge = float(cell_size(case).min())
     edge = edge if limits.thinnest is None else limits.thinnest
     courant = longer * case.gas.max_courant * edge / (speed * share) if speed * share > 0.0 else math.inf
     return min(fourier, courant, case.gas.max_step or math.inf)
 
 
-def _find_fast_gas(case: Case) -> float:
-    """Speed [m/s] of the gas in a bed at U_f/0.40, or of the fastest jet, which keeps its velocity."""
+def _find_fast_gas(case: Case, jet: float) -> float:
+    """Speed [m/s] of the gas in a bed at U_f/0.40, or of the fastest `jet` [m/s], which keeps its velocity."""
     assert case.gas is not None
     speed = fastest_inlet(case.gas) / (EXPANDED if case.particles else 1.0)
-    return max(speed, open_velocity(case)) if case.gas.inlets else speed
+    return max(speed, jet) if case.gas.inlets else speed
 
 
 def coupling_step(case: Case, limits: Limits | None = None) -> float:

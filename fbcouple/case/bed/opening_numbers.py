@@ -10,13 +10,16 @@ import numpy as np
 
 from fbcouple.case.bed.derived import fastest_inflow
 from fbcouple.case.bed.inlet_profile import read_profiles
-from fbcouple.case.bed.number import Number
-from fbcouple.case.bed.openings import describe, find_stream_areas
+from fbcouple.case.bed.jets import compare_momentum, count_across
+from fbcouple.case.bed.number import Number, judge
+from fbcouple.case.bed.openings import Openings, describe, find_stream_areas
 from fbcouple.case.bed.region import Region, find_openings
-from fbcouple.case.bed.streams import list_outlets, list_streams
+from fbcouple.case.bed.streams import Stream, list_outlets, list_streams
 from fbcouple.case.schema.sections import Case
 from fbcouple.geometry.imported import list_outlets as list_outlet_patches
 
+WIDE = 3.0
+"""Cells across an inlet from which on the mesh has the most of its jet: the faces at its edges are a part of it."""
 _EDGE = 1e-3
 """Part of the edge of a square as large as an inlet by which points may go beyond it untold."""
 
@@ -33,6 +36,8 @@ def describe_openings(case: Case, region: Region, folder: Path) -> Iterator[Numb
         meaning = f"{describe(stream.opening).capitalize()}: {area:.7g} m2 of the mesh, {velocity:g} m s-1 {when}."
         yield Number(f"inlet {number}", area * velocity, "m3 s-1", None, None, meaning)
         beyond = 0.0 if isinstance(stream.profile, str) else stream.profile.beyond
+        if stream.opening.shape is not None and not stream.is_closed:
+            yield from _count_cells(case, streams, openings, number)
         if beyond > _EDGE * math.sqrt(area):
             meaning = f"How far the file of its profile goes beyond inlet {number}: what lies there is not used. "
             meaning += "Right if it is of a larger section; wrong if its lengths are in another unit."
@@ -45,3 +50,16 @@ def describe_openings(case: Case, region: Region, folder: Path) -> Iterator[Numb
         for number, (outlet, patch) in enumerate(zip(list_outlets(case), patches, strict=True), start=1):
             meaning = f"{describe(outlet).capitalize()}: whole faces of the mesh, whose centres lie in it."
             yield Number(f"area of outlet {number}", openings.mesh.find_area(patch), "m2", None, None, meaning)
+
+
+def _count_cells(case: Case, streams: tuple[Stream, ...], openings: Openings, number: int) -> Iterator[Number]:
+    """How many cells are across inlet `number`, from 1, that has a shape, and what the mesh has of its momentum."""
+    across = count_across(case.domain, streams, openings, number - 1)
+    if math.isinf(across):
+        return
+    part = compare_momentum(streams, openings, number - 1)
+    meaning = (
+        f"A face has one velocity: the mesh has {part:.3g} of the momentum flux that the case gives on the faces of "
+        f"inlet {number}. For more of it make the cells smaller, or let the inlet end where faces do."
+    )
+    yield Number(f"cells across inlet {number}", across, "cells", f"at least {WIDE:g}", judge(across >= WIDE), meaning)

@@ -9,9 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from fbcouple.case.bed.contact_coefficients import find_pair, find_wall
-from fbcouple.case.bed.derived import find_spring, hertz_modulus, hertz_overlap, inlet_ramp, open_range
+from fbcouple.case.bed.derived import find_spring, hertz_modulus, hertz_overlap, inlet_ramp
 from fbcouple.case.bed.drag_balance import EXPANDED, find_balance, find_drag
 from fbcouple.case.bed.falls import Fall, list_falls
+from fbcouple.case.bed.jets import find_jet_range
 from fbcouple.case.bed.number import Law, Number, judge
 from fbcouple.case.bed.particle_types import Kind, list_kinds, particle_count, solids_volume
 from fbcouple.case.bed.region import Region
@@ -50,7 +51,8 @@ def list_speeds(case: Case, region: Region, law: Law | None, folder: Path) -> li
     assert case.particles is not None
     bed = region.find_level(solids_volume(case.particles) / SETTLED)
     falls = list_falls(case, region, bed, folder)
-    return [(kind, *_find_speed(case, kind, region, bed, law, falls)) for kind in list_kinds(case.particles)]
+    jets = find_jet_range(case, folder) if case.gas else (0.0, 0.0)
+    return [(kind, *_find_speed(case, kind, region, bed, law, falls, jets)) for kind in list_kinds(case.particles)]
 
 
 def find_largest_overlap(case: Case, speeds: list[tuple[Kind, float, str]]) -> tuple[float, float, str]:
@@ -80,8 +82,17 @@ def _find_overlap(contact: Contact, kind: Kind, speed: float, alone: bool) -> fl
     return reach / kind.diameter
 
 
-def _find_speed(case: Case, kind: Kind, region: Region, bed: float, law: Law | None, falls: Sequence[Fall]) -> Speed:
-    """The largest speed of a particle of `kind`: as it starts or is fed, falls, or is carried by the gas.
+def _find_speed(
+    case: Case,
+    kind: Kind,
+    region: Region,
+    bed: float,
+    law: Law | None,
+    falls: Sequence[Fall],
+    jets: tuple[float, float],
+) -> Speed:
+    """The largest speed of a particle of `kind`: as it starts or is fed, falls, or is carried by the gas, whose
+    velocity in the streams of the inlet is within `jets` [m/s].
 
     Of a fall it is no faster than before or than the terminal velocity. The gas accelerates a lone particle in the
     stream of the inlet over the height `bed` [m] of the bed, and in the column over the height of the region; it lifts
@@ -89,7 +100,7 @@ def _find_speed(case: Case, kind: Kind, region: Region, bed: float, law: Law | N
     """
     speeds = [_fall(case, kind, fall, law) for fall in falls if fall.species in (None, kind.species)]
     if case.gas:
-        speeds += _carry(case, kind, region, bed, law)
+        speeds += _carry(case, kind, region, bed, law, jets)
     return max(speeds)
 
 
@@ -114,12 +125,14 @@ def _fall(case: Case, kind: Kind, fall: Fall, law: Law | None) -> Speed:
     return speed, fall.origin if speed == before else f"{fall.origin} and a fall over {height:.3g} m"
 
 
-def _carry(case: Case, kind: Kind, region: Region, bed: float, law: Law | None) -> Iterator[Speed]:
+def _carry(
+    case: Case, kind: Kind, region: Region, bed: float, law: Law | None, jets: tuple[float, float]
+) -> Iterator[Speed]:
     """What the fastest gas upwards, and downwards, can do."""
     assert case.gas is not None
     velocities = [velocity for _, velocity in inlet_ramp(case.gas)]
     column = region.inlet / region.section
-    slowest, jet = open_range(case)
+    slowest, jet = jets
     for way, fastest, stream in ((1.0, max(velocities), jet), (-1.0, -min(velocities), -slowest)):
         if stream <= 0.0:
             continue

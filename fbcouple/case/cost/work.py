@@ -127,7 +127,7 @@ def count_fluid_steps(case: Case, seconds: float, limits: Limits | None = None, 
     """Fluid steps of a run of `seconds` [s]: those of the case's limits at the inlet's speed of each time, by the
     Courant number `LIVELY` as long, in whole DEM steps, and one a DEM step at least.
 
-    limits: those by the cells, as `gas_step` has them; carried: there is no bed, the gas carries the particles, and is
+    limits: those by the mesh, as `gas_step` has them; carried: there is no bed, the gas carries the particles, and is
     hardly faster than where it comes in.
     """
     assert case.gas is not None
