@@ -12,6 +12,7 @@ from mpi4py import MPI
 from fbcouple.case.bed import derived
 from fbcouple.case.bed.acceleration import choose_acceleration
 from fbcouple.case.bed.feeds import find_clearing_time, has_traffic
+from fbcouple.case.bed.fluid_step import fourier_step
 from fbcouple.case.bed.jets import find_jet_range
 from fbcouple.case.bed.outlets import find_longest_step
 from fbcouple.case.bed.particle_types import largest_diameter
@@ -127,7 +128,7 @@ def _start_clock(case: Case, end: float, edge: float) -> Clock:
         speed = max(*map(abs, find_jet_range(case, None)), _SLOWEST)
         room = case.gas.max_courant * edge / speed
         longest = min(longest, room if derived.has_ramp(case.gas) else math.inf, case.gas.max_step or math.inf)
-        first = dem_step or min(room, longest)
+        first = dem_step or min(room, longest, fourier_step(case))
     return Clock(end, dem_step, first, longest)
 
 

@@ -20,13 +20,19 @@ def gas_step(case: Case, share: float = 1.0, limits: Limits | None = None, longe
     """
     assert case.gas is not None
     limits = limits or measure_limits(case, None)
-    fourier = case.gas.max_fourier * case.gas.density / case.gas.viscosity / limits.rate
     speed, edge = _find_fast_gas(case, limits.jet), float(cell_size(case)[2])
     if case.gas.inlets and speed == limits.jet and has_side_openings(case):
         edge = float(cell_size(case).min())
     edge = edge if limits.thinnest is None else limits.thinnest
     courant = longer * case.gas.max_courant * edge / (speed * share) if speed * share > 0.0 else math.inf
-    return min(fourier, courant, case.gas.max_step or math.inf)
+    return min(fourier_step(case, limits), courant, case.gas.max_step or math.inf)
+
+
+def fourier_step(case: Case, limits: Limits | None = None) -> float:
+    """Fluid step [s] that the Fourier limit allows; limits: as `gas_step` has them."""
+    assert case.gas is not None
+    limits = limits or measure_limits(case, None)
+    return case.gas.max_fourier * case.gas.density / case.gas.viscosity / limits.rate
 
 
 def _find_fast_gas(case: Case, jet: float) -> float:
