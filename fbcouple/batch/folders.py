@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 from collections.abc import Callable
 from pathlib import Path
@@ -48,5 +49,8 @@ def find_runs(folder: Path, say: Say = lambda text: None) -> list[Path]:
 
 def predict_wall(run: Path) -> float:
     """Wall time [s] that the whole run in the folder `run` is predicted to take on one rank, by the costs that are
-    shipped: what runs are put in order by, the same everywhere."""
-    return predict(load_case(str(run)), 1, SHIPPED, run).wall
+    shipped: what runs are put in order by, the same everywhere. Infinite where that cannot be told."""
+    try:
+        return predict(load_case(str(run)), 1, SHIPPED, run).wall
+    except CaseError:
+        return math.inf

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import signal
 import subprocess
 import sys
@@ -138,6 +139,16 @@ def test_the_longest_run_goes_first(many):
     assert walls[0] == walls[1] < walls[2]
     case = load_case(str(many / "seed-3"))
     assert walls[2] == predict(case, 1, SHIPPED, many / "seed-3").wall
+
+
+def test_a_run_whose_time_cannot_be_told_goes_first(many):
+    """One that was set up by force with a drag law that never carries its particles."""
+    gas = "[gas]\ndensity = 1.2\nviscosity = 1.8e-5\ninlet_velocity = 0.8\n"
+    drag = '[exchange]\ndrag = "tang"\nfilter_passes = 1\n'
+    large = BED.replace("[0.01, 0.006, 0.02]", "[1.0, 0.6, 2.0]").replace("1e-3\ndensity", "0.05\ndensity")
+    (many.parent / "case.toml").write_text(large + gas + drag, encoding="utf-8")
+    set_up(load_case(str(many.parent / "case.toml")), many / "seed-4")
+    assert [math.isinf(predict_wall(run)) for run in find_runs(many)] == [False, False, False, True]
 
 
 def test_what_fails_does_not_stop_the_others_and_is_told(many):

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+from contextlib import suppress
+
 import numpy as np
 
 from fbcouple.case.bed.derived import has_ramp
 from fbcouple.case.bed.number import Law
 from fbcouple.case.bed.particle_types import Kind, list_kinds, mean_density, mean_kind, particle_count
 from fbcouple.case.schema.sections import Case
+from fbcouple.errors import CaseError
 
 EXPANDED = 0.40
 """Voidage of the interstitial velocity and of minimum fluidization."""
@@ -15,12 +20,19 @@ EXPANDED = 0.40
 
 PACKED = (0.30, 0.60)
 """Voidages of packed beds, from the densest mixtures to loose ones."""
+_SLOWEST = 1e-9
+"""Slip [m/s] that a search for a balance begins at."""
+_FAR = 1e7
+"""Reynolds number from which on a search goes on only as long as the drag grows."""
+_THIRDS = 80
 
 
 def minimum_fluidization(case: Case, voidage: float = EXPANDED, law: Law | None = None) -> float:
     """Superficial velocity [m/s] at which the case's drag carries the weight of a bed of `voidage`.
 
     n beta u/eps = (1 - eps)(rho_p - rho) g with u = U/eps and (1 - eps)/V_p particles per volume (model A).
+
+    Raises: CaseError, as `find_balance`.
     """
     assert case.particles is not None
     return voidage * find_balance(case, voidage, law, mean_kind(case.particles))
@@ -28,33 +40,76 @@ def minimum_fluidization(case: Case, voidage: float = EXPANDED, law: Law | None 
 
 def tabulate_onset(case: Case, law: Law | None = None) -> np.ndarray:
     """Rows (n, 2) of the voidage of a packed bed and `minimum_fluidization` there, to be held against what a ramp
-    shows; none in a case without a ramp, or without a bed that gas can lift."""
+    shows; none in a case without a ramp, or without a bed that gas can lift, nor at a voidage at which the drag law
+    never carries the bed."""
     bed, gas = case.particles, case.gas
     if bed is None or gas is None or case.exchange is None or not has_ramp(gas) or not particle_count(bed):
         return np.empty((0, 2))
     if case.gravity == 0.0 or mean_density(bed) <= gas.density:
         return np.empty((0, 2))
-    voidages = np.linspace(*PACKED, 31)
-    return np.array([(voidage, minimum_fluidization(case, voidage, law)) for voidage in voidages.tolist()])
+    rows = []
+    for voidage in np.linspace(*PACKED, 31).tolist():
+        with suppress(CaseError):
+            rows.append((voidage, minimum_fluidization(case, voidage, law)))
+    return np.array(rows).reshape(-1, 2)
 
 
 def terminal_velocity(case: Case, law: Law | None = None) -> float:
-    """Speed [m/s] at which the case's drag carries the weight of a lone particle, the slowest of a mixture."""
+    """Speed [m/s] at which the case's drag carries the weight of a lone particle, the slowest of a mixture.
+
+    Raises: CaseError, as `find_balance`.
+    """
     assert case.particles is not None
     return min(find_balance(case, 1.0, law, kind) for kind in list_kinds(case.particles))
 
 
 def find_balance(case: Case, voidage: float, law: Law | None, kind: Kind) -> float:
-    """Slip [m/s] at which beta(u) u = eps V_p |rho_p - rho| g, by bisection."""
-    assert case.gas is not None
-    weight = voidage * kind.volume * abs(kind.density - case.gas.density) * case.gravity
-    low, high = 0.0, 1e-9
-    while find_drag(case, voidage, high, law, kind) * high < weight:
-        high *= 2.0
+    """Slip [m/s] at which beta(u) u = eps V_p |rho_p - rho| g, by bisection.
+
+    Raises: CaseError if the drag is smaller than that at any slip.
+    """
+    gas = case.gas
+    assert gas is not None and case.exchange is not None
+    weight = voidage * kind.volume * abs(kind.density - gas.density) * case.gravity
+
+    def pull(slip: float) -> float:
+        return find_drag(case, voidage, slip, law, kind) * slip
+
+    reynolds = voidage * gas.density * kind.grain_diameter / gas.viscosity
+    low, high = 0.0, _find_enough(pull, weight, _FAR / reynolds)
+    if not (most := pull(high)) >= weight:
+        text = (
+            f"`{case.exchange.drag}` never carries a particle of {kind.diameter:.4g} m and {kind.density:.4g} kg/m3: "
+            f"at voidage {voidage:.3g} its drag is {most:.4g} N at most, at a slip of {high:.4g} m/s (Re "
+            f"{reynolds * high:.3g}), at least {weight:.4g} N is needed"
+        )
+        raise CaseError([f"exchange.drag: {text}; take another law, or smaller or lighter particles."])
     for _ in range(100):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if find_drag(case, voidage, middle, law, kind) * middle < weight else (low, middle)
+        low, high = (middle, high) if pull(middle) < weight else (low, middle)
     return high
+
+
+def _find_enough(pull: Callable[[float], float], weight: float, far: float) -> float:
+    """A slip [m/s] at which `pull` is at least `weight` [N], by doubling; if there is none, that of the largest pull.
+
+    Beyond the slip `far` [m/s] the search ends where the pull no longer grows, and at any where it is not finite.
+    """
+    slip, best, most = _SLOWEST, 0.0, -math.inf
+    while math.isfinite(slip):
+        found = pull(slip)
+        if found >= weight:
+            return slip
+        if not math.isfinite(found) or (slip > far and found <= most):
+            break
+        if found > most:
+            best, most = slip, found
+        slip *= 2.0
+    low, high = 0.5 * best, 2.0 * best
+    for _ in range(_THIRDS):
+        third = (high - low) / 3.0
+        low, high = (low + third, high) if pull(low + third) < pull(high - third) else (low, high - third)
+    return low
 
 
 def find_drag(case: Case, voidage: float, slip: float, law: Law | None, kind: Kind) -> float:
