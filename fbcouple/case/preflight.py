@@ -29,6 +29,7 @@ from fbcouple.case.bed.particle_types import (
 )
 from fbcouple.case.bed.region import Region, count_baffles, find_region, list_inner_surfaces
 from fbcouple.case.bed.rest_overlap import estimate_rest_overlap
+from fbcouple.case.bed.slips import compare_slips
 from fbcouple.case.bed.speeds import SETTLED, estimate_overlap
 from fbcouple.case.bed.stacks import watch_columns
 from fbcouple.case.bed.start_numbers import describe_start
@@ -88,7 +89,7 @@ def estimate(case: Case, law: Law | None = None, folder: Path = Path()) -> list[
         parts.append(partial(describe_conduction, cell=np.asarray(region.spacing)))
         if law or case.exchange.drag != OWN:
             parts.append(partial(time_exchange, law=law, limits=limits))
-            parts += [partial(_fluidize, law=law, region=region)]
+            parts += [partial(_fluidize, law=law, region=region), partial(compare_slips, law=law)]
     parts.append(partial(watch_cadences, limits=limits))
     try:
         with np.errstate(over="raise", divide="raise", invalid="raise"):

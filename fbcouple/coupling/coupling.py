@@ -15,6 +15,7 @@ from fbcouple.coupling.discretisation import Space
 from fbcouple.coupling.forces import Forces, choose_forces
 from fbcouple.coupling.heat import HeatExchange
 from fbcouple.coupling.kernels import DRAG_SCHEMES, Bed, Drag, GasForce, Prediction
+from fbcouple.coupling.negative import ROUNDING, Negative
 from fbcouple.coupling.particles import Particles
 from fbcouple.physics.jit import find_address
 
@@ -23,7 +24,8 @@ class Coupling:
     """The exchange between this rank's particles and gas cells.
 
     `voidage` (cells,) and `drag_sums` (cells, 4), the sums of beta~ [kg/s] and beta~ v [N] over the particles of each
-    cell, are what the gas step takes.
+    cell, are what the gas step takes. `negative` is the particle that the drag of the last step pushes hardest against
+    its slip, if it does so to one of this rank.
     """
 
     def __init__(self, case: Case, space: Space, held_gravity: float = 0.0) -> None:
@@ -31,7 +33,8 @@ class Coupling:
         force brings along with the force of the gas (collective)."""
         assert case.gas is not None and case.exchange is not None
         self.space, self.halo, self.mapping = space, space.halo, space.mapping
-        self.law = choose_drag(case.exchange, Path())
+        self.law, self._law_name = choose_drag(case.exchange, Path()), case.exchange.drag
+        self.negative: Negative | None = None
         self._explicit = case.exchange.scheme == "explicit"
         addresses = find_address(self.law.kernel), find_address(DRAG_SCHEMES[case.exchange.scheme])
         self._polydisperse = case.exchange.polydisperse != "none"
@@ -113,11 +116,22 @@ class Coupling:
             drag_only, effective = particles.drag_only_velocities, self._effectives[: len(particles.positions)]
         self._dt, self._prediction = dt, Prediction(drag_only, dt / (last_dt or dt), effective)
         bed = Bed(particles.velocities, particles.radii, particles.masses)
-        kernels.deposit_drag(self._drag, self.mapping.stencil, bed, gas_rows, dt, self.beta, self._prediction, rows)
+        about = self._drag, self.mapping.stencil, bed, gas_rows, dt, self.beta, self._prediction, rows
+        self.negative = self._describe(kernels.deposit_drag(*about), particles)
         if self.forces:
             self.forces.deposit(particles, self.mapping, gas_rows, (last_dt or dt, dt), rows)
         self.mapping.write(rows, field)
         self._add_up(self.drag_sums)
+
+    def _describe(self, lowest: tuple[float, int, float, float, float], particles: Particles) -> Negative | None:
+        """What `kernels.deposit_drag` has found; None for rounding."""
+        beta, particle, voidage, slip, size = lowest
+        drag = self._drag
+        if not beta < -ROUNDING * drag.grains * 3.0 * np.pi * drag.viscosity * size:
+            return None
+        reynolds = voidage * drag.density * slip * size / drag.viscosity
+        what, place = f"a drag coefficient of {beta:.4g} kg/s", particles.positions[particle].copy()
+        return Negative(what, "exchange.drag", self._law_name, place, voidage, reynolds, slip)
 
     def apply_gas_force(
         self, particles: Particles, gas: np.ndarray, coupling_force: np.ndarray, total_force: np.ndarray
@@ -155,6 +169,11 @@ class Coupling:
         """Give the particles what the gas, of the new `temperatures` (cells,) [K], loses to them in the step: masses
         and temperatures as in `deposit_heat`, which change. Returns the heat [J] (collective)."""
         return self._heat.give(temperatures, heat, (self.mapping, self._layers)) if self._heat else 0.0
+
+    @property
+    def negative_heat(self) -> Negative | None:
+        """The particle that the heat transfer of the last step takes hardest against its direction, if it does so."""
+        return self._heat.negative if self._heat else None
 
     @property
     def heat_sums(self) -> np.ndarray:

@@ -26,6 +26,7 @@ from fbcouple.case.user_laws import choose_nusselt
 from fbcouple.coupling.box.corners import Stencil, corner_weights, read_four
 from fbcouple.coupling.discretisation import Space
 from fbcouple.coupling.forces import Way
+from fbcouple.coupling.negative import NONE, Negative, find_lowest
 from fbcouple.coupling.particles import Particles
 from fbcouple.physics.elementary import decay
 from fbcouple.physics.heat.conductivity import BED_CONDUCTIVITIES
@@ -63,7 +64,9 @@ def deposit_heat(
 
     `gas` (places, >= 4) starts with the filtered gas velocity and the voidage, and that of an ideal gas has its density
     over the one of the case in column 7; `temperatures` (n,) [K] are absolute; `dt` [s] is the step to come.
+    Returns the lowest Nusselt number below 0, its particle, -1 if there is none, its voidage and Reynolds number.
     """
+    lowest = NONE
     base, upper, offsets = stencil.base, stencil.upper, stencil.offsets
     eps, reynolds, nusselt = np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK)
     for first in range(0, len(base), _BLOCK):
@@ -81,6 +84,7 @@ def deposit_heat(
                 _, _, _, density = read_four(gas, np.uint64(4), at[q], offsets, weights)
                 reynolds[q] *= density
         call_nusselt(transfer.law, eps[:n], reynolds[:n], transfer.prandtl, nusselt[:n])
+        lowest = find_lowest(first, eps[:n], reynolds[:n], reynolds[:n], nusselt[:n], lowest)
         own = coefficients[first : first + n]
         for q in range(n):
             capacity = masses[first + q] * transfer.specific_heat
@@ -94,6 +98,7 @@ def deposit_heat(
                 place = at[q] + offsets[c]
                 field[place, 0] += weights[c] * own[q]
                 field[place, 1] += weights[c] * heat
+    return lowest[:4]
 
 
 @compiled
@@ -131,6 +136,7 @@ class HeatExchange:
     """The exchange of heat between this rank's particles and gas cells.
 
     `sums` (cells, 2), the sums of H [W/K] and H T_p [W] over the particles of each cell, are what the gas step takes.
+    `negative` is the particle that the last step takes heat from hardest against its direction, if it does so.
     """
 
     def __init__(self, case: Case, space: Space) -> None:
@@ -139,7 +145,8 @@ class HeatExchange:
         heat, gas = case.heat, case.gas
         assert heat.particle_specific_heat is not None and heat.gas_temperature is not None
         law = choose_nusselt(heat, Path()).kernel
-        self._kernel = law
+        self._kernel, self._law_name = law, heat.nusselt
+        self.negative: Negative | None = None
         self._transfer = Transfer(
             find_address(law),
             find_prandtl(heat, gas),
@@ -182,7 +189,12 @@ class HeatExchange:
         field = self._written[:layers]
         rows = mapping.open(field)
         own = self._coefficients[:count]
-        deposit_heat(self._transfer, mapping.stencil, particles.velocities, particles.radii, *heat, gas, dt, own, rows)
+        about = self._transfer, mapping.stencil, particles.velocities, particles.radii, *heat, gas, dt, own, rows
+        number, particle, voidage, reynolds = deposit_heat(*about)
+        self.negative = None
+        if number < 0.0:
+            what, place = f"a Nusselt number of {number:.4g}", particles.positions[particle].copy()
+            self.negative = Negative(what, "heat.nusselt", self._law_name, place, voidage, reynolds)
         mapping.write(rows, field)
         filtered = self._space.filter_written(field, self._scratch[2][:layers])
         self._space.halo.reverse(filtered[:-1], self.sums)

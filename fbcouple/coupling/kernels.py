@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fbcouple.coupling.box.corners import Stencil, add_four, corner_weights, read_four
+from fbcouple.coupling.negative import NONE, find_lowest
 from fbcouple.physics.drag.polydisperse import size_factor
 from fbcouple.physics.elementary import decay
 from fbcouple.physics.jit import SCHEME, call_law, call_scheme, compile_as, compiled, inlined
@@ -148,7 +149,7 @@ def predict(velocities, drag_only, ratio, dt_over_tau, effective):
     for p in range(len(dt_over_tau)):
         x = dt_over_tau[p]
         c = 0.5 + x * (1.0 / 12.0 - x * x * (1.0 / 720.0 - x * x / 30240.0))
-        if x > 0.1:
+        if abs(x) > 0.1:
             c = 1.0 / decay(x) - 1.0 / x
         for axis in range(3):
             effective[p, axis] = velocities[p, axis] + c * BLENDING * ratio * (velocities[p, axis] - drag_only[p, axis])
@@ -178,12 +179,14 @@ def deposit_drag(drag: Drag, stencil: Stencil, bed: Bed, gas, dt, beta, predicti
     fraction over the mean diameter [1/m], and that of an ideal gas its density over the one of the case, r: beta at the
     slip w is that of the density of the case at r w, by dimensions. `dt` [s] is the step to come. The explicit scheme
     has no implicit part: it adds 0 and beta (v - u).
-    Particles go through in blocks that fit the cache.
+    Particles go through in blocks that fit the cache. Returns the lowest beta [kg/s] below 0, its particle, -1 if there
+    is none, and the voidage, slip [m/s] and diameter [m] that the law was given.
     """
     base, upper, offsets = stencil.base, stencil.upper, stencil.offsets
     eps, slip, size = np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK)
     ux, uy, uz, ratio = np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK)
     left = 1.0 if drag.is_explicit else 0.0
+    lowest = NONE
     for first in range(0, len(base), _BLOCK):
         n = min(_BLOCK, len(base) - first)
         at, up, v = base[first : first + n], upper[first : first + n], bed.velocities[first : first + n]
@@ -208,6 +211,7 @@ def deposit_drag(drag: Drag, stencil: Stencil, bed: Bed, gas, dt, beta, predicti
                 _, _, _, density = read_four(gas, np.uint64(4), at[q], offsets, weights)
                 slip[q] *= density
         find_beta(drag, eps[:n], slip[:n], size[:n], b)
+        lowest = find_lowest(first, eps[:n], slip[:n], size[:n], b, lowest)
         if drag.is_polydisperse:
             for q in range(n):
                 b[q] *= ratio[q] * size_factor(eps[q], ratio[q])
@@ -226,6 +230,7 @@ def deposit_drag(drag: Drag, stencil: Stencil, bed: Bed, gas, dt, beta, predicti
                 b[q] * (v[q, 2] - left * uz[q]),
             )
             add_four(field, np.uint64(0), at[q], offsets, weights, values)
+    return lowest
 
 
 @compiled

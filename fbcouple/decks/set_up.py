@@ -74,15 +74,19 @@ def _write_runs(runs: dict[Path, tuple[Case, Path]], overwrite: bool) -> None:
 def read_own_laws(case: Case, folder: Path) -> Any:
     """The drag law that `case` brings, if it brings one, from its file in `folder`; the files of all its laws are run.
 
-    Raises: CaseError if one of them is none.
+    Raises: CaseError if one of them is none, or no law of what the case can have.
     """
+    from fbcouple.case.tried_laws import require_sound_laws  # noqa: PLC0415  (loads numba)
     from fbcouple.case.user_laws import choose_drag, choose_nusselt  # noqa: PLC0415  (loads numba)
 
+    drag = nusselt = None
     if case.heat and case.heat.nusselt_file is not None:
-        choose_nusselt(case.heat, case.find_folder(folder, case.heat.nusselt_file))
-    if case.exchange is None or case.exchange.drag_file is None:
-        return None
-    return choose_drag(case.exchange, case.find_folder(folder, case.exchange.drag_file))
+        nusselt = choose_nusselt(case.heat, case.find_folder(folder, case.heat.nusselt_file))
+    if case.exchange is not None and case.exchange.drag_file is not None:
+        drag = choose_drag(case.exchange, case.find_folder(folder, case.exchange.drag_file))
+    if drag is not None or nusselt is not None:
+        require_sound_laws(case, drag, nusselt)
+    return drag
 
 
 def name_run(case: str, source: Path | None) -> str:

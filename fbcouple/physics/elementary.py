@@ -47,9 +47,9 @@ def exponential(x):
 
 @inlined
 def decay(x):
-    """1 - exp(-x) for x >= 0, without cancellation at small x."""
+    """1 - exp(-x) for x > -700, without cancellation at small x; below that it is what it is at -700."""
     series = x * (1.0 - x / 2.0 * (1.0 - x / 3.0 * (1.0 - x / 4.0 * (1.0 - x / 5.0))))
-    return series if x < 1e-2 else 1.0 - exponential(-min(x, 700.0))
+    return series if abs(x) < 1e-2 else 1.0 - exponential(-max(min(x, 700.0), -700.0))
 
 
 @inlined

@@ -23,7 +23,12 @@ from fbcouple.simulation.conservation import Conservation
 from fbcouple.simulation.heat import Heat
 from fbcouple.simulation.opening import start_solvers
 from fbcouple.simulation.particle_step import ParticleStep
-from fbcouple.simulation.soundness import require_closed_ledger, require_finite_gas, require_sound_exchange
+from fbcouple.simulation.soundness import (
+    require_closed_ledger,
+    require_finite_gas,
+    require_forward_heat,
+    require_sound_exchange,
+)
 from fbcouple.simulation.temperatures import set_start_temperatures
 from fbcouple.simulation.timers import Timers
 from fbcouple.simulation.traffic import Traffic
@@ -189,6 +194,8 @@ class Simulation:
         if self.heat:
             with self.timers("drag"):
                 self.heat.deposit(self.particles, self.clock.dt)
+                if self.is_coupled:
+                    require_forward_heat(self.time, self.owned, self.gas, self.coupling)
 
     @property
     def stopped_early(self) -> bool:

@@ -14,6 +14,7 @@ import numpy as np
 from fbcouple.case.schema.output import Monitors
 from fbcouple.coupling.coupling import Coupling
 from fbcouple.coupling.kernels import scan_min_max
+from fbcouple.coupling.negative import Negative
 from fbcouple.errors import DivergedError
 from fbcouple.simulation.ledger import Ledger
 from fbcouple.solvers.liggghts import Liggghts
@@ -53,11 +54,19 @@ def require_sound_exchange(time: float, limits: Monitors, owned: np.ndarray, gas
         where = name_cell(owned, gas, find_thinnest(-voidage))
         words = VOIDAGE_EXCESS.format(voidage_excess=most - 1.0, limit=limits.voidage_excess, where=where)
         words += " (monitors.voidage_excess)"
+    elif coupling.negative:
+        words = name_negative(owned, gas, coupling.negative)
     elif not math.isfinite(total):
         bad = np.flatnonzero(~np.isfinite(drag).all(axis=1))
         words = f"the drag is not finite: first of {len(bad)} cells of a rank is {name_cell(owned, gas, int(bad[0]))}"
     if words:
         raise DivergedError(f"in the step from t = {time:.6g} s {words}")
+
+
+def require_forward_heat(time: float, owned: np.ndarray, gas: Gas, coupling: Coupling) -> None:
+    """Raise DivergedError if heat flows against its direction between gas and one of this rank's particles."""
+    if coupling.negative_heat:
+        raise DivergedError(f"in the step from t = {time:.6g} s {name_negative(owned, gas, coupling.negative_heat)}")
 
 
 def require_closed_ledger(time: float, limits: Monitors, ledger: Ledger) -> None:
@@ -107,6 +116,13 @@ def name_cell(owned: np.ndarray, gas: Gas, row: int) -> str:
     """Name this rank's cell of `row` by its number, three of them in a box, and its centre."""
     number = owned[row].tolist()
     return f"cell {tuple(number) if len(number) > 1 else number[0]} at {format_point(gas.centres[row])}"
+
+
+def name_negative(owned: np.ndarray, gas: Gas, found: Negative) -> str:
+    """Name a particle that a law does wrong by its position and the nearest cell of this rank, and how to mend it."""
+    row = int(((gas.centres - found.position) ** 2).sum(axis=1).argmin())
+    where = f"the particle at {format_point(found.position)} in {name_cell(owned, gas, row)}"
+    return f"{found.describe()}: it acts on {where} against its direction; take another law"
 
 
 def name_particle(liggghts: Liggghts, row: int) -> str:

@@ -11,6 +11,7 @@ from fbcouple.case.bed.exchange_numbers import response_times
 from fbcouple.case.bed.fluid_step import coupling_step
 from fbcouple.case.bed.lattice import lay_out
 from fbcouple.case.bed.particle_types import mean_volume
+from fbcouple.case.bed.slips import SLIP
 from fbcouple.case.bed.stacks import LIFTED, LOOSE
 from fbcouple.case.bed.step_limits import measure_limits
 from fbcouple.case.load import load_case
@@ -102,8 +103,8 @@ def _judge_run(case: Case, ending: Ending, rows: list[Row]) -> tuple[str, str, d
 
 def predict(case: Case, folder: Path = Path()) -> tuple[str, str]:
     """The worst verdict of the pre-flight numbers of a case whose files lie in `folder`, and which say so."""
-    # Whether columns of the start stand or fall is no question of stability.
-    asked = [number for number in estimate(case, folder=folder) if number.name not in (LIFTED, LOOSE)]
+    # Whether columns of the start stand or fall is no question of stability, nor how right the drag is.
+    asked = [number for number in estimate(case, folder=folder) if number.name not in (LIFTED, LOOSE, SLIP)]
     judged = [number for number in asked if number.verdict]
     worst = max((PREDICTIONS.index(number.verdict or "fit") for number in judged), default=0)
     said = [number.name for number in judged if number.verdict == PREDICTIONS[worst]] if worst else []

@@ -15,6 +15,7 @@ from fbcouple.case.bed.drag_balance import (
     terminal_velocity,
 )
 from fbcouple.case.bed.particle_types import Kind, list_kinds
+from fbcouple.case.bed.slips import SLIP
 from fbcouple.case.load import load_case
 from fbcouple.case.preflight import estimate
 from fbcouple.case.user_laws import DRAG_LAWS
@@ -113,3 +114,30 @@ def test_onsets_are_told_where_the_law_has_one(tmp_path):
     rows = tabulate_onset(case)
     assert 0 < len(rows) < 31 and rows[0, 0] > 0.30 and rows[-1, 0] == pytest.approx(0.60)
     assert rows[-1, 1] == pytest.approx(minimum_fluidization(case, 0.60), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("drag", "changes", "reynolds", "verdict"),
+    [
+        ("tang", [], 0.5e-3 / 1.5e-5, "fit"),
+        ("tang", [("inlet_velocity = 0.5", "inlet_velocity = 16.0")], 16e-3 / 1.5e-5, "warn"),
+        ("tenneti", [("inlet_velocity = 0.5", "inlet_velocity = 16.0")], 16e-3 / 1.5e-5, "warn"),
+        ("beetstra", [("count = 300", "count = 300\nmixture = [[5e-3, 2500.0, 0.5]]")], None, "warn"),
+        ("huilin-gidaspow", [("inlet_velocity = 0.5", "inlet_velocity = 16.0")], None, None),
+    ],
+)
+def test_the_fastest_slip_is_held_against_the_range_of_the_law(tmp_path, drag, changes, reynolds, verdict):
+    case = write(tmp_path, ('drag = "tang"', f'drag = "{drag}"'), *changes)
+    numbers = {number.name: number for number in estimate(case)}
+    if verdict is None:
+        assert SLIP not in numbers
+        return
+    if reynolds is None:  # a large sphere that falls
+        kind = list_kinds(case.particles)[1]
+        fall = math.sqrt(2.0 * 9.81 * (1.0 - 1.2 / 2500.0) * 0.8)
+        assert find_balance(case, 1.0, None, kind) > fall
+        reynolds = fall * kind.diameter / 1.5e-5
+        assert "by a fall" in numbers[SLIP].meaning
+    reynolds = max(reynolds, terminal_velocity(case) * 1e-3 / 1.5e-5)
+    assert numbers[SLIP].value == pytest.approx(reynolds, rel=1e-9) and numbers[SLIP].verdict == verdict
+    assert numbers[SLIP].limit == f"up to {DRAG_LAWS[drag].most:g} (exchange.drag)"

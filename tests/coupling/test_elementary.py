@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fbcouple.physics.elementary import arctangent, exponential, logarithm, power
+from fbcouple.physics.elementary import arctangent, decay, exponential, logarithm, power
 from fbcouple.physics.jit import compiled
 
 
@@ -23,6 +23,12 @@ def fill_exponential(x, result):
 def fill_arctangent(x, result):
     for n in range(len(x)):
         result[n] = arctangent(x[n])
+
+
+@compiled
+def fill_decay(x, result):
+    for n in range(len(x)):
+        result[n] = decay(x[n])
 
 
 @compiled
@@ -54,6 +60,14 @@ def test_exponential(rng, most, tolerance):
     x = np.concatenate([rng.uniform(-most, most, 100_000), [0.0, -0.0]])
     assert compute(fill_exponential, x) == pytest.approx(np.exp(x), rel=tolerance, abs=0.0)
     assert compute(fill_exponential, np.zeros(1))[0] == 1.0
+
+
+def test_decay(rng):
+    """Of either sign: a step of a drag that pushes the wrong way grows, and is to be seen as it is."""
+    sizes = 10.0 ** rng.uniform(-12, 2.8, 50_000)
+    x = np.concatenate([sizes, -sizes, [0.0, 1e-2, -1e-2, 700.0, -700.0, -5.0]])
+    assert compute(fill_decay, x) == pytest.approx(-np.expm1(-x), rel=2e-13, abs=0.0)
+    assert compute(fill_decay, np.array([1e6]))[0] == 1.0
 
 
 def test_arctangent(rng):

@@ -19,7 +19,7 @@ every_method = pytest.mark.parametrize("method", METHODS.values(), ids=METHODS)
 class HotBed(Bed):
     """A bed whose particles and gas have temperatures."""
 
-    def __init__(self, rng, cells=(6, 3, 7), law="gunn", **exchange):
+    def __init__(self, rng, cells=(6, 3, 7), law="gunn", nusselt_file=None, **exchange):
         heat = {
             "gas_temperature": REFERENCE,
             "particle_temperature": 350.0,
@@ -27,6 +27,7 @@ class HotBed(Bed):
             "gas_conductivity": CONDUCTIVITY,
             "particle_specific_heat": SPECIFIC_HEAT,
             "nusselt": law,
+            "nusselt_file": nusselt_file,
         }
 
         super().__init__(rng, cells, heat=heat, **exchange)

@@ -143,3 +143,30 @@ def test_check_runs_it_only_when_trusted(case):
     assert untrusted.exit_code == trusted.exit_code == 0
     assert "is not run" in untrusted.output and "terminal velocity" not in untrusted.output
     assert "is not run" not in trusted.output and "terminal velocity" in trusted.output
+
+
+FIT = """\
+import math
+
+def beta(voidage, slip, diameter, density, viscosity):
+    reynolds = voidage * density * slip * diameter / viscosity
+    return 3 * math.pi * viscosity * diameter * (1 + 0.02 * reynolds - LAST * reynolds**2)
+"""
+FEED = "{low=[0.0,0.0,0.01],high=[0.02,0.01,0.06],rate=10.0,velocity=[0.0,0.0,-60.0]}"
+
+
+@pytest.mark.parametrize(
+    ("sets", "words"),
+    [
+        ([], ""),
+        (["gas.inlet_velocity=60.0"], "at voidage 0.36, slip 125 m/s, Re 2621 of 0.001 m, which this case can have"),
+        ([f"particles.feeds=[{FEED}]"], "voidage 1"),
+        (["particles.diameter=4e-3", "domain.size=[0.2,0.1,12.0]", "domain.cells=[8,4,240]"], "of 0.004 m"),
+    ],
+)
+def test_a_law_is_tried_where_the_case_goes(case, sets, words):
+    """A fit in Re that is negative from 2030 on: not of the 1 mm sphere in air at 30 m/s that every law is tried at."""
+    (case / "mylaw.py").write_text(FIT.replace("LAST", "1.01e-5"))
+    done = fbcouple("check", case, "--trust", *(word for one in sets for word in ("--set", one)))
+    refused = "exchange.drag_file: beta is -" in done.output and "at least 0 is allowed: fix" in done.output
+    assert refused == (done.exit_code == 1) == bool(words) and words in done.output, done.output

@@ -149,3 +149,12 @@ def test_a_run_has_it_when_trusted(case):
     assert cooled > 0.05
     assert means["own"] == pytest.approx(means["ranz-marshall"], abs=1e-6 * cooled)
     assert abs(means["gunn"][-1] - means["ranz-marshall"][-1]) > 0.05 * cooled
+
+
+def test_a_law_is_tried_where_the_case_goes(case):
+    """One that is negative beyond Re = 2e4, which every law is tried up to half of, in a gas as fast as that."""
+    (case / "mylaw.py").write_text("def nusselt(voidage, reynolds, prandtl):\n    return 2.0 - 1e-4 * reynolds\n")
+    assert fbcouple("check", case, "--trust").exit_code == 0
+    done = fbcouple("check", case, "--trust", "--set", "gas.inlet_velocity=400.0")
+    assert done.exit_code == 1 and "heat.nusselt_file: nusselt is -0." in done.output
+    assert "of 0.001 m, which this case can have; at least 0 is allowed: fix the file" in done.output

@@ -1,4 +1,5 @@
-"""The drag laws. To add one: a loop under `@drag_law("name")`, and its published form in fbcouple/verify/published.py.
+"""The drag laws. To add one: a loop under `@drag_law("name", most=...)`, with the Reynolds number up to which its paper
+has it, and its published form in fbcouple/verify/published.py.
 
 A law gives beta [kg/s] of one particle, F_D = beta (u - v), for model A: the gas keeps eps grad P and the particle
 gets -V grad P besides. A fixed bed then loses n beta u/eps of pressure per length, n = (1 - eps)/V particles per
@@ -78,7 +79,7 @@ def gidaspow(voidage, slip, diameter, density, viscosity, beta):
         beta[p] = math.pi / 8.0 * diameter[p] * viscosity * product
 
 
-@drag_law("ergun")
+@drag_law("ergun", most=0.6 * 2500.0)
 def ergun(voidage, slip, diameter, density, viscosity, beta):
     """Pressure loss of packed beds; voidage 0.35-0.6, Re/phi up to 2500. Its creeping drag ends at voidage 1.
 
@@ -110,7 +111,7 @@ def wen_yu(voidage, slip, diameter, density, viscosity, beta):
         beta[p] = math.pi / 8.0 * diameter[p] * viscosity * sphere(reynolds) * power(eps, -2.7)
 
 
-@drag_law("di-felice")
+@drag_law("di-felice", most=1e4)
 def di_felice(voidage, slip, diameter, density, viscosity, beta):
     """A sphere's drag times eps^-chi with chi a function of Re; voidage 0.4-1, Re 0.01-10 000.
 
@@ -131,7 +132,7 @@ def di_felice(voidage, slip, diameter, density, viscosity, beta):
         beta[p] = math.pi / 8.0 * diameter[p] * viscosity * root * root * power(eps, 1.0 - chi)
 
 
-@drag_law("beetstra")
+@drag_law("beetstra", most=1000.0)
 def beetstra(voidage, slip, diameter, density, viscosity, beta):
     """Lattice-Boltzmann simulations of random arrays; solids fraction 0.1-0.6 (and 0), Re up to 1000.
 
@@ -152,7 +153,7 @@ def beetstra(voidage, slip, diameter, density, viscosity, beta):
         beta[p] = 3.0 * math.pi * viscosity * diameter[p] * eps * (creeping + inertia)
 
 
-@drag_law("tenneti")
+@drag_law("tenneti", most=300.0)
 def tenneti(voidage, slip, diameter, density, viscosity, beta):
     """Particle-resolved simulations of random arrays; solids fraction 0.1-0.5 (and 0), Re 0.01-300.
 
@@ -172,7 +173,7 @@ def tenneti(voidage, slip, diameter, density, viscosity, beta):
         beta[p] = 3.0 * math.pi * viscosity * diameter[p] * eps * eps * force
 
 
-@drag_law("tang")
+@drag_law("tang", most=1000.0)
 def tang(voidage, slip, diameter, density, viscosity, beta):
     """Immersed-boundary simulations of static random arrays; solids fraction 0.1-0.6 (and 0), Re up to 1000.
 
@@ -194,7 +195,7 @@ def tang(voidage, slip, diameter, density, viscosity, beta):
         beta[p] = 3.0 * math.pi * viscosity * diameter[p] * eps * (creeping + inertia)
 
 
-@drag_law("koch-hill")
+@drag_law("koch-hill", most=200.0)
 def koch_hill(voidage, slip, diameter, density, viscosity, beta):
     """Lattice-Boltzmann simulations of Hill, Koch and Ladd; solids fraction up to 0.64, Re up to 200 or so.
 
@@ -251,7 +252,7 @@ def schiller_naumann(voidage, slip, diameter, density, viscosity, beta):
         beta[p] = math.pi / 8.0 * diameter[p] * viscosity * sphere(reynolds)
 
 
-@drag_law("stokes")
+@drag_law("stokes", most=0.1)
 def stokes(voidage, slip, diameter, density, viscosity, beta):
     """A lone sphere in creeping flow, beta = 3 pi mu d; R = rho |u - v| d/mu below 0.1 (Stokes 1851)."""
     for p in range(len(beta)):

@@ -16,9 +16,11 @@ Kernel = Callable[..., None]
 class DragLaw:
     """A drag law, called on numbers or arrays: beta [kg/s] of each particle."""
 
-    def __init__(self, loop: Kernel, cache: bool = True) -> None:
-        """`loop` fills beta, as `drag_law` says; `cache` keeps what the compiler made of it on disk."""
+    def __init__(self, loop: Kernel, cache: bool = True, most: float | None = None) -> None:
+        """`loop` fills beta, as `drag_law` says; `cache` keeps what the compiler made of it on disk; `most`, too."""
         self._loop, self._cache = loop, cache
+        self.most = most
+        """Reynolds number of the superficial slip up to which its paper has it; None: it says none."""
         self.__doc__ = loop.__doc__
 
     @cached_property
@@ -39,15 +41,15 @@ class DragLaw:
 DRAG_LAWS: dict[str, DragLaw] = {}
 
 
-def drag_law(name: str) -> Callable[[Kernel], DragLaw]:
-    """Register a law under `name`: a loop that fills `beta` (n,) [kg/s].
+def drag_law(name: str, most: float | None = None) -> Callable[[Kernel], DragLaw]:
+    """Register a law under `name`, made for Reynolds numbers up to `most`: a loop that fills `beta` (n,) [kg/s].
 
     Its arguments are voidage (n,) [1], slip speed |u - v| (n,) [m/s], diameter (n,) [m], gas density [kg/m3], gas
     viscosity [Pa s], and `beta`.
     """
 
     def register(loop: Kernel) -> DragLaw:
-        DRAG_LAWS[name] = DragLaw(loop)
+        DRAG_LAWS[name] = DragLaw(loop, most=most)
         return DRAG_LAWS[name]
 
     return register
