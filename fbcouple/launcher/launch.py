@@ -222,6 +222,9 @@ def _choose(run: Path, case: Case, choice: Choice) -> Start | None:
     for stray in fbcouple.run_folder.checkpoint.list_strays(run):
         say(f"{format_path(stray)}: is no checkpoint and is left alone")
     checkpoint = _find_checkpoint(run, case, say)
+    if checkpoint and checkpoint.time * _ALMOST > case.end_time:
+        text = f"end_time: {case.end_time:g} s is given, and the run has come to t = {checkpoint.time:.6g} s"
+        raise CaseError([f"{run}: {text}, its newest checkpoint; give a later one, or set up another run with it."])
     if checkpoint and until is not None and checkpoint.time >= until * _ALMOST:
         say(f"{run}: has reached t = {checkpoint.time:.6g} s already: nothing is left to do up to {until:g} s")
         return None

@@ -19,6 +19,7 @@ from fbcouple.cli.main import cli
 from fbcouple.errors import CaseError
 from fbcouple.launcher import change_case
 from fbcouple.launcher.launch import launch
+from fbcouple.run_folder.checkpoint import choose
 
 SHORT = ["end_time=3e-3", "averages.start=0.0", "output.record_every=4e-4"]
 BLOWN = ["gas.inlet_velocity=2.0"]
@@ -211,7 +212,7 @@ def test_a_change_that_is_cut_short_is_made_by_the_same_command(stopped, monkeyp
 
 def test_from_python_with_a_later_end(stopped):
     run = fbcouple.Run(stopped)
-    with pytest.raises(CaseError, match="is not before the end"):
+    with pytest.raises(CaseError, match=r"end_time: 0\.0010001 s is given, and the run has come to t = "):
         run.resume(values={"gas.inlet_velocity": 2.0, "end_time": 1.0001e-3}, progress=False)
     status = run.resume(values={"gas.inlet_velocity": 2.0, "end_time": 2e-3}, progress=False)
     assert status.state == "complete" and status.end_time == 2e-3
@@ -221,3 +222,32 @@ def test_from_python_with_a_later_end(stopped):
     status = run.resume(values={"gas.inlet_velocity": 1.5, "end_time": 2.6e-3}, progress=False)
     assert status.state == "complete" and len(run.results().attrs["inlet_changed_at"]) == 2, "the same is no change"
     assert [speed for _, speed in run.case.gas.inlet_ramp] == [1.2, 1.2, 2.0, 2.0, 1.5]
+
+
+WORDS = r"end_time: 0.0006 s is given, and the run has come to t = 0.00\d+ s, its newest checkpoint; give a later one"
+
+
+@pytest.mark.parametrize("way", ["--set", "python", "file"])
+def test_a_run_cannot_end_before_its_checkpoint(stopped, way):
+    """It was called done, with a window of its means that ends after it; nothing is written, and it can go on."""
+    if way == "file":
+        file = stopped / "case.toml"
+        file.write_text(file.read_text().replace("end_time = 0.003", "end_time = 0.0006"))
+    before = read_files(stopped)
+    with pytest.raises(CaseError, match=WORDS):
+        if way == "--set":
+            launch(stopped, 1, lambda row: None, resume=True, sets=["end_time=6e-4"])
+        elif way == "python":
+            fbcouple.Run(stopped).resume(values={"end_time": 6e-4}, progress=False)
+        else:
+            launch(stopped, 1, lambda row: None, resume=True)
+    assert read_files(stopped) == before and not read(stopped).attrs["complete"]
+
+
+def test_a_run_may_end_where_it_is(stopped):
+    newest, _ = choose(stopped, load_case(str(stopped)))
+    assert newest is not None
+    reached = newest.time
+    launch(stopped, 1, lambda row: None, resume=True, sets=[f"end_time={reached!r}"])
+    results = read(stopped)
+    assert results.attrs["complete"] and float(results["time"][-1]) == pytest.approx(reached, rel=1e-9)
