@@ -145,8 +145,7 @@ class Job:
         Time in which this process, or every process of the job with its launcher, was stopped from outside does not
         count: the job goes on when they do.
         """
-        pulse = self._run / HEARTBEAT
-        seen = pulse.stat().st_mtime_ns if pulse.exists() else 0
+        seen = _read_time(self._run / HEARTBEAT)
         now = time.monotonic()
         self._waited += min(now - self._looked, _LONGEST_PASS)
         self._looked = now
@@ -170,7 +169,15 @@ class Job:
         On a busy machine that takes minutes a loop; a start that does neither is taken for hanging as a step is.
         """
         signs = [*(self._run / "logs").iterdir(), *list_compiled()]
-        return any(time.time() - sign.stat().st_mtime < self._patience for sign in signs)
+        return any(time.time() - 1e-9 * _read_time(sign) < self._patience for sign in signs)
+
+
+def _read_time(path: Path) -> int:
+    """When a file was last written [ns], 0 of one that is not there: a file may go between any two looks at it."""
+    try:
+        return path.stat().st_mtime_ns
+    except FileNotFoundError:
+        return 0
 
 
 def _find_session(session: int) -> dict[int, str]:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+import fbcouple.launcher.job
 from fbcouple.errors import SolverError
 from fbcouple.launcher.job import Job
 from fbcouple.launcher.stop_signals import Requests
@@ -14,6 +15,19 @@ from fbcouple.run_folder.lock import hold
 
 PATIENCE = 4.0
 STARTING = 'for i in 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16; do sleep 0.5; echo {i} >> "$0"; done; exec sleep 600'
+
+
+def test_a_file_that_goes_away_meanwhile_ends_no_run(tmp_path, monkeypatch):
+    """One that is listed and gone before it is looked at, here of a compiled loop; the job itself ends well."""
+    run = tmp_path / "run"
+    (run / "logs").mkdir(parents=True)
+    (run / "logs/liggghts.log").touch()
+    monkeypatch.setattr(Path, "iterdir", lambda folder: iter([folder / "gone.log", folder / "liggghts.log"]))
+    monkeypatch.setattr(fbcouple.launcher.job, "list_compiled", lambda: [tmp_path / "gone.1.nbc"])
+    written = STARTING.replace("exec sleep 600", f"touch {run / 'results.nc'}")
+    command = ["sh", "-c", written, str(run / "logs/liggghts.log")]
+    with hold(run) as lock, Requests() as requests:
+        Job(command, run, PATIENCE, lock, requests, print).follow(lambda row: None)
 
 
 @pytest.mark.parametrize("sign", ["run/logs/liggghts.log", "compiled/loop.1.nbc"])
