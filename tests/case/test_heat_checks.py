@@ -166,3 +166,17 @@ def test_hertz_contacts_that_conduct_may_be_given_by_their_overlap():
     assert contact.max_overlap is None and contact.youngs_modulus > 1e7
     with pytest.raises(CaseError, match=r"12 contacts of 0.01 d would change a particle of 0.0064 m"):
         load_case("beaulieu/heated", ["contact.max_overlap=0.05", "heat.particle_conductivity=1e12"])
+
+
+def test_conduction_in_a_step_is_looked_at_for_every_kind():
+    """A light sphere that is a little larger than the smallest takes more than it has before that does."""
+    of_contact = ALL | {"contact_conduction": "liggghts", "particle_conductivity": 1e9}
+    (problem,) = problems_of(of_contact)
+    found = re.search(r"0.001 m by ([\d.e+]+) of the difference", problem)
+    assert found is not None
+    stable = of_contact | {"particle_conductivity": 0.5e9 / float(found[1])}
+    assert load_case("patil/c2", settings(stable)).heat is not None
+    light = ["particles.mixture=[[1.2e-3,50.0,0.5]]"]
+    assert any("would change a particle of 0.0012 m by " in problem for problem in problems_of(stable, light))
+    large = ["particles.mixture=[[4e-3,2500.0,0.001]]"]
+    assert load_case("patil/c2", [*large, *settings(stable)]).heat is not None, "few large ones touch a small one"

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
 from fbcouple.case.alternatives import word_removal
-from fbcouple.case.bed.derived import dem_step
+from fbcouple.case.bed.derived import dem_step, effective
 from fbcouple.case.bed.gas_heat import has_hot_walls
-from fbcouple.case.bed.particle_types import list_kinds, particle_count
+from fbcouple.case.bed.particle_types import Kind, list_kinds, particle_count
 from fbcouple.case.checks.contact import is_hertz
 from fbcouple.case.checks.registry import BED, check, check_law_file, has_bed
 from fbcouple.case.problems import Problem
@@ -202,14 +204,27 @@ def check_conduction_step(case: Case, folder: Path) -> Iterator[Problem]:
         return
     if contact.model == "hertz" and not is_hertz(contact):
         return  # the spring is chosen later, or check_model tells what is missing
-    least = min(list_kinds(particles), key=lambda kind: kind.diameter)
-    radius = find_overlap_radius(least.diameter / 4.0, _DEEP * least.diameter)
-    conductivity = heat.particle_conductivity
-    rate = _CONTACTS * find_conductance(heat.contact_conduction, conductivity, conductivity, radius)
-    share = rate * dem_step(contact, particles) / (least.mass * heat.particle_specific_heat)
+    kinds, conductivity = list_kinds(particles), heat.particle_conductivity
+    rates = []
+    for kind, other in itertools.product(kinds, kinds):
+        count, radius = _touch_all_around(kind, other)
+        conductance = find_conductance(heat.contact_conduction, conductivity, conductivity, radius)
+        rates.append((count * conductance / kind.mass, kind, round(count)))
+    rate, kind, count = max(rates, key=lambda one: one[0])
+    share = rate * dem_step(contact, particles) / heat.particle_specific_heat
     if share > 1.0:
-        text = (
-            f'"{heat.contact_conduction}" is given and {_CONTACTS} contacts of {_DEEP:g} d would change a particle of'
-        )
-        text += f" {least.diameter:g} m by {share:.3g} of the difference in a DEM step, 1 is stable"
+        text = f'"{heat.contact_conduction}" is given and {count} contacts of {_DEEP:g} d would change a particle of'
+        text += f" {kind.diameter:g} m by {share:.3g} of the difference in a DEM step, 1 is stable"
         yield Problem(_CONTACT, f"{text}; take more contact.steps_per_contact, or none.")
+
+
+def _touch_all_around(kind: Kind, other: Kind) -> tuple[float, float]:
+    """Contacts that a sphere of `kind` can have with spheres of `other`, and the radius [m] of each.
+
+    Each takes a cone of directions from it, of half the angle asin(r'/(r + r')), and they fill as much of all as
+    `_CONTACTS` of its like do: larger ones touch in wider circles, of up to sqrt(2) the radius, but fewer of them.
+    """
+    sine = other.diameter / (kind.diameter + other.diameter)
+    count = _CONTACTS * (1.0 - math.sqrt(0.75)) / (1.0 - math.sqrt(1.0 - sine**2))
+    overlap = _DEEP * min(kind.diameter, other.diameter)
+    return count, find_overlap_radius(effective(kind.diameter / 2.0, other.diameter / 2.0), overlap)
