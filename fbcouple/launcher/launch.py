@@ -232,9 +232,22 @@ def _choose(run: Path, case: Case, choice: Choice) -> Start | None:
     if checkpoint is None:
         return Start(versions)
     updates = _list_updates(checkpoint, versions, choice.accept_update)
+    if other := _note_moments(checkpoint, case):
+        say(f"{run}: warning: {other}")
+        updates = (*updates, other)
     if not checkpoint.index.own:
         updates = (*updates, _note_foreign(checkpoint, choice.trusted))
     return Start(versions, checkpoint, updates)
+
+
+def _note_moments(checkpoint: Checkpoint, case: Case) -> str:
+    """A line on moments for a checkpoint that are others than before, where the particles' solver is set up anew; "" if
+    they are not."""
+    before, now = checkpoint.index.moment_steps, case.checkpoint.moment_steps
+    if before in (None, now):
+        return ""
+    text = f"checkpoint.moment_steps was {before} and is {now} now, equal to an uninterrupted run up to rounding"
+    return f"from t = {checkpoint.time:.6g} s on: {text}"
 
 
 def _note_foreign(checkpoint: Checkpoint, trusted: bool) -> str:

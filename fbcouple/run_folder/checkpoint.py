@@ -71,9 +71,11 @@ class Checkpoint:
 
 def describe(case: Case, run: Path, makers: dict[str, str], updates: list[str]) -> dict[str, Any]:
     """What a checkpoint of a run of `case` in `run` says beside step, time and ranks: all that must not change between
-    it and the run that goes on from it. `makers`: versions that numbers depend on; `updates`: how they changed before.
+    it and the run that goes on from it, and how often LIGGGHTS is set up anew, which is noted if it changes. `makers`:
+    versions that numbers depend on; `updates`: how they changed before.
     """
-    return {"case": list_values(case), "inputs": hash_inputs(case, run), "made_by": makers, "updates": updates}
+    about = {"case": list_values(case), "inputs": hash_inputs(case, run), "made_by": makers, "updates": updates}
+    return about | {"moment_steps": case.checkpoint.moment_steps}
 
 
 def hash_inputs(case: Case, run: Path) -> dict[str, str]:

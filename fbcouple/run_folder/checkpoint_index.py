@@ -57,6 +57,8 @@ class Index:
     """With what else the run went on before, a line each."""
     files: dict[str, tuple[int, str]] = field(default_factory=dict)
     """File, named from the checkpoint's folder -> size and SHA-256."""
+    moment_steps: int | None = None
+    """Coupling steps between two moments for a checkpoint; None: it does not say."""
     own: bool = False
     """Did this user write it, by its signature?"""
 
@@ -113,7 +115,13 @@ def read_index(folder: Path) -> Index:
         or not all(_is_sum(entry) for entry in files.values())
     ):
         raise CaseError([f"{NAME} does not say what it was made of, by its files"])
-    index = Index(**{key: told[key] for key in _KINDS}, files={n: tuple(entry) for n, entry in files.items()}, own=own)
+    steps = told.get("moment_steps")
+    index = Index(
+        **{key: told[key] for key in _KINDS},
+        files={n: tuple(entry) for n, entry in files.items()},
+        moment_steps=steps if type(steps) is int else None,
+        own=own,
+    )
     if name_folder(index.step) != folder.name or not 0.0 < index.time < math.inf:
         raise CaseError([f"{NAME} is of step {index.step} at t = {index.time!r} s"])
     _require_own_names(index)

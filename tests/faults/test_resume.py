@@ -172,3 +172,17 @@ def test_a_run_that_is_done_goes_on_to_a_later_end(tmp_path):
         assert long["solids_volume"].values == pytest.approx(long.attrs["solids_volume"], rel=1e-12)
         scale = float(np.nanmax(np.abs(long["solids_flux"])))
         assert np.nanmax(np.abs(long["solids_flux"] - short["solids_flux"])) > 0.1 * scale, "the means went on"
+
+
+def test_other_moments_are_told_and_noted(tmp_path):
+    """LIGGGHTS is then set up anew at other steps, and a chaotic bed is another to rounding."""
+    run = prepare(tmp_path / "run", ["end_time=4e-3", "output.record_every=4e-4"])
+    stop_at_next_moment(run, 1, [])
+    said: list[str] = []
+    launch(run, 1, lambda row: None, resume=True, until=2e-3, say=said.append)
+    assert not any("moment_steps" in line for line in said)
+    launch(run, 1, lambda row: None, resume=True, sets=["checkpoint.moment_steps=7"], say=said.append)
+    words = "s on: checkpoint.moment_steps was 5 and is 7 now, equal to an uninterrupted run up to rounding"
+    assert sum(line.startswith(f"{run}: warning: from t = ") and words in line for line in said) == 1
+    with xr.open_dataset(run / "results.nc") as results:
+        assert words in results.attrs["updates"]
