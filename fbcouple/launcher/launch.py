@@ -15,6 +15,7 @@ from pathlib import Path
 import xarray as xr
 
 import fbcouple.run_folder.checkpoint
+from fbcouple.case.bed.derived import dem_step
 from fbcouple.case.cost.prediction import predict_run
 from fbcouple.case.load import load_case
 from fbcouple.case.schema.sections import Case
@@ -222,7 +223,7 @@ def _choose(run: Path, case: Case, choice: Choice) -> Start | None:
     for stray in fbcouple.run_folder.checkpoint.list_strays(run):
         say(f"{format_path(stray)}: is no checkpoint and is left alone")
     checkpoint = _find_checkpoint(run, case, say)
-    if checkpoint and checkpoint.time * _ALMOST > case.end_time:
+    if checkpoint and checkpoint.time * _ALMOST > case.end_time + _find_dem_step(case):
         text = f"end_time: {case.end_time:g} s is given, and the run has come to t = {checkpoint.time:.6g} s"
         raise CaseError([f"{run}: {text}, its newest checkpoint; give a later one, or set up another run with it."])
     if checkpoint and until is not None and checkpoint.time >= until * _ALMOST:
@@ -258,6 +259,11 @@ def _note_foreign(checkpoint: Checkpoint, trusted: bool) -> str:
             [f"{format_path(checkpoint.folder)}: was not written by you, or not with the key in {key_file()}: {text}."]
         )
     return f"from t = {checkpoint.time:.6g} s on: a checkpoint of another user or machine"
+
+
+def _find_dem_step(case: Case) -> float:
+    """The DEM step [s], by less than which the end of a run is beyond its end_time; 0 without particles."""
+    return dem_step(case.contact, case.particles) if case.contact and case.particles else 0.0
 
 
 def _find_checkpoint(run: Path, case: Case, say: Say) -> Checkpoint | None:
