@@ -147,7 +147,6 @@ def test_file_that_nobody_trusts_is_not_read(bed, tmp_path, monkeypatch, command
             ("start.restart=bed.data",),
             r'start.restart: "bed.data" is given, the bare name of a .restart file is allowed',
         ),
-        (("start.run=elsewhere",), r'start.restart: "bed.restart" is given and start.run too'),
         (("start.method=pour",), r'start.method: "pour" is given and start.restart too'),
         (("domain.size=[0.005, 0.006, 0.02]",), r"restart-\w+.csv: \d particles are not inside the box"),
     ],
@@ -156,6 +155,15 @@ def test_what_does_not_fit_is_told_and_nothing_is_written(bed, tmp_path, sets, t
     with pytest.raises(CaseError, match=told):
         bed(*sets)
     assert not (tmp_path / "run").exists()
+
+
+def test_one_file_gives_a_restart_file_or_a_run_and_a_setting_takes_the_place_of_the_other(bed, tmp_path):
+    (tmp_path / "case.toml").write_text(CASE.replace("[start]\n", '[start]\nrun = "elsewhere"\n'))
+    with pytest.raises(CaseError, match='start.restart: "bed.restart" is given and start.run too'):
+        bed()
+    (tmp_path / "case.toml").write_text(CASE)
+    with pytest.raises(CaseError, match="start.run: .*elsewhere"):
+        bed("start.run=elsewhere")
 
 
 def test_file_that_is_cut_short_is_told_with_the_words_of_liggghts(bed, tmp_path):
