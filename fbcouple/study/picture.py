@@ -43,7 +43,7 @@ def draw(rows: list[dict[str, Any]], knobs: list[str], title: str, path: Path) -
             _draw_panel(axes, [row for row in shown if row["measure"] == measure], knobs)
             if not any(row["measure"] == measure for row in shown):
                 why = next((row["why"] for row in rows if row["measure"] == measure and row["why"]), "")
-                text = textwrap.fill(f"no member has an error above zero{': ' * bool(why)}{why}", 90)
+                text = textwrap.fill(f"no member has an error above zero{': ' * bool(why)}{why}", 70)
                 axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", parse_math=False)
             axes.set_ylabel(f"{measure}\nrelative error [-]")
         panels[-1].set_xlabel("Core-seconds a simulated second")
