@@ -159,10 +159,10 @@ def test_what_does_not_fit_is_told_and_nothing_is_written(bed, tmp_path, sets, t
 
 def test_one_file_gives_a_restart_file_or_a_run_and_a_setting_takes_the_place_of_the_other(bed, tmp_path):
     (tmp_path / "case.toml").write_text(CASE.replace("[start]\n", '[start]\nrun = "elsewhere"\n'))
-    with pytest.raises(CaseError, match='start.restart: "bed.restart" is given and start.run too'):
+    with pytest.raises(CaseError, match=r'start.restart: "bed.restart" is given and start.run too'):
         bed()
     (tmp_path / "case.toml").write_text(CASE)
-    with pytest.raises(CaseError, match="start.run: .*elsewhere"):
+    with pytest.raises(CaseError, match=r"start.run: .*elsewhere"):
         bed("start.run=elsewhere")
 
 
