@@ -26,7 +26,7 @@ _ONE_WAY = (
     ("gas.inlets", "gas.inlet_ramp"),
     ("start.restart", "start.time"),
 )
-"""The other way round the tables would be lost, which say more than a velocity."""
+"""The other way round the tables would be lost, which say more than a velocity, and a time says no file."""
 REPLACED: tuple[tuple[str, str], ...] = (*_PAIRS, *((other, one) for one, other in _PAIRS), *_ONE_WAY)
 """Option, and the one that it takes the place of."""
 
@@ -37,7 +37,7 @@ def list_replaced(raw: dict[str, Any], values: Mapping[str, Any]) -> list[tuple[
     return [
         (said, other)
         for said, other in REPLACED
-        if values.get(said, []) != [] and other not in values and _look_up(raw, other) is not None
+        if values.get(said, []) != [] and other not in values and has_option(raw, other)
     ]
 
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from mpi4py import MPI
 
-from fbcouple.case.bed.outlets import TRAVEL, find_thickness
+from fbcouple.case.bed.outlets import find_longest_way
 from fbcouple.case.bed.particle_types import list_kinds
 from fbcouple.case.schema.sections import Case
 from fbcouple.solvers.liggghts import Liggghts
@@ -26,8 +26,7 @@ class ParticleStep:
         assert case.particles is not None
         volume = comm.allreduce(float(np.min(gas.volumes, initial=math.inf)), MPI.MIN)
         smallest = min(kind.diameter for kind in list_kinds(case.particles))
-        rooms = [TRAVEL * find_thickness(case, outlet) for outlet in case.particles.outlets]
-        self.length = min(CROSSED * max(volume ** (1.0 / 3.0), smallest), *rooms, math.inf)
+        self.length = min(CROSSED * max(volume ** (1.0 / 3.0), smallest), find_longest_way(case))
         self._comm, self._liggghts = comm, liggghts
 
     def find_longest(self) -> float:

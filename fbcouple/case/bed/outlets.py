@@ -70,15 +70,20 @@ def find_thickness(case: Case, outlet: Outlet) -> float:
     return min(top - bottom for bottom, top in zip(outlet.low, outlet.high, strict=True))
 
 
+def find_longest_way(case: Case) -> float:
+    """How far [m] the fastest particle may move in a coupling step, so that none passes an outlet unseen."""
+    outlets = case.particles.outlets if case.particles else ()
+    return min((TRAVEL * find_thickness(case, outlet) for outlet in outlets), default=math.inf)
+
+
 def find_longest_step(case: Case) -> float:
     """Longest coupling step [s] in which no particle crosses an outlet that falls through the whole region, or comes
     as fast as one that is fed."""
     if case.particles is None or not case.particles.outlets:
         return math.inf
-    thickness = min(find_thickness(case, outlet) for outlet in case.particles.outlets)
     fed = max((math.hypot(*feed.velocity) for feed in case.particles.feeds), default=0.0)
     speed = math.sqrt(fed**2 + 2.0 * case.gravity * case.domain.size[2])
-    return TRAVEL * thickness / speed if speed else math.inf
+    return find_longest_way(case) / speed if speed else math.inf
 
 
 def read_wall_mesh(case: Case, folder: Path = Path()) -> PolyMesh:
