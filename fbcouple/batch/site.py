@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
-from fbcouple.case.problems import show, suggest
+from fbcouple.case.problems import show, write_hint
 from fbcouple.errors import CaseError
 from fbcouple.paths import find_user_folder
 
@@ -53,9 +53,8 @@ def read_site(name: str, allowed: Mapping[str, bool]) -> dict[str, Any]:
 
 def _judge(key: str, value: object, allowed: Mapping[str, bool]) -> list[str]:
     if key not in allowed:
-        close = suggest(key, allowed)
-        hint = f"did you mean {close}?" if close else f"allowed: {_listed(allowed)}."
-        return [f"{show(key)} is no option of `fbcouple batch` that a site may have; {hint}"]
+        hint = write_hint(key, allowed, f"allowed are: {_listed(allowed)}")
+        return [f"{show(key)} is no option of `fbcouple batch` that a site may have{hint}."]
     if allowed[key]:
         fits = isinstance(value, list) and all(isinstance(one, str) for one in value)
         return [] if fits else [f"{key}: {show(value)} is given, a list of texts is allowed; put it in [ ]."]

@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from fbcouple.case.problems import show, suggest
+from fbcouple.case.problems import show, write_hint
 from fbcouple.case.schema.reference import BASE, UNSET, list_options, list_sections
 from fbcouple.case.source import list_shipped, read_toml
 from fbcouple.errors import CaseError
@@ -71,9 +71,8 @@ def _find_base(base: Any, path: Path, label: str) -> tuple[Path, str]:
     if isinstance(base, str) and base in shipped:
         return shipped[base], base
     if not isinstance(base, str) or not base.endswith(_SUFFIX):
-        close = suggest(base, shipped) if isinstance(base, str) else None
-        hint = f"did you mean `{close}`" if close else "`fbcouple cases` lists the shipped cases"
-        raise CaseError([f"{label}: {BASE}: {show(base)} is given, {_ALLOWED}; {hint}."])
+        hint = write_hint(base if isinstance(base, str) else "", shipped, "`fbcouple cases` lists the shipped cases")
+        raise CaseError([f"{label}: {BASE}: {show(base)} is given, {_ALLOWED}{hint}."])
     given = f"{label}: {BASE}: {show(base)}"
     folder = path.parent.resolve()
     wanted = Path(os.path.normpath(folder / base))
@@ -107,9 +106,8 @@ def _remove(below: dict[str, Any], unset: Any, base: str, label: str) -> None:
         section, _, key = name.rpartition(".")
         table = below.get(section) if section else below
         if name not in known:
-            close = suggest(name, known)
-            hint = f"did you mean `{close}`" if close else "`fbcouple options` lists them"
-            problems.append(f"{label}: {UNSET}: {show(name)} is no key or section of a case file; {hint}.")
+            hint = write_hint(name, known, "`fbcouple options` lists them")
+            problems.append(f"{label}: {UNSET}: {show(name)} is no key or section of a case file{hint}.")
         elif not isinstance(table, dict) or key not in table:
             problems.append(f"{label}: {UNSET}: {show(name)} is not set by {base}; remove it from the list.")
         else:

@@ -66,6 +66,14 @@ def suggest(given: str, known: Iterable[str]) -> str | None:
     return close[0] if close else None
 
 
+def write_hint(given: str, known: Iterable[str], otherwise: str = "") -> str:
+    """End of a message on a name that is not known: "; did you mean `...`", or "; " and `otherwise` where none of the
+    `known` is near."""
+    close = suggest(given, known)
+    hint = f"did you mean `{close}`" if close else otherwise
+    return f"; {hint}" if hint else ""
+
+
 def format_errors(
     error: ValidationError, raw: dict[str, Any], root: type[Section] = Case
 ) -> tuple[list[Problem], set[str]]:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import fbcouple.paths as paths  # noqa: PLR0402  (the package itself stands on a higher floor)
-from fbcouple.case.problems import Problem, show, suggest
+from fbcouple.case.problems import Problem, show, write_hint
 from fbcouple.case.schema.reference import FILE_KEYS
 from fbcouple.errors import CaseError
 from fbcouple.input_files.toml_text import NestingError, parse_toml
@@ -78,8 +78,7 @@ def find_case(name: str) -> Path:
 
 
 def _format_shipped(name: str) -> str:
-    close = suggest(name, [*list_shipped(), *list_sets()])
-    hint = f"; did you mean `{close}`" if close else ""
+    hint = write_hint(name, [*list_shipped(), *list_sets()])
     return f"`fbcouple cases` lists the shipped cases{hint}."
 
 

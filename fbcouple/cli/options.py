@@ -33,7 +33,7 @@ def options(name: str, as_json: bool, as_schema: bool) -> None:
     Editors with Taplo check a case file that begins with `#:schema ./fbcouple.schema.json`; write that file with
     `fbcouple options --schema > fbcouple.schema.json`.
     """
-    from fbcouple.case.problems import show, suggest
+    from fbcouple.case.problems import show, write_hint
     from fbcouple.case.schema.json_schema import build_schema
     from fbcouple.case.schema.reference import find_options, list_names
 
@@ -44,9 +44,8 @@ def options(name: str, as_json: bool, as_schema: bool) -> None:
         return
     found = find_options(name)
     if not found:
-        close = suggest(name, list_names())
-        hint = f"did you mean `{close}`" if close else "`fbcouple options` lists all"
-        raise CaseError([f"{show(name)}: no section or key of a case file; {hint}."])
+        hint = write_hint(name, list_names(), "`fbcouple options` lists all")
+        raise CaseError([f"{show(name)}: no section or key of a case file{hint}."])
     if as_json:
         click.echo(json.dumps([dataclasses.asdict(option) for option in found], indent=2))
         return

@@ -17,7 +17,7 @@ from fbcouple.case.bed.streams import has_openings, list_streams
 from fbcouple.case.changes import FREE, FREE_SECTIONS, Values, is_free, is_same_ramp, list_inflows, list_values
 from fbcouple.case.checks.registry import list_problems
 from fbcouple.case.load import write_case
-from fbcouple.case.problems import Problem, format_errors, suggest
+from fbcouple.case.problems import Problem, format_errors, write_hint
 from fbcouple.case.schema.reference import list_options
 from fbcouple.case.schema.sections import Case
 from fbcouple.case.source import apply_settings, read_value
@@ -71,9 +71,8 @@ def _find_key(setting: str) -> str:
 
 def _refuse(key: str) -> Problem:
     if key not in list_options() and not any(map(str.isdigit, key.split("."))):
-        close = suggest(key, list_options())
-        hint = f"did you mean `{close}`" if close else "`fbcouple options` lists them"
-        return Problem(key, f"is no key of a case; {hint}.")
+        hint = write_hint(key, list_options(), "`fbcouple options` lists them")
+        return Problem(key, f"is no key of a case{hint}.")
     free = ", ".join([*_OF_FLOOR, "gas.inlets.N.velocity (or ramp, ramp_file)", *FREE])
     sections = " and ".join(f"[{section}]" for section in FREE_SECTIONS)
     return Problem(

@@ -11,7 +11,7 @@ from typing import Any
 from fbcouple.case.cost.coefficients import SHIPPED
 from fbcouple.case.cost.prediction import predict
 from fbcouple.case.load import load_case
-from fbcouple.case.problems import show, suggest
+from fbcouple.case.problems import show, write_hint
 from fbcouple.case.source import find_case
 from fbcouple.errors import CaseError
 from fbcouple.results.reader import open_results
@@ -65,9 +65,8 @@ def run_members(
     members, base = plan_members(study, source), source.find_base(study.base)
     for name in only or ():
         if all(member.name != name for member in members):
-            close = suggest(name, [member.name for member in members])
-            hint = f"did you mean `{close}`" if close else "`--dry` lists them"
-            raise CaseError([f"{source.label}: {show(name)}: the study has no such member; {hint}."])
+            hint = write_hint(name, [member.name for member in members], "`--dry` lists them")
+            raise CaseError([f"{source.label}: {show(name)}: the study has no such member{hint}."])
     done = {}
     ordered = sorted(members, key=lambda member: _predict_cost(base, member))
     calls = [(base, m, folder / RUNS / m.name, study.wall_limit, only is None or m.name in only) for m in ordered]

@@ -14,7 +14,7 @@ from fbcouple.case.bed.exchange_numbers import response_times
 from fbcouple.case.bed.fluid_step import coupling_step, gas_step
 from fbcouple.case.bed.step_limits import measure_limits
 from fbcouple.case.load import load_case
-from fbcouple.case.problems import Problem, show, suggest
+from fbcouple.case.problems import Problem, show, write_hint
 from fbcouple.case.schema.reference import list_options
 from fbcouple.case.schema.sections import Case
 from fbcouple.case.source import find_case
@@ -92,8 +92,7 @@ def _check_forms(key: str, forms: Any) -> Iterator[Problem]:
     allowed = list_options()[FORM].allowed.replace('"', "").split(" or ")
     for form in forms if isinstance(forms, list | tuple) else [forms]:
         if form not in allowed:
-            close = suggest(form, allowed) if isinstance(form, str) else None
-            hint = f"; did you mean `{close}`" if close else ""
+            hint = write_hint(form, allowed) if isinstance(form, str) else ""
             yield Problem(key, f"{show(form)} is given, allowed are: {', '.join(allowed)}{hint}.")
 
 

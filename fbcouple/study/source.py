@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from fbcouple import paths
 from fbcouple.case.load import load_case, write_value
-from fbcouple.case.problems import Problem, format_errors, show, suggest
+from fbcouple.case.problems import Problem, format_errors, show, suggest, write_hint
 from fbcouple.case.schema.option import Section
 from fbcouple.case.schema.reference import list_options
 from fbcouple.case.source import STUDIES, list_shipped, read_toml
@@ -66,8 +66,7 @@ def _find_study(name: str) -> Path:
     candidate = path / FILE_NAME if path.is_dir() else path
     if candidate.is_file():
         return candidate
-    close = suggest(name, shipped)
-    hint = f"; did you mean `{close}`" if close else ""
+    hint = write_hint(name, shipped)
     raise CaseError([f"{show(name)}: no study file; shipped studies are: {', '.join(shipped)}{hint}."])
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from fbcouple.case.base import read_case
-from fbcouple.case.problems import Problem, format_errors, show, suggest
+from fbcouple.case.problems import Problem, format_errors, show, write_hint
 from fbcouple.case.source import FILE_NAME, VALIDATION_NAME, list_shipped, read_toml
 from fbcouple.errors import CaseError
 from fbcouple.input_files.companion_files import find_companion, is_bare
@@ -76,8 +76,7 @@ def _find_folder(name: str) -> Path:
     lacking = [file for file in (FILE_NAME, VALIDATION_NAME) if not (folder / file).is_file()]
     if not lacking:
         return folder
-    close = suggest(name, beds)
-    hint = f"; did you mean `{close}`" if close else ""
+    hint = write_hint(name, beds)
     if name in list_shipped() or folder.is_dir():
         text = f"{show(name)}: is no measured bed, it has no {lacking[-1]}; measured are: {', '.join(beds)}{hint}."
         raise CaseError([text])
@@ -133,8 +132,7 @@ class _Reader:
     def _check_peer(self, peer: Peer, names: list[str]) -> Iterator[Problem]:
         where = f"peers ({peer.name}, {peer.of})"
         if peer.of not in names:
-            close = suggest(peer.of, names)
-            hint = f"; did you mean `{close}`" if close else ""
+            hint = write_hint(peer.of, names)
             yield Problem(f"{where}.of", f"no measurement has this name, there are: {', '.join(names)}{hint}.")
         given = [key for key in ("file", "value", "rms") if getattr(peer, key) is not None]
         if len(given) != 1:
@@ -187,8 +185,7 @@ def _name_line(of: str) -> str:
 def check_keys(measurement: Measurement, lines: dict[str, Reference]) -> Iterator[Problem]:
     """Whether `compare` is known, `of` is something that it takes, and it has the keys that it needs, and no others."""
     if measurement.compare not in COMPARISONS:
-        close = suggest(measurement.compare, COMPARISONS)
-        hint = f"; did you mean `{close}`" if close else ""
+        hint = write_hint(measurement.compare, COMPARISONS)
         given = f"{show(measurement.compare)} is given"
         yield Problem("compare", f"{given}, allowed are: {', '.join(COMPARISONS)}{hint}.")
         return
@@ -196,8 +193,7 @@ def check_keys(measurement: Measurement, lines: dict[str, Reference]) -> Iterato
     if chosen.of == LINE:
         yield from _check_line(measurement.of, lines)
     elif isinstance(chosen.of, dict) and measurement.of not in chosen.of:
-        close = suggest(measurement.of, chosen.of)
-        hint = f"; did you mean `{close}`" if close else ""
+        hint = write_hint(measurement.of, chosen.of)
         yield Problem("of", f"{show(measurement.of)} is given, allowed are: {', '.join(chosen.of)}{hint}.")
     chosen_keys = [key for key in _CHOSEN if key in measurement.model_fields_set]
     for key in chosen.needs:

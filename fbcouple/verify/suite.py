@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import json
 import os
 import sys
@@ -12,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from fbcouple.case.problems import show, write_hint
 from fbcouple.errors import CaseError, SolverError
 from fbcouple.machine.environment import mpi_environment
 from fbcouple.machine.launchers import mpi_command
@@ -28,9 +28,8 @@ def choose_checks(names: Sequence[str], fast: bool) -> list[Check]:
     problems = []
     for name in names:
         if name not in checks:
-            near = difflib.get_close_matches(name, checks, 1)
-            hint = f"did you mean {near[0]}?" if near else f"allowed: {', '.join(checks)}"
-            problems.append(f"verify: no check {name!r}; {hint}")
+            hint = write_hint(name, checks, f"allowed are: {', '.join(checks)}")
+            problems.append(f"verify: {show(name)}: no check{hint}.")
     if problems:
         raise CaseError(problems)
     return [checks[name] for name in names or checks if not fast or checks[name].fast]

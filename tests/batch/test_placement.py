@@ -203,7 +203,7 @@ def test_without_a_prediction_the_ranks_have_to_be_named(run: Path) -> None:
         ("[box]\n", "bix", "has no [bix], only box"),
         ("time = 1\n", "box", '"time" stands outside of a table'),
         ("[box]\ntrust = true\n", "box", '"trust" is no option'),
-        ("[box]\nqueu = 'x'\n", "box", "did you mean queue?"),
+        ("[box]\nqueu = 'x'\n", "box", "did you mean `queue`"),
         ("[box]\nprelude = 'x'\n", "box", "a list of texts is allowed"),
         ("[box]\nqueue = ['x']\n", "box", "a text or a whole number is allowed"),
         ("[box\n", "box", "cannot be read"),

@@ -18,7 +18,7 @@ from fbcouple.case.bed.particle_types import largest_diameter
 from fbcouple.case.checks.coarse_graining import find_beyond
 from fbcouple.case.checks.mixture import find_unsound
 from fbcouple.case.companions import find_companion
-from fbcouple.case.problems import Problem, show, suggest
+from fbcouple.case.problems import Problem, show, write_hint
 from fbcouple.case.schema.output import AUTO, find_first_sample
 from fbcouple.case.schema.sections import Case
 from fbcouple.case.user_code import DRAG_FILE, OWN, examine_law_file
@@ -241,8 +241,7 @@ def check_drag(case: Case, folder: Path) -> Iterator[Problem]:
     from fbcouple.case.user_laws import DRAG_LAWS  # noqa: PLC0415  (loads numba)
 
     if case.exchange.drag not in DRAG_LAWS:
-        close = suggest(case.exchange.drag, DRAG_LAWS)
-        hint = f"; did you mean `{close}`" if close else ""
+        hint = write_hint(case.exchange.drag, DRAG_LAWS)
         text = f"{show(case.exchange.drag)} is given, allowed are: {', '.join(DRAG_LAWS)}, {OWN} (with drag_file)"
         yield Problem("exchange.drag", f"{text}{hint}; give the name of one of these drag laws.")
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
-from fbcouple.case.problems import Problem, show, suggest
+from fbcouple.case.problems import Problem, show, write_hint
 from fbcouple.case.schema.sections import Case
 from fbcouple.results.reader import Results
 
@@ -67,14 +67,12 @@ def check_measures(texts: Sequence[str], has_reference: bool) -> Iterator[Proble
     for text in texts:
         name, _, argument = text.partition(":")
         if name not in MEASURES:
-            close = suggest(name, MEASURES)
-            hint = f"; did you mean `{close}`" if close else ""
+            hint = write_hint(name, MEASURES)
             yield Problem("measures", f"{show(text)} is given, allowed are: {', '.join(MEASURES)}{hint}.")
             continue
         allowed = MEASURES[name].arguments
         if bool(allowed) != bool(argument) or (argument and argument not in allowed):
-            close = suggest(argument, allowed)
-            hint = f"; did you mean `{name}:{close}`" if close else ""
+            hint = write_hint(text, [f"{name}:{one}" for one in allowed])
             wanted = f"{name}: and one of {', '.join(allowed)}" if allowed else f"`{name}` without an argument"
             yield Problem("measures", f"{show(text)} is given, {wanted} is allowed{hint}.")
         if MEASURES[name].needs_reference and not has_reference:
