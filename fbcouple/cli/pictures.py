@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import asdict
 from pathlib import Path
 
 import click
@@ -151,18 +152,23 @@ def claims(runs: tuple[Path, ...], file: Path | None) -> None:
     """Check which statements of the reference paper hold in RUNs, and which these runs cannot decide."""
     for run in runs:
         require_plain(run)
-    from fbcouple.postproc.papers.hamidouche2019.claims import tabulate_claims
+    from fbcouple.postproc.papers.hamidouche2019.told_claims import tell_claims
     from fbcouple.results.tables import write_json
 
-    rows = tabulate_claims(runs)
-    spoken = [row for row in rows if row["runs"]]
+    told = tell_claims(runs)
     columns = ["statement", "place", "numerics", "beds", "measured", "wanted", "verdict", "why"]
-    if spoken:
-        print_table(columns, [[row[column] for column in columns] for row in spoken])
-    if len(spoken) < len(rows):
+    if told.numerics:
+        click.echo(told.numerics)
+    if told.spoken:
+        print_table(columns, [[getattr(row, column) for column in columns] for row in told.spoken])
+    if len(told.spoken) < len(told.rows):
         what = (
-            "beds that are not among these runs" if spoken else "beds of the paper (patil/...), and no run here is one"
+            "beds that are not among these runs"
+            if told.spoken
+            else "beds of the paper (patil/...), and no run here is one"
         )
-        click.echo(f"{len(rows) - len(spoken)} of {len(rows)} statements cannot be told: they speak of {what}.")
+        click.echo(
+            f"{len(told.rows) - len(told.spoken)} of {len(told.rows)} statements cannot be told: they speak of {what}."
+        )
     if file:
-        write_json(file, {"claims": rows}, {}, JSON_ELSEWHERE)
+        write_json(file, {"claims": [asdict(row) for row in told.rows]}, {"numerics": told.numerics}, JSON_ELSEWHERE)

@@ -20,6 +20,7 @@ from fbcouple.postproc.measures import Measured
 from fbcouple.postproc.papers.hamidouche2019.claims import NO, STATED, UNDECIDED, YES, judge_claims
 from fbcouple.postproc.papers.hamidouche2019.judging import above, below, fall, rise, settle, within
 from fbcouple.postproc.papers.hamidouche2019.paper_beds import AS_COMPUTED, AS_PRINTED, BEDS, identify_case
+from fbcouple.postproc.papers.hamidouche2019.paper_numerics import tell_numerics
 from fbcouple.postproc.papers.hamidouche2019.paper_runs import identify, list_twins, sort_runs
 from fbcouple.postproc.papers.hamidouche2019.registry import CLAIMS
 from fbcouple.results.reader import Results, open_results
@@ -39,7 +40,7 @@ def make(tmp_path: Path) -> Make:
 
 
 def verdicts(*runs: Results) -> dict[str, str]:
-    return {row.name: row.verdict for row in judge_claims(runs) if row.numerics == AS_PRINTED and row.beds == STATED}
+    return {row.name: row.verdict for row in judge_claims(runs) if row.contacts == AS_PRINTED and row.beds == STATED}
 
 
 @pytest.mark.parametrize("name", BEDS)
@@ -254,9 +255,24 @@ def test_numerics_that_are_not_the_papers_are_named(make):
     sets = ("accuracy=none", "gas.max_courant=0.8", "contact.stiffness=400.0", "contact.steps_per_contact=3")
     row = next(row for row in judge_claims([make("c5-0.0", sets)]) if row.name == "homogeneous")
     assert row.runs == "c5-0.0 (gas.max_courant = 0.8, contact.steps_per_contact = 3)" and row.verdict != UNDECIDED
+    assert row.numerics == "e = 0.97; CFL 0.8, steps a contact 3"
     own = make("c5-0.0", ("accuracy=none",), folder="plain")
     plain = next(row for row in judge_claims([own]) if row.name == "homogeneous")
-    assert plain.runs == "c5-0.0"
+    assert plain.runs == "c5-0.0" and plain.numerics == "e = 0.97" and tell_numerics([own]) == ""
+
+
+def test_of_several_runs_it_is_said_which_have_other_numerics(make):
+    """The sentence at the top names the paper's values beside; a run that is no bed of it has none to be named."""
+    paper = make("c4-0.0", ("accuracy=none",))
+    ours = [make(f"c4-{mu}", ("accuracy=standard",)) for mu in ("0.1", "0.2", "0.4")]
+    (row,) = [row for row in judge_claims([paper, *ours]) if row.name == "bed-height"]
+    assert row.numerics == "e = 0.97; CFL 1.5 (3 of 4), Fourier 1.5 (3 of 4)"
+    foreign = make("c2", ("gravity=3.7", "accuracy=standard"), folder="foreign")
+    assert tell_numerics([paper, ours[0], foreign]) == (
+        "Not the paper's numerics: gas.max_courant = 1.5 (0.2 in the paper) in c4-0.1; "
+        "gas.max_fourier = 1.5 (0.15 in the paper) in c4-0.1."
+    )
+    assert tell_numerics(ours).endswith("gas.max_fourier = 1.5 (0.15 in the paper) in all 3 runs.")
 
 
 @pytest.mark.parametrize(("one", "other", "claim"), [("c6", "a1", "turbulence"), ("c3", "c3-slip", "walls-fine")])
@@ -398,9 +414,9 @@ def test_best_match_is_never_decided(make):
 
 def test_runs_with_other_numerics_have_rows_of_their_own(make):
     rows = judge_claims([make("c5-0.0", unrest=0.06), make("paper-numerics/c5-0.0", unrest=0.001)])
-    found = {(row.numerics, row.verdict) for row in rows if row.name == "homogeneous"}
+    found = {(row.contacts, row.verdict) for row in rows if row.name == "homogeneous"}
     assert found == {(AS_PRINTED, NO), (AS_COMPUTED, YES)}
-    assert [row.name for row in rows if row.numerics == AS_COMPUTED] == ["homogeneous"]
+    assert [row.name for row in rows if row.contacts == AS_COMPUTED] == ["homogeneous"]
 
 
 def test_lacking_quantity_is_told(make, tmp_path):
@@ -415,6 +431,8 @@ def test_table_on_the_command_line(make, tmp_path):
     done = CliRunner().invoke(cli, ["claims", str(tmp_path / "c4-0.0"), "--json", str(tmp_path / "claims.json")])
     assert done.exit_code == 0, done.output
     assert "%" in done.stdout and UNDECIDED.split()[0] in done.stdout
+    assert done.stdout.startswith("Not the paper's numerics: gas.max_courant = 1.5 (0.2 in the paper) in c4-0.0;")
+    assert "CFL 1.5" in done.stdout
     rows = json.loads((tmp_path / "claims.json").read_text())["claims"]
     assert {row["name"]: row["verdict"] for row in rows}["not-homogeneous"] == YES
     assert CliRunner().invoke(cli, ["claims", str(tmp_path)]).exit_code == 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import html
 import json
 import re
 from dataclasses import replace
@@ -59,9 +60,9 @@ def test_a_part_of_the_runs_makes_a_page_with_its_pictures_and_data(made):
     named = set(re.findall(r"\]\(([^)]+)\)", page))
     lie = {path.name for path in (made / "report").iterdir()} - {"README.md"}
     assert named == lie and {"figure-12-flux.png", "figure-12-flux.nc", "figure-13-profile.csv", "figure-4.png"} <= lie
-    html = (made / "report.html").read_text()
-    assert html.count("data:image/png;base64,") == sum(name.endswith(".png") for name in lie)
-    assert "http" not in html and not re.search(r"\bNone\b|\bnan\b|Undefined", html)
+    text = (made / "report.html").read_text()
+    assert text.count("data:image/png;base64,") == sum(name.endswith(".png") for name in lie)
+    assert "http" not in text and not re.search(r"\bNone\b|\bnan\b|Undefined", text)
 
 
 def test_what_is_missing_is_named(made):
@@ -89,6 +90,20 @@ def test_claims_are_counted_on_the_beds_that_they_speak_of(made):
     assert told["counts"] == {"of": len(CLAIMS), "yes": 1, "no": 0}
     pair = [row["verdict"] for row in told["claims"] if row["name"] == "denser-walls" and row["beds"] == "c1, c2"]
     assert pair == ["yes"]
+
+
+def test_numerics_that_are_not_the_papers_stand_at_the_top_in_each_row_and_of_each_run(made):
+    told = json.loads((made / "report.json").read_text())
+    line = "Not the paper's numerics: gas.max_courant = 1.5 (0.2 in the paper) in all 4 runs; gas.max_fourier = 1.5"
+    assert told["numerics"].startswith(line)
+    rows = [row for row in told["claims"] if row["runs"]]
+    assert rows and all("CFL 1.5, Fourier 1.5" in row["numerics"] for row in rows)
+    assert {row["numerics that are not the paper's"] for row in told["runs"]} == {
+        "gas.max_courant = 1.5, gas.max_fourier = 1.5"
+    }
+    for page in (html.unescape((made / "report.html").read_text()), (made / "report/README.md").read_text()):
+        words = page.replace("\\_", "_").replace("<wbr>", "")
+        assert line in words and words.index(line) < words.index("Figure 4") and "CFL 1.5, Fourier 1.5" in words
 
 
 def test_profiles_lie_in_a_table(made):

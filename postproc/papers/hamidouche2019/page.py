@@ -20,6 +20,7 @@ from fbcouple.postproc.papers.hamidouche2019.figure_data import Data
 from fbcouple.postproc.papers.hamidouche2019.impact import draw_contact, find_contact
 from fbcouple.postproc.papers.hamidouche2019.paper_beds import AS_PRINTED, BEDS, identify_case
 from fbcouple.postproc.papers.hamidouche2019.paper_figures import FIGURES, PaperFigure, Picture
+from fbcouple.postproc.papers.hamidouche2019.paper_numerics import tell_numerics
 from fbcouple.postproc.papers.hamidouche2019.paper_runs import identify, sort_runs
 from fbcouple.postproc.report.pictures import make_picture
 from fbcouple.results.reader import NotDrawableError, Results, open_results
@@ -93,12 +94,13 @@ def make_page(folder: Path, members: Sequence[Member]) -> Page:
         described, own = _describe_figure(figure, chosen, claims)
         figures.append(described)
         data |= own
-    counted = [row for row in claims if row.beds == STATED and row.numerics == AS_PRINTED]
+    counted = [row for row in claims if row.beds == STATED and row.contacts == AS_PRINTED]
     return Page(
         {
             "title": "Hamidouche et al. 2019, figure by figure",
             "version": __version__,
             "made": time.strftime("%Y-%m-%d"),
+            "numerics": tell_numerics(runs),
             "missing": _list_missing(members, chosen),
             "warnings": list_warnings(runs),
             "figures": figures,
@@ -179,7 +181,7 @@ def _tell_numbers(figure: PaperFigure, chosen: dict[str, Results], remarks: list
 
 def _tell_agreement(rows: Sequence[Row]) -> str:
     """How many of a figure's claims hold, on the beds that they speak of."""
-    counted = [row for row in rows if row.beds == STATED and row.numerics == AS_PRINTED]
+    counted = [row for row in rows if row.beds == STATED and row.contacts == AS_PRINTED]
     if not counted:
         return "The paper has no claim here that a number decides."
     verdicts = [row.verdict for row in counted]

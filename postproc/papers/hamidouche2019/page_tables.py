@@ -17,6 +17,7 @@ from fbcouple.postproc.figures.depth import cut_moment, depth_lines
 from fbcouple.postproc.measures import Measured
 from fbcouple.postproc.papers.hamidouche2019.impact import SCHEMES
 from fbcouple.postproc.papers.hamidouche2019.judging import word
+from fbcouple.postproc.papers.hamidouche2019.paper_numerics import list_numerics
 from fbcouple.postproc.papers.hamidouche2019.paper_runs import identify, list_twins
 from fbcouple.postproc.report.monitors import MONITORS, find_flux_error
 from fbcouple.results.reader import NotDrawableError, Results
@@ -51,13 +52,14 @@ def tabulate_runs(runs: Sequence[Results]) -> Rows:
 
 
 def _describe_run(run: Results) -> dict[str, Any]:
-    numerics, beds = identify(run)
+    contacts, beds = identify(run)
     drop, held = (_measure_history(run, name) for name in ("pressure_drop", "gas_support"))
     weight = run.weight_per_area
     return {
         "run": run.label,
         "bed": ", ".join(beds) or "none of the paper's",
-        "e": numerics.removeprefix("e = "),
+        "e": contacts.removeprefix("e = "),
+        "numerics that are not the paper's": ", ".join(list_numerics(run.case)) if beds else "",
         "simulated [s]": run.simulated,
         "means over": format_window(run),
         "ended by": str(run.data.attrs.get("ended_by", "")) or ("end" if run.complete else "not complete"),

@@ -14,7 +14,7 @@ from typing import Any
 AS_PRINTED = "e = 0.97"
 AS_COMPUTED = "e = 1"
 """What the paper's Runge-Kutta step makes of its e = 0.97, within 2 %."""
-_NUMERICS = {0.97: AS_PRINTED, 1.0: AS_COMPUTED}
+_CONTACTS = {0.97: AS_PRINTED, 1.0: AS_COMPUTED}
 
 # What all its simulations share (section 3, tables 1 and 2), and every case of it says.
 _SHARED: dict[str, Any] = {
@@ -63,8 +63,7 @@ _ANY = (
 )
 _ANY_SECTIONS = ("averages", "output", "checkpoint", "monitors")
 _NOZZLES = {(17, 3, 55): [3, 3], (35, 6, 110): [5, 4], (70, 12, 220): [10, 8]}
-# Numerics: what the paper prints, or the range of what it does not; a run may have others and be told so.
-_TOLD: dict[str, tuple[float, float]] = {
+NUMERICS: dict[str, tuple[float, float]] = {
     "gas.max_courant": (0.2, 0.2),
     "gas.max_fourier": (0.15, 0.15),
     "gas.correctors": (2, 20),
@@ -72,7 +71,8 @@ _TOLD: dict[str, tuple[float, float]] = {
     "contact.steps_per_contact": (6, 1000),
     "contact.stiffness": (300.0, 1500.0),
 }
-_KNOWN = {*_SHARED, *_PLAIN, *_OF_BEDS, *_ANY, *_TOLD}
+"""What the paper prints, or the range of what it does not; a run may have others and be told so."""
+_KNOWN = {*_SHARED, *_PLAIN, *_OF_BEDS, *_ANY, *NUMERICS}
 
 SUB_GRID_MODELS = ("localized-dynamic", "smagorinsky", "dynamic-lagrangian", "keqn")
 """Options of `gas.turbulence` that are a model; the first is the paper's."""
@@ -114,7 +114,7 @@ BEDS: dict[str, Bed] = {
 
 
 def identify_case(case: dict[str, Any]) -> tuple[str, list[str]]:
-    """Tell which numerics (`AS_PRINTED`, `AS_COMPUTED`) and which rows of `BEDS` an effective case is; no row if it is
+    """Tell which contacts (`AS_PRINTED`, `AS_COMPUTED`) and which rows of `BEDS` an effective case has; no row if it is
     none."""
     return ("", []) if list_strangers(case) else name_nearest(case)
 
@@ -130,24 +130,11 @@ def name_nearest(case: dict[str, Any]) -> tuple[str, list[str]]:
     """Which a case would be, as `identify_case` tells it, without its strange options."""
     restitution, given = look_up(case, "contact.restitution"), look_up(case, "domain.cells")
     cells = tuple(given) if isinstance(given, list) else ()
-    if restitution not in _NUMERICS or look_up(case, "contact.wall_restitution") != restitution:
+    if restitution not in _CONTACTS or look_up(case, "contact.wall_restitution") != restitution:
         return "", []
     if cells not in _NOZZLES or look_up(case, "gas.closed_nozzle") != _NOZZLES[cells]:
         return "", []
-    return _NUMERICS[restitution], [name for name, bed in BEDS.items() if _is_bed(case, bed, cells)]
-
-
-def list_numerics(case: dict[str, Any]) -> list[str]:
-    """Numerics of a case of the paper's that are not the paper's, with their values; the bed is the same."""
-    found = []
-    for key, (least, most) in _TOLD.items():
-        value = look_up(case, key)
-        if value is not None and not least <= value <= most:
-            found.append(f"{key} = {value:g}")
-    if own := look_up(case, "output.task_file"):  # code of its own may do anything
-        found.append(f"output.task_file = {own}")
-    model = look_up(case, "gas.turbulence")
-    return [*found, f"gas.turbulence = {model}"] if model in SUB_GRID_MODELS[1:] else found
+    return _CONTACTS[restitution], [name for name, bed in BEDS.items() if _is_bed(case, bed, cells)]
 
 
 def look_up(case: dict[str, Any], key: str) -> Any:

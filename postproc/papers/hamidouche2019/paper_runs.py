@@ -13,11 +13,11 @@ from fbcouple.postproc.papers.hamidouche2019.paper_beds import (
     BEDS,
     SUB_GRID_MODELS,
     identify_case,
-    list_numerics,
     list_strangers,
     look_up,
     name_nearest,
 )
+from fbcouple.postproc.papers.hamidouche2019.paper_numerics import list_numerics
 from fbcouple.results.reader import Results
 from fbcouple.results.told import list_told
 
@@ -28,7 +28,7 @@ _MOST_STRANGERS = 3
 
 
 def identify(results: Results) -> tuple[str, list[str]]:
-    """Tell which numerics (`AS_PRINTED`, `AS_COMPUTED`) and which rows of `BEDS` a run is; no row if it is none, or if
+    """Tell which contacts (`AS_PRINTED`, `AS_COMPUTED`) and which rows of `BEDS` a run is; no row if it is none, or if
     its inlet was changed within its time means."""
     return ("", []) if find_inlet_change_in_means(results) else identify_case(results.case)
 
@@ -51,17 +51,17 @@ def averaged_time(results: Results) -> float:
 
 
 def sort_runs(runs: Iterable[Results]) -> tuple[dict[str, dict[str, Results]], dict[str, str]]:
-    """Sort runs by numerics and name of `BEDS`. Of two runs of one bed that with the paper's sub-grid model counts, and
+    """Sort runs by contacts and name of `BEDS`. Of two runs of one bed that with the paper's sub-grid model counts, and
     of two that have it, or have not, the one that averaged longer; the other is the twin, if the bed has two names.
 
-    Returns: numerics -> name -> run, and for each name why a run of it was left out: it averaged too short, or is of
+    Returns: contacts -> name -> run, and for each name why a run of it was left out: it averaged too short, or is of
     the bed but for an option.
     """
     found: dict[str, dict[str, list[Results]]] = {AS_PRINTED: {}, AS_COMPUTED: {}}
     left_out: dict[str, str] = {}
     for run in runs:
         which = run.label or run.path.parent.name
-        numerics, names = identify(run)
+        contacts, names = identify(run)
         near, why = _explain(run)
         for name in near:
             left_out.setdefault(name, f"{which} is {why}")
@@ -69,9 +69,9 @@ def sort_runs(runs: Iterable[Results]) -> tuple[dict[str, dict[str, Results]], d
             if averaged_time(run) < SHORTEST_WINDOW:
                 left_out[name] = f"{which} averaged {averaged_time(run):.3g} s, needed {SHORTEST_WINDOW:g} s"
             else:
-                found[numerics].setdefault(name, []).append(run)
+                found[contacts].setdefault(name, []).append(run)
     chosen = {
-        numerics: {name: _choose(name, known) for name, known in names.items()} for numerics, names in found.items()
+        contacts: {name: _choose(name, known) for name, known in names.items()} for contacts, names in found.items()
     }
     return chosen, left_out
 
@@ -89,9 +89,9 @@ def list_twins(runs: Iterable[Results]) -> list[tuple[str, Results, Results]]:
     name, and both. Of replicas none has a seed of the other's."""
     beds: dict[tuple[str, str], list[Results]] = {}
     for run in runs:
-        numerics, names = identify(run)
+        contacts, names = identify(run)
         if names and averaged_time(run) >= SHORTEST_WINDOW:
-            beds.setdefault((numerics, names[0]), []).append(run)
+            beds.setdefault((contacts, names[0]), []).append(run)
     return [
         (name, one, other)
         for (_, name), known in beds.items()
