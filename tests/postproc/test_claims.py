@@ -331,7 +331,7 @@ def test_claims_on_the_mesh_are_judged_on_the_finest_and_the_coarsest_too(make):
         ("denser-walls", STATED, NO),
         ("denser-walls", "c1, c2", NO),
     ] or found[3:] == [("denser-walls", STATED, UNDECIDED), ("denser-walls", "c1, c2", UNDECIDED)]
-    assert rows[2].runs.startswith("c1 (")
+    assert rows[2].runs.startswith("c1 (") and "(C2; C1 and C3 in rows of their own" in rows[0].statement
 
 
 def test_chance_is_taken_off_the_difference_of_two_maps(make):

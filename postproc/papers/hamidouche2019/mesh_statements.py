@@ -17,7 +17,7 @@ SEEN = "half a step of a colour scale of ten, the least that is read off it"
 
 @claim(
     "double-loop",
-    "Solids rise in the middle and sink at the side walls (C1, C2, C3).",
+    "Solids rise in the middle and sink at the side walls (C2; C1 and C3 in rows of their own, where they were run).",
     "4.1, figure 12",
     ("c2",),
     "flux over rho U_f at z/H = 0.092: middle above 0, walls below 0",
