@@ -242,6 +242,21 @@ def test_peak_of_agitation_and_freeboard(make):
     assert found["freeboard"] == NO
 
 
+def test_the_bed_that_lies_on_its_margin_is_named(make):
+    runs = [make(f"{family}-{mu}") for family in ("c4", "c5") for mu in ("0.0", "0.2", "0.4")]
+    rows = judge_claims([*runs, make("c4-0.1", freeboard=0.02)])
+    (row,) = [row for row in rows if row.name == "freeboard"]
+    assert row.measured.endswith("(c4-0.1)")
+    assert row.why == "within two standard errors (c4-0.1, c5-0.1): a number lies on its margin"
+
+
+def test_a_flux_at_the_walls_has_its_unit_and_place(make):
+    rows = {row.name: row for row in judge_claims([make(f"c4-{mu}") for mu in ("0.0", "0.1", "0.2", "0.4")])}
+    assert rows["wall-flux-c4"].measured.endswith("over rho U_f") and "z/H = 0.092" in rows["wall-flux-c4"].wanted
+    assert rows["wall-flux-c4"].why.startswith("within two standard errors (c4-0.2 against c4-0.0, c4-0.2 against c4")
+    assert rows["agitation-peak"].measured.startswith("z/H = 0.2")
+
+
 @pytest.mark.parametrize(
     ("peak", "noise", "verdict"),
     [(0.055, 1e-3, YES), (0.03, 1e-3, NO), (0.0625, 0.3, UNDECIDED), (0.03, 3.0, UNDECIDED)],

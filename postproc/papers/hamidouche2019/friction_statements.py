@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 from fbcouple.postproc import measures
 from fbcouple.postproc.measures import Measured
@@ -29,6 +30,8 @@ NEARLY_NONE = 0.02
 """Solids fraction that a map up to 0.6 shows as nothing: a third of the first of ten colours."""
 BUBBLES = 0.02
 """Movement of the centre of mass over its height: beds that bubble have 0.05 to 0.1."""
+DOWNWARD = "flux over rho U_f, downward, in the cells at the side walls at z/H = 0.092: largest at 0.2"
+MAGNITUDE = "magnitude of the flux, mean below z/H = 0.375: largest at 0.2"
 
 
 @claim(
@@ -55,9 +58,10 @@ def _bed_height(runs: Runs) -> Finding:
     "a map up to 0.6 in ten colours shows a third of its first colour as nothing",
 )
 def _freeboard(runs: Runs) -> Finding:
-    values = measure_runs(runs, (*C4, *C5), measures.freeboard_solids).values()
-    most = max(values, key=lambda value: value.value)
-    return settle(f"at most {word([most])}", [below(value, NEARLY_NONE) for value in values])
+    values = measure_runs(runs, (*C4, *C5), measures.freeboard_solids)
+    most = max(values, key=lambda name: values[name].value)
+    answers = [replace(below(value, NEARLY_NONE), of=name) for name, value in values.items()]
+    return settle(f"at most {word([values[most]])} ({most})", answers)
 
 
 @claim(
@@ -65,12 +69,13 @@ def _freeboard(runs: Runs) -> Finding:
     "Agitation is largest at z/H = 0.25 in C4.",
     "4.2, figure 16",
     C4,
-    "0.25 ± 0.05 in all four",
+    "z/H = 0.25 ± 0.05 in all four",
     '"approximate": half of the 0.1 between two numbers of the axis',
 )
 def _agitation_peak(runs: Runs) -> Finding:
-    peaks = [measures.agitation_peak(runs[name], 0.25, 0.05) for name in C4]
-    return settle(", ".join(f"{height:.3f}" for height, _ in peaks), [above(lead) for _, lead in peaks])
+    peaks = {name: measures.agitation_peak(runs[name], 0.25, 0.05) for name in C4}
+    heights = ", ".join(f"{height:.3f}" for height, _ in peaks.values())
+    return settle(f"z/H = {heights}", [replace(above(lead), of=name) for name, (_, lead) in peaks.items()])
 
 
 @claim(
@@ -136,22 +141,22 @@ def _downward_flux(run: Results) -> Measured:
     return Measured(-flux.value, flux.error)
 
 
-@claim("wall-flux-c4", "The downward flux at the walls is largest at mu_w = 0.2 (C4).", "4.2, figure 18", C4, "at 0.2")
+@claim("wall-flux-c4", "The downward flux at the walls is largest at mu_w = 0.2 (C4).", "4.2, figure 18", C4, DOWNWARD)
 def _wall_flux_c4(runs: Runs) -> Finding:
-    return _judge_largest(runs, C4, _downward_flux)
+    return _judge_largest(runs, C4, _downward_flux, "over rho U_f")
 
 
-@claim("wall-flux-c5", "The downward flux at the walls is largest at mu_p = 0.2 (C5).", "4.2, figure 18", C5, "at 0.2")
+@claim("wall-flux-c5", "The downward flux at the walls is largest at mu_p = 0.2 (C5).", "4.2, figure 18", C5, DOWNWARD)
 def _wall_flux_c5(runs: Runs) -> Finding:
-    return _judge_largest(runs, C5, _downward_flux)
+    return _judge_largest(runs, C5, _downward_flux, "over rho U_f")
 
 
-@claim("flux-c5", "The magnitude of the solids flux is largest at mu_p = 0.2 (C5).", "4.2, figure 17", C5, "at 0.2")
+@claim("flux-c5", "The magnitude of the solids flux is largest at mu_p = 0.2 (C5).", "4.2, figure 17", C5, MAGNITUDE)
 def _flux_c5(runs: Runs) -> Finding:
     return _judge_largest(runs, C5, measures.flux_magnitude, "kg m-2 s-1")
 
 
-@claim("flux-c4", "The magnitude of the solids flux is largest at mu_w = 0.2 (C4).", "4.2, figure 17", C4, "at 0.2")
+@claim("flux-c4", "The magnitude of the solids flux is largest at mu_w = 0.2 (C4).", "4.2, figure 17", C4, MAGNITUDE)
 def _flux_c4(runs: Runs) -> Finding:
     return _judge_largest(runs, C4, measures.flux_magnitude, "kg m-2 s-1")
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from fbcouple.postproc.measures import Measured
@@ -23,10 +23,11 @@ LONGEST = 100.0
 @dataclass(frozen=True)
 class Answer:
     """Whether a number is as wanted; None if its two standard errors reach over the margin. Then `longer` is the factor
-    on the window that takes them off it, if the number stays."""
+    on the window that takes them off it, if the number stays. of: the beds of the number, where there are several."""
 
     holds: bool | None
     longer: float = 1.0
+    of: str = ""
 
 
 @dataclass(frozen=True)
@@ -79,7 +80,11 @@ def rise(values: Sequence[Measured]) -> list[Answer]:
 
 def is_largest(values: Mapping[str, Measured], name: str) -> list[Answer]:
     """Whether the value `name` is above each of the others."""
-    return [above(values[name] - value) for other, value in values.items() if other != name]
+    return [
+        replace(above(values[name] - value), of=f"{name} against {other}")
+        for other, value in values.items()
+        if other != name
+    ]
 
 
 def settle(measured: str, answers: Iterable[Answer]) -> Finding:
@@ -87,16 +92,24 @@ def settle(measured: str, answers: Iterable[Answer]) -> Finding:
     found = list(answers)
     if any(answer.holds is False for answer in found):
         return Finding(measured, False)
-    waits = [answer.longer for answer in found if answer.holds is None]
-    if not waits:
+    waiting = [answer for answer in found if answer.holds is None]
+    if not waiting:
         return Finding(measured, True)
-    if any(map(math.isnan, waits)):
-        return Finding(measured, None, "a number has no standard error: longer windows, or results with blocks")
-    longest = max(waits)
-    if longest > LONGEST:
-        return Finding(measured, None, "within two standard errors: a number lies on its margin")
+    if bare := [answer for answer in waiting if math.isnan(answer.longer)]:
+        why = f"a number has no standard error{_name(bare)}: longer windows, or results with blocks"
+        return Finding(measured, None, why)
+    if stuck := [answer for answer in waiting if answer.longer > LONGEST]:
+        return Finding(measured, None, f"within two standard errors{_name(stuck)}: a number lies on its margin")
+    longest = max(answer.longer for answer in waiting)
     times = f"{longest:.1f}" if longest < 10.0 else f"{longest:.0f}"
-    return Finding(measured, None, f"within two standard errors: windows {times} times as long decide, if it stays")
+    why = f"within two standard errors{_name(waiting)}: windows {times} times as long decide, if it stays"
+    return Finding(measured, None, why)
+
+
+def _name(answers: Sequence[Answer]) -> str:
+    """Which beds the answers are of, in brackets, where that is known."""
+    names = ", ".join(dict.fromkeys(answer.of for answer in answers if answer.of))
+    return f" ({names})" if names else ""
 
 
 def word(values: Iterable[Measured], factor: float = 1.0, unit: str = "") -> str:
