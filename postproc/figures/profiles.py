@@ -60,6 +60,7 @@ def flux_profile(results: Results) -> Figure:
     heights = list_heights(results)
     note = f"{'; '.join(format_height(z, results) for z in heights)}; {averaging_text(results)}"
     note += format_scale([results])
+    note += _tell_bare([results], heights)
     note = f"{note}; {_explain(flux_scale(results)[1], note)}"
     picture = lay_out(results.title, COLUMN, 2.6 + 0.14 * len(heights), note)
     axes = picture.subplots()
@@ -82,7 +83,7 @@ def flux_profiles(runs: Sequence[Results]) -> Figure:
     """Vertical solids flux across the bed of each run at the first run's heights, bands of one standard error."""
     common_flux_scale(runs)
     heights = list_heights(runs[0])
-    note = f"bands: ± 1 standard error{format_scale(runs)}{mark_runs(runs)}"
+    note = f"bands: ± 1 standard error{_tell_bare(runs, heights)}{format_scale(runs)}{mark_runs(runs)}"
     note = f"{note}; {_explain(flux_scale(runs[0])[1], note)}"
     picture = lay_out("Time-mean vertical solids flux", PAGE, 0.3 + 2.6 * len(heights), note)
     for axes, height in zip(picture.subplots(len(heights), 1, squeeze=False)[:, 0], heights, strict=True):
@@ -92,6 +93,13 @@ def flux_profiles(runs: Sequence[Results]) -> Figure:
         axes.set_title(format_height(height, runs[0]), loc="left", size="small", pad=2.0)
         axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=2.4)
     return picture
+
+
+def _tell_bare(runs: Sequence[Results], heights: Sequence[float]) -> str:
+    """For a note, that there is no band for some runs, as their standard errors are not known; or nothing."""
+    bare = [run.label for run in runs if any(vertical_flux(run, height).stderr is None for height in heights)]
+    of = f" of {', '.join(bare)}" if len(runs) > 1 else ""
+    return f"; standard error{of} not known: no band" if bare else ""
 
 
 def _explain(divisor: str, known: str) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -24,8 +26,7 @@ def radial_profiles(results: Results) -> Figure:
     heights = list_radial_heights(results)
     found = list_radial_profiles(results, heights)
     note = f"{'; '.join(format_height(z, results) for z in heights)}; means over rings about the middle"
-    bands = any(profile.stderr is not None for profiles in found.values() for profile in profiles)
-    note += f"; {averaging_text(results)}{'; bands: ± 1 standard error' * bands}"
+    note += f"; {averaging_text(results)}; {_tell_bands(found)}"
     picture = lay_out(results.title, COLUMN, 0.9 + _EACH * len(found), f"{note}; {explain('z/H', known=note)}")
     panels = picture.subplots(len(found), 1, sharex=True, squeeze=False)[:, 0]
     for axes, (quantity, profiles) in zip(panels, found.items(), strict=True):
@@ -40,6 +41,15 @@ def radial_profiles(results: Results) -> Figure:
     if len(heights) > 1:
         panels[0].legend(loc="lower left", bbox_to_anchor=(-0.02, 1.01), ncols=2, handlelength=1.8, borderaxespad=0.0)
     return picture
+
+
+def _tell_bands(found: Mapping[str, Sequence[RadialProfile]]) -> str:
+    """For a note: what the bands are, and which lines have none, as their standard errors are not known."""
+    bare = [name for name, profiles in found.items() if any(profile.stderr is None for profile in profiles)]
+    if len(bare) == len(found):
+        return "standard errors not known: no bands"
+    words = ", ".join(name.replace("_", " ") for name in bare)
+    return "bands: ± 1 standard error" + (f", not known of {words}" if bare else "")
 
 
 def _draw(axes: Axes, profile: RadialProfile, index: int) -> None:

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from fbcouple.errors import CaseError
 from fbcouple.postproc.figures.heights import find_centre, format_height, list_heights
@@ -13,6 +14,10 @@ from fbcouple.results.view import View
 from tests.postproc.whole_run import leave_out
 
 GAS_FLUX = 1.165 * 1.2
+
+
+def read_note(picture: Figure) -> str:
+    return " ".join(picture.texts[1].get_text().split())
 
 
 def test_profile_is_exact_for_a_linear_flux(run):
@@ -41,7 +46,19 @@ def test_profile_of_a_run_whose_second_block_is_not_full_is_drawn_without_a_band
     dataset["solids_flux_stderr"] = dataset["solids_flux_stderr"] * np.nan
     results = open_results(write(dataset))
     assert vertical_flux(results, 0.023).stderr is None
-    assert [text.get_text()[:9] for text in flux_profile(results).axes[0].get_legend().get_texts()] == ["time mean"]
+    picture = flux_profile(results)
+    assert [text.get_text()[:9] for text in picture.axes[0].get_legend().get_texts()] == ["time mean"]
+    assert "standard error not known: no band" in read_note(picture)
+
+
+def test_of_several_runs_it_is_said_which_has_no_band(dataset, write):
+    known = replace(open_results(write(dataset)), label="known")
+    bare = dataset["solids_flux_stderr"] * np.nan
+    unsure = replace(known, data=known.data.assign(solids_flux_stderr=bare), label="unsure")
+    picture = flux_profiles([known, unsure])
+    assert len(picture.axes[0].collections) == 1
+    assert "standard error of unsure not known: no band" in read_note(picture)
+    assert "not known" not in read_note(flux_profiles([known, known]))
 
 
 def test_profile_counts_what_is_inside_of_a_mesh_alone(dataset, write):

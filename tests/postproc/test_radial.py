@@ -88,6 +88,8 @@ def test_velocity_of_particles_is_weighted_with_the_solids(run):
 def test_picture_has_a_panel_a_quantity_and_a_line_a_height(run):
     panels = radial_profiles(open_results(run)).axes
     assert len(panels) == 3
+    note = " ".join(radial_profiles(open_results(run)).texts[1].get_text().split())
+    assert "bands: ± 1 standard error, not known of solids velocity, gas flux" in note
     assert all(sum(len(line.get_xdata(orig=False)) == 2 for line in axes.lines) >= 2 for axes in panels)
     assert [text.get_text() for text in panels[0].get_legend().get_texts()] == ["$z$ = 50 mm", "$z$ = 125 mm"]
     assert panels[0].lines[0].get_xdata() == pytest.approx([14.142, 31.623], abs=1e-3)
