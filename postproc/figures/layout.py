@@ -71,10 +71,12 @@ def draw_panels(
     mark: float | None = None,
     line: Line | None = None,
     cmap: str = "magma_r",
+    empty: str = "no particles",
 ) -> Figure:
     """Draw maps on one colour scale with these `limits`, each up to a little above the bed.
 
-    mark: a value to mark on the colour bar; line: what is drawn onto the maps, for the legend.
+    mark: a value to mark on the colour bar; line: what is drawn onto the maps, for the legend; empty: what places
+    without a value are.
     """
     tops = find_tops([panel.results for panel in panels])
     columns = min(len(panels), MOST_ACROSS)
@@ -89,7 +91,7 @@ def draw_panels(
     up, above = across * max(shapes), LINE * max(title.count("\n") + bool(title) for title in titles)
     full = max(LEFT + columns * across + (columns - 1) * gap + BAR_GAP + BAR + right, 2.6)
     each = up + above + GAP
-    handles = _list_handles(panels, tops, limits, line)
+    handles = _list_handles(panels, tops, limits, line, empty)
     beside = max(int(full / (LETTER * max((len(handle.get_label()) for handle in handles), default=1) + 0.5)), 1)
     longest = max(map(measure, folded.split("\n")))
     below = max(BOTTOM + ENTRY * -(-len(handles) // beside), longest - up + GAP)
@@ -149,7 +151,7 @@ def _see(panel: Panel, top: float) -> np.ndarray:
 
 
 def _list_handles(
-    panels: Sequence[Panel], tops: Sequence[float], limits: tuple[float, float], line: Line | None
+    panels: Sequence[Panel], tops: Sequence[float], limits: tuple[float, float], line: Line | None, empty: str
 ) -> list[Any]:
     """Legend of what the colour bar does not tell, of that only what is there."""
     shown = [_see(panel, top) for panel, top in zip(panels, tops, strict=True)]
@@ -160,7 +162,7 @@ def _list_handles(
         handles.append(Patch(color=SKY, label=f"above {limits[1]:.3g}, the end of the scale"))
     if any(not np.isfinite(values).all() for values in shown):
         is_box = all(panel.results.is_box for panel in panels)
-        handles.append(Patch(color=EMPTY, label="no particles" if is_box else "no particles, or outside of the mesh"))
+        handles.append(Patch(color=EMPTY, label=empty if is_box else f"{empty}, or outside of the mesh"))
     return handles
 
 

@@ -28,6 +28,8 @@ DENSE = 0.2  # solids fraction over which the paper calls the bed dense
 EDGE_LINE = Line("--", f"edge of the dense bed, {DENSE:g}")
 ARROWS_ACROSS = 11
 LONGEST_ARROW = 1.1  # of the distance between arrows
+HARDLY_ANY = 1e-3
+"""Solids fraction below which agitation is not shown: that of a few particles which pass says nothing."""
 SHORTEST_ARROW = 0.04  # of the longest; below this only the colour is shown
 
 
@@ -59,16 +61,20 @@ def solids_flux(results: Results) -> Figure:
 
 
 @comparison
-def solids_fluxes(runs: Sequence[Results]) -> Figure:
-    """Depth-averaged time-mean solids flux of each run: magnitude of its (x, z) part as colour, direction as arrows."""
-    return _row_of_fluxes(runs, "Time-mean solids flux")
+def solids_fluxes(runs: Sequence[Results], among: Sequence[Results] = ()) -> Figure:
+    """Depth-averaged time-mean solids flux of each run: magnitude of its (x, z) part as colour, direction as arrows.
+
+    among: further runs, which the scale holds, too.
+    """
+    return _row_of_fluxes(runs, "Time-mean solids flux", among)
 
 
-def _row_of_fluxes(runs: Sequence[Results], heading: str) -> Figure:
-    divisor, unit = common_flux_scale(runs)
+def _row_of_fluxes(runs: Sequence[Results], heading: str, among: Sequence[Results] = ()) -> Figure:
+    divisor, unit = common_flux_scale([*runs, *among])
     fluxes = [depth_average(run.mean("solids_flux")) / flux_scale(run)[0] for run in runs]
-    magnitudes = [(flux.sel(component="x") ** 2 + flux.sel(component="z") ** 2) ** 0.5 for flux in fluxes]
-    largest = max(float(magnitude.max()) for magnitude in magnitudes)
+    magnitudes = [_find_magnitude(flux) for flux in fluxes]
+    others = [_find_magnitude(depth_average(run.mean("solids_flux")) / flux_scale(run)[0]) for run in among]
+    largest = max(float(magnitude.max()) for magnitude in [*magnitudes, *others])
     if largest == 0.0:
         raise NotDrawableError(["`solids_flux` is zero everywhere."])
     panels = [
@@ -81,38 +87,47 @@ def _row_of_fluxes(runs: Sequence[Results], heading: str) -> Figure:
     )
 
 
+def _find_magnitude(flux: xr.DataArray) -> xr.DataArray:
+    """Of the (x, z) part."""
+    return (flux.sel(component="x") ** 2 + flux.sel(component="z") ** 2) ** 0.5
+
+
 @figure
 def agitation(results: Results) -> Figure:
-    """Map of the time-mean particle agitation about the time mean; grey where no particle ever came."""
+    """Map of the time-mean particle agitation about the time mean; grey where there are hardly any particles."""
     return _row_of_agitation([results], results.title)
 
 
 @comparison
-def agitations(runs: Sequence[Results]) -> Figure:
-    """Time-mean particle agitation of each run about its time mean; grey where no particle ever came."""
-    return _row_of_agitation(runs, "Particle agitation")
+def agitations(runs: Sequence[Results], among: Sequence[Results] = ()) -> Figure:
+    """Time-mean particle agitation of each run about its time mean; grey where there are hardly any particles.
+
+    among: further runs, which the scale holds, too.
+    """
+    return _row_of_agitation(runs, "Particle agitation", among)
 
 
-def _row_of_agitation(runs: Sequence[Results], heading: str) -> Figure:
+def _row_of_agitation(runs: Sequence[Results], heading: str, among: Sequence[Results] = ()) -> Figure:
     """Mean square of the particle velocity about the time mean over U_f^2, mass weighted over the depth.
 
     The scale ends at the largest value where the solids fraction is above `SCARCE`: above the bed a few particles give
-    a number without significance (Hamidouche et al. 2019, section 4.2).
+    a number without significance (Hamidouche et al. 2019, section 4.2), and below `HARDLY_ANY` it is not shown.
     """
-    scales = [velocity_scale(run) for run in runs]
+    scales = [velocity_scale(run) for run in [*runs, *among]]
     if len({unit for _, _, unit in scales}) > 1:
         raise NotDrawableError(["some runs have an inlet velocity and others have none: no common scale."])
     fields, tops = [], []
-    for run, (scale, _, _) in zip(runs, scales, strict=True):
+    for run, (scale, _, _) in zip([*runs, *among], scales, strict=True):
         field = mass_average(run, "agitation") / scale**2
-        often = depth_average(run.mean("solids_fraction")) > SCARCE
-        fields.append(field)
-        tops.append(float(field.where(often).max()))
+        solids = depth_average(run.mean("solids_fraction"))
+        fields.append(field.where(solids >= HARDLY_ANY))
+        tops.append(float(field.where(solids > SCARCE).max()))
     if not max(tops) > 0.0:
         raise NotDrawableError(["`agitation` is zero everywhere."])
-    panels = [Panel(run, field, _window(run, runs), None) for run, field in zip(runs, fields, strict=True)]
+    panels = [Panel(run, field, _window(run, runs), None) for run, field in zip(runs, fields[: len(runs)], strict=True)]
     label = "Agitation $q_p^2$ [m$^2$ s$^{-2}$]" if scales[0][1] == "" else "Agitation $q_p^2 / U_f^2$ [–]"
-    return draw_panels(panels, heading, _note(runs) + format_scale(runs), label, (0.0, max(tops)))
+    empty = f"hardly any particles, solids fraction below {HARDLY_ANY:g}"
+    return draw_panels(panels, heading, _note(runs) + format_scale(runs), label, (0.0, max(tops)), empty=empty)
 
 
 def common_flux_scale(runs: Sequence[Results]) -> tuple[str, str]:

@@ -7,8 +7,16 @@ import pytest
 
 from fbcouple.postproc.figures.arrows import sample_arrows
 from fbcouple.postproc.figures.depth import slices
-from fbcouple.postproc.figures.heights import find_tops
-from fbcouple.postproc.figures.maps import ARROWS_ACROSS, PACKED, agitation, solids_flux, solids_fraction
+from fbcouple.postproc.figures.heights import SCARCE, find_tops
+from fbcouple.postproc.figures.maps import (
+    ARROWS_ACROSS,
+    PACKED,
+    agitation,
+    agitations,
+    solids_flux,
+    solids_fluxes,
+    solids_fraction,
+)
 from fbcouple.postproc.style import extend
 from fbcouple.results.reader import open_results
 from fbcouple.results.view import View
@@ -59,7 +67,30 @@ def test_what_the_colour_bar_does_not_tell_is_in_the_legend(dataset, write):
     assert entries(solids_fraction(over)) == ["edge of the dense bed, 0.2", "above 0.6, the end of the scale"]
     grains = dataset.assign(agitation=(dataset["solids_fraction"] > 0) * 0.1)
     grains["agitation"] = grains["agitation"].where(dataset["solids_fraction"] > 0)
-    assert entries(agitation(replace(results, data=grains))) == ["no particles"]
+    hardly = "hardly any particles, solids fraction below 0.001"
+    assert entries(agitation(replace(results, data=grains))) == [hardly]
+
+
+def test_agitation_of_hardly_any_particles_is_not_shown(dataset, write):
+    """A few that pass above the bed at 1e-4 are far beyond the scale of the bed, and no speckles."""
+    results = open_results(write(dataset))
+    some = dataset.assign(agitation=dataset["solids_fraction"] * 0.0 + 0.1)
+    some["solids_fraction"][8] = 1e-4
+    some["agitation"][8] = 9.0
+    some["solids_fraction"][7, :, 3] = 0.5 * SCARCE
+    shown = agitation(replace(results, data=some)).axes[0].collections[0].get_array()
+    assert np.ma.getmaskarray(shown)[8].all() and not np.ma.getmaskarray(shown)[7, 3]
+    assert float(shown.max()) == pytest.approx(0.1 / 1.44)
+
+
+def test_maps_of_runs_share_the_scale_of_others(dataset, write):
+    one = open_results(write(dataset.assign(agitation=dataset["solids_fraction"] * 0.0 + 0.1)))
+    more = {name: 2.0 * one.data[name] for name in ("agitation", "solids_flux")}
+    other = replace(one, data=one.data.assign(more))
+    for draw in (agitations, solids_fluxes):
+        ends = [draw(*runs).axes[0].collections[0].get_clim()[1] for runs in (([one],), ([one], [other]), ([other],))]
+        assert ends[1] == ends[2] == pytest.approx(2.0 * ends[0])
+        assert len(draw([one], [other]).axes) == len(draw([one]).axes)
 
 
 def test_colours_are_the_depth_average_of_every_cell(dataset, write):

@@ -141,7 +141,9 @@ def _describe_figure(
         shown = [replace(chosen[bed], label=bed) for bed in picture.beds if bed in chosen]
         if not shown:
             continue
-        described = _draw(figure.number, picture, shown, remarks)
+        others = [chosen[bed] for bed in figure.beds if bed in chosen and bed not in picture.beds]
+        words = f"Ours, of {', '.join(run.label for run in shown)}."
+        described = _draw(figure.number, picture, words, remarks, (shown, others))
         if described:
             made.append(described)
             data[described["name"]] = picture.collect(shown)
@@ -161,10 +163,10 @@ def _describe_figure(
     }, data
 
 
-def _draw(number: str, picture: Picture, shown: list[Results], remarks: list[str]) -> Content:
+def _draw(number: str, picture: Picture, words: str, remarks: list[str], runs: Sequence[list[Results]]) -> Content:
+    """A picture of the first of `runs`; the second are the others of its figure."""
     name = f"figure-{number.lower()}-{picture.name}"
-    words = f"Ours, of {', '.join(run.label for run in shown)}."
-    return make_picture(lambda: picture.draw(shown), name, words, f"Figure {number}", remarks)
+    return make_picture(lambda: picture.draw(*runs), name, words, f"Figure {number}", remarks)
 
 
 def _tell_numbers(figure: PaperFigure, chosen: dict[str, Results], remarks: list[str]) -> list[dict[str, Any]]:

@@ -24,12 +24,12 @@ DEPTH_HEIGHT = 0.04
 
 @dataclass(frozen=True)
 class Picture:
-    """One of our pictures: a name for its file, the beds that it shows, how it is drawn of those that have runs, and
-    the data behind it."""
+    """One of our pictures: a name for its file, the beds that it shows, how it is drawn of those that have runs beside
+    the others of its figure, which may share its scale, and the data behind it."""
 
     name: str
     beds: tuple[str, ...]
-    draw: Callable[[Sequence[Results]], Figure]
+    draw: Callable[[Sequence[Results], Sequence[Results]], Figure]
     collect: Callable[[Sequence[Results]], Data]
 
 
@@ -51,13 +51,15 @@ class PaperFigure:
         return tuple(dict.fromkeys(bed for picture in self.pictures for bed in picture.beds))
 
 
-def _at(height: float, draw: Callable[[Sequence[Results]], Figure]) -> Callable[[Sequence[Results]], Figure]:
+def _at(
+    height: float, draw: Callable[[Sequence[Results]], Figure]
+) -> Callable[[Sequence[Results], Sequence[Results]], Figure]:
     """Draw with profiles at one height [m]."""
-    return lambda runs: draw([replace(run, view=View((height,))) for run in runs])
+    return lambda runs, others: draw([replace(run, view=View((height,))) for run in runs])
 
 
 def _fractions(name: str, beds: tuple[str, ...]) -> Picture:
-    return Picture(name, beds, maps.solids_fractions, figure_data.collect_fractions)
+    return Picture(name, beds, lambda runs, others: maps.solids_fractions(runs), figure_data.collect_fractions)
 
 
 def _fluxes(name: str, beds: tuple[str, ...]) -> Picture:
@@ -74,7 +76,9 @@ def _profiles(name: str, beds: tuple[str, ...]) -> Picture:
 
 
 def _snapshots(name: str, bed: str) -> Picture:
-    return Picture(name, (bed,), lambda runs: snapshots.voidage_snapshots(runs[0]), figure_data.collect_snapshots)
+    return Picture(
+        name, (bed,), lambda runs, others: snapshots.voidage_snapshots(runs[0]), figure_data.collect_snapshots
+    )
 
 
 FIGURES = (
@@ -82,7 +86,7 @@ FIGURES = (
         "10",
         "solids fraction of C2 at t U_f/d_p = 12 000 on slices along the depth",
         "The slices at y/D = 0.2, 0.5 and 0.8 differ so little that the bed counts as two-dimensional.",
-        (Picture("slices", ("c2",), lambda runs: depth.moment_slices(runs[0]), figure_data.collect_slices),),
+        (Picture("slices", ("c2",), lambda runs, others: depth.moment_slices(runs[0]), figure_data.collect_slices),),
         tell=page_tables.tell_slices,
     ),
     PaperFigure(
