@@ -41,12 +41,12 @@ def show(rows: list[Row]) -> None:
         click.echo(warning)
 
 
-def write(file: Path | None, tables: dict[str, list[Row]]) -> None:
-    """Write the tables as JSON, one object a row."""
+def write(file: Path | None, tables: dict[str, list[Row]], about: Row | None = None) -> None:
+    """Write the tables as JSON, one object a row, after the machine and what `about` says of all of them."""
     from fbcouple.results.tables import describe_machine, write_json
 
     if file:
-        write_json(file, tables, {"machine": describe_machine()}, JSON_ELSEWHERE)
+        write_json(file, tables, {"machine": describe_machine()} | (about or {}), JSON_ELSEWHERE)
 
 
 @click.group(cls=WholeSentences)
@@ -283,6 +283,7 @@ def scaling(
 ) -> None:
     """Measure strong and weak scaling of the canonical box (eqs 46-47), and count its messages up to 64 ranks."""
     from fbcouple.bench.suite import count_traffic, measure_scaling
+    from fbcouple.results.tables import TETRAHEDRA
 
     tables = {}
     if not traffic_only:
@@ -290,4 +291,4 @@ def scaling(
         show(tables["scaling"])
     tables["traffic"] = count_traffic(cells, (1, 2, 4, 8, 16, 32, 64))
     show(tables["traffic"])
-    write(file, tables)
+    write(file, tables, {"cells": TETRAHEDRA if tetrahedra else "hexahedra"})

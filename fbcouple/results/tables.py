@@ -22,6 +22,8 @@ from fbcouple.paths import TEMPLATES
 Row = dict[str, Any]
 Tables = dict[str, list[Row]]
 ELSEWHERE = "give another folder with -o"
+TETRAHEDRA = "tetrahedra"
+"""What `bench scaling` says of its cells, where they were cut into these."""
 
 
 def describe_machine() -> str:

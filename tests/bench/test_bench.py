@@ -108,6 +108,9 @@ def test_folders_are_made_for_the_tables_of_a_measurement(tmp_path):
     done = CliRunner().invoke(cli, ["bench", "scaling", "--traffic-only", "--cells", "10", "--json", str(file)])
     assert done.exit_code == 0, done.output
     assert json.loads(file.read_text())["traffic"] and not list(file.parent.glob("*.part"))
+    assert json.loads(file.read_text())["cells"] == "hexahedra"
+    done = CliRunner().invoke(cli, ["bench", "scaling", "--traffic-only", "--tetrahedra", "--json", str(file)])
+    assert done.exit_code == 0 and json.loads(file.read_text())["cells"] == "tetrahedra", done.output
     file = tmp_path / "other/checks.json"
     done = CliRunner().invoke(cli, ["verify", "normal-impact", "--json", str(file)])
     assert done.exit_code == 0 and json.loads(file.read_text())["checks"], done.output

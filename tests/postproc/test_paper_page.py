@@ -175,10 +175,17 @@ def test_scaling_is_told_where_it_was_measured(tmp_path):
         for kind in ("strong", "weak")
         for ranks in (1, 2)
     ]
-    (tmp_path / "scaling.json").write_text(json.dumps({"scaling": rows, "traffic": [{"ranks": 2}]}))
+    table = {"scaling": rows, "traffic": [{"ranks": 2}]}
+    (tmp_path / "scaling.json").write_text(json.dumps({"cells": "tetrahedra"} | table))
     members = open_members([tmp_path / "c1"])
     figure = make_page(tmp_path, members).content["figures"][1]
     assert figure["number"] == "7" and len(figure["numbers"]) == 4 and figure["numbers"][1]["of_ideal"] == 0.9
+    for cells, words in (({}, "cells that it does not name"), ({"cells": "hexahedra"}, "hexahedra")):
+        (tmp_path / "scaling.json").write_text(json.dumps(cells | table))
+        figure = make_page(tmp_path, members).content["figures"][1]
+        assert figure["numbers"] == [] and f"is of {words}, the figure of tetrahedra" in figure["remarks"][0]
+        command = f"fbcouple bench scaling -n 1 -n 2 --tetrahedra --json {tmp_path / 'scaling.json'}"
+        assert f"`{command}`" in figure["remarks"][0]
     (tmp_path / "scaling.json").write_text("[1]")
     figure = make_page(tmp_path, members).content["figures"][1]
     assert figure["numbers"] == [] and "is not what bench scaling writes" in figure["remarks"][0]

@@ -7,6 +7,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from shlex import quote
 from typing import Any
 
 from matplotlib.figure import Figure
@@ -24,11 +25,12 @@ from fbcouple.postproc.papers.hamidouche2019.paper_numerics import tell_numerics
 from fbcouple.postproc.papers.hamidouche2019.paper_runs import identify, sort_runs
 from fbcouple.postproc.report.pictures import make_picture
 from fbcouple.results.reader import NotDrawableError, Results, open_results
+from fbcouple.results.tables import TETRAHEDRA
 from fbcouple.version import __version__
 
 Content = dict[str, Any]
 SCALING = "scaling.json"
-"""In the folder of the runs: what `fbcouple bench scaling --json` wrote, for figures 7a and 7b."""
+"""In the folder of the runs: what `fbcouple bench scaling --tetrahedra --json FILE` wrote, for figures 7a and 7b."""
 PRINTED_BEDS = [name for name in BEDS if name not in ("c2-slip", "c6-smagorinsky")]
 """Those that the paper tells of."""
 FEW_CLAIMS = ("statement", "beds", "numerics", "measured", "wanted", "verdict", "why")
@@ -228,16 +230,21 @@ def _describe_contact(runs: Sequence[Results]) -> Content:
 def _describe_scaling(folder: Path) -> Content:
     """Figures 7a and 7b: what `bench scaling` measured, if its tables lie in the folder."""
     path, remarks, rows = folder / SCALING, [], []
+    command = f"`fbcouple bench scaling -n 1 -n 2 --tetrahedra --json {quote(str(path))}`"
     if path.is_file():
         try:
             found = json.loads(path.read_text(encoding="utf-8"))
+            cells = found.get("cells", "cells that it does not name")
             table = next(value for value in found.values() if isinstance(value, list) and "of_ideal" in value[0])
             columns = ("scaling", "ranks", "seconds", "gain", "value", "of_ideal")
-            rows = [{name: row.get(name, "") for name in columns} for row in table]
+            if cells == TETRAHEDRA:
+                rows = [{name: row.get(name, "") for name in columns} for row in table]
+            else:
+                remarks.append(f"{path} is of {cells}, the figure of {TETRAHEDRA}: write it again by {command}.")
         except (ValueError, StopIteration, AttributeError, TypeError, IndexError, KeyError) as error:
-            remarks.append(f"{path} is not what bench scaling writes ({error}); write it again.")
+            remarks.append(f"{path} is not what bench scaling writes ({error}); write it again by {command}.")
     else:
-        remarks.append(f"Not measured here: write {SCALING} into this folder by `fbcouple bench scaling --json`.")
+        remarks.append(f"Not measured here; {command} does.")
     return {
         "number": "7",
         "shows": "speed-up (a) and scale-up (b) of a box of particles and tetrahedra",
