@@ -16,6 +16,7 @@ from fbcouple.case.load import load_case
 from fbcouple.case.schema.reference import list_options
 from fbcouple.cli.main import cli
 from fbcouple.paths import CASES
+from fbcouple.postproc.averaging import find_start_up_in_means
 from fbcouple.postproc.measures import Measured
 from fbcouple.postproc.papers.hamidouche2019.claims import NO, STATED, UNDECIDED, YES, judge_claims
 from fbcouple.postproc.papers.hamidouche2019.judging import above, below, fall, rise, settle, within
@@ -23,6 +24,7 @@ from fbcouple.postproc.papers.hamidouche2019.paper_beds import AS_COMPUTED, AS_P
 from fbcouple.postproc.papers.hamidouche2019.paper_numerics import tell_numerics
 from fbcouple.postproc.papers.hamidouche2019.paper_runs import identify, list_twins, sort_runs
 from fbcouple.postproc.papers.hamidouche2019.registry import CLAIMS
+from fbcouple.postproc.papers.hamidouche2019.run_uses import list_uses, tell_choices
 from fbcouple.results.reader import Results, open_results
 from tests.postproc.paper_bed import write_bed
 
@@ -163,6 +165,36 @@ def test_short_run_decides_nothing_and_is_named(make):
 def test_longer_of_two_runs_counts(make):
     short, full = make("c4-0.0", folder="a", end=8.0, unrest=0.0), make("c4-0.0", folder="b", end=20.0)
     assert verdicts(short, full)["not-homogeneous"] == verdicts(full, short)["not-homogeneous"] == YES
+
+
+def test_a_run_without_its_start_up_counts_before_a_longer_one_with_it(make):
+    """By the test that warns: its history falls for 4 s, and its means begin at 1 s."""
+    long, late = make("c4-0.0", folder="long", unrest=0.0), make("c4-0.0", folder="late", end=12.0)
+    falling = long.data["solids_centre_z"] * (1.0 + 0.3 * np.exp(-long.data["time"]))
+    falling.values[400:] = (0.03125 * (1.0 + 0.06 * np.sin(40.0 * long.data["time"]))).values[400:]
+    long = replace(long, data=long.data.assign(solids_centre_z=falling))
+    assert find_start_up_in_means(long) and not find_start_up_in_means(late)
+    for runs in ([long, late], [late, long]):
+        assert sort_runs(runs)[0][AS_PRINTED]["c4-0.0"] is late
+        assert tell_choices(list_uses(runs)) == [
+            "long (c4-0.0) is not used: start-up included in its means; late counts."
+        ]
+    short = make("c4-0.0", folder="short", end=3.0)
+    uses = list_uses([late, short, make("c4-0.0", folder="less", end=10.0)])
+    assert [use.words for use in uses] == [
+        "c4-0.0",
+        "none: averaged 2 s, needed 5 s",
+        "none: averaged 9 s; late, which averaged 11 s, counts",
+    ]
+    assert len(tell_choices(uses)) == 2
+
+
+def test_the_same_seed_is_no_twin(make):
+    """Later means of one run of C4-0.1 count for both of its names, and not the run itself for the second."""
+    one = make("c4-0.1", folder="one")
+    later = replace(make("c4-0.1", folder="later", end=15.0), label="later")
+    chosen = sort_runs([one, later])[0][AS_PRINTED]
+    assert chosen["c4-0.1"] is chosen["c5-0.1"] is one
 
 
 def test_run_with_the_papers_sub_grid_model_counts_before_a_longer_one(make):

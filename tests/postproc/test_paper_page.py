@@ -22,6 +22,7 @@ from fbcouple.postproc.papers.hamidouche2019.paper_beds import BEDS
 from fbcouple.postproc.papers.hamidouche2019.paper_figures import FIGURES
 from fbcouple.postproc.papers.hamidouche2019.paper_runs import sort_runs
 from fbcouple.postproc.papers.hamidouche2019.registry import CLAIMS
+from fbcouple.postproc.papers.hamidouche2019.run_uses import list_uses
 from fbcouple.results.reader import Results, open_results
 from tests.postproc.frames_of_bed import write_frames
 from tests.postproc.paper_bed import write_bed
@@ -139,7 +140,7 @@ def test_the_runs_are_told_with_their_weight_and_hashes(made):
 def test_drop_and_support_are_put_in_proportion_to_the_weight(tmp_path):
     """A steady drop of 600 Pa and 0.98 of the weight: 0.979 of 612.8 Pa, and 2 % on floor and walls."""
     results = open_results(write_whole(tmp_path / "run"))
-    (row,) = page_tables.tabulate_runs([results])
+    (row,) = page_tables.tabulate_runs(list_uses([results]))
     assert row["pressure drop over the weight"] == pytest.approx(600.0 / 612.8, abs=2e-3)
     assert row["weight on floor and walls"] == pytest.approx(0.02) and row["core-hours"] == 2.0
     assert row["momentum error"] == pytest.approx(1e-14) and row["change of the solids volume"] == 0.0
@@ -164,8 +165,13 @@ def test_twins_tell_what_chance_does(tmp_path):
     assert row["bed"] == "c4-0.1" and row["runs"] == "one, two"
     heights = [float(row[side].split(" ")[0]) for side in ("one", "other")]
     assert heights == pytest.approx([62.5, 63.0], abs=0.06) and row["difference over its standard error"] < -2.0
+    assert {row["run"]: row["counts for"] for row in page["runs"]} == {"one": "c4-0.1", "two": "c5-0.1"}
+    assert page["choices"] == []
     shown = {each["number"]: each for each in page["figures"]}["18"]["pictures"]
-    assert [picture["words"] for picture in shown] == ["Figure 18: Ours, of c4-0.1.", "Figure 18: Ours, of c5-0.1."]
+    assert [picture["words"] for picture in shown] == [
+        "Figure 18: Ours, of c4-0.1 (one).",
+        "Figure 18: Ours, of c5-0.1 (two).",
+    ]
 
 
 def test_scaling_is_told_where_it_was_measured(tmp_path):

@@ -23,6 +23,7 @@ from fbcouple.postproc.papers.hamidouche2019.paper_beds import AS_PRINTED, BEDS,
 from fbcouple.postproc.papers.hamidouche2019.paper_figures import FIGURES, PaperFigure, Picture
 from fbcouple.postproc.papers.hamidouche2019.paper_numerics import tell_numerics
 from fbcouple.postproc.papers.hamidouche2019.paper_runs import identify, sort_runs
+from fbcouple.postproc.papers.hamidouche2019.run_uses import list_uses, name_chosen, tell_choices
 from fbcouple.postproc.report.pictures import make_picture
 from fbcouple.results.reader import NotDrawableError, Results, open_results
 from fbcouple.results.tables import TETRAHEDRA
@@ -89,11 +90,12 @@ def make_page(folder: Path, members: Sequence[Member]) -> Page:
     """Everything that the page shows of the `members` of the set in `folder`."""
     runs = [member.results for member in members if member.results is not None]
     chosen = sort_runs(runs)[0][AS_PRINTED]
+    uses = list_uses(runs)
     claims = judge_claims(runs)
     data: dict[str, Data] = {}
     figures = [_describe_contact(runs), _describe_scaling(folder)]
     for figure in FIGURES:
-        described, own = _describe_figure(figure, chosen, claims)
+        described, own = _describe_figure(figure, chosen, claims, name_chosen(uses))
         figures.append(described)
         data |= own
     counted = [row for row in claims if row.beds == STATED and row.contacts == AS_PRINTED]
@@ -104,9 +106,10 @@ def make_page(folder: Path, members: Sequence[Member]) -> Page:
             "made": time.strftime("%Y-%m-%d"),
             "numerics": tell_numerics(runs),
             "missing": _list_missing(members, chosen),
+            "choices": tell_choices(uses),
             "warnings": list_warnings(runs),
             "figures": figures,
-            "runs": page_tables.tabulate_runs(runs),
+            "runs": page_tables.tabulate_runs(uses),
             "twins": page_tables.tabulate_twins(runs),
             "makers": page_tables.tabulate_makers(runs),
             "claims": [asdict(row) for row in claims],
@@ -134,7 +137,7 @@ def _list_missing(members: Sequence[Member], chosen: dict[str, Results]) -> list
 
 
 def _describe_figure(
-    figure: PaperFigure, chosen: dict[str, Results], claims: Sequence[Row]
+    figure: PaperFigure, chosen: dict[str, Results], claims: Sequence[Row], names: dict[str, str]
 ) -> tuple[Content, dict[str, Data]]:
     remarks: list[str] = []
     data: dict[str, Data] = {}
@@ -144,7 +147,7 @@ def _describe_figure(
         if not shown:
             continue
         others = [chosen[bed] for bed in figure.beds if bed in chosen and bed not in picture.beds]
-        words = f"Ours, of {', '.join(run.label for run in shown)}."
+        words = f"Ours, of {', '.join(names[run.label] for run in shown)}."
         described = _draw(figure.number, picture, words, remarks, (shown, others))
         if described:
             made.append(described)

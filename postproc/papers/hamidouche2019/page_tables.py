@@ -19,6 +19,7 @@ from fbcouple.postproc.papers.hamidouche2019.impact import SCHEMES
 from fbcouple.postproc.papers.hamidouche2019.judging import word
 from fbcouple.postproc.papers.hamidouche2019.paper_numerics import list_numerics
 from fbcouple.postproc.papers.hamidouche2019.paper_runs import identify, list_twins
+from fbcouple.postproc.papers.hamidouche2019.run_uses import Use
 from fbcouple.postproc.report.monitors import MONITORS, find_flux_error
 from fbcouple.results.reader import NotDrawableError, Results
 from fbcouple.results.view import View
@@ -46,18 +47,20 @@ def _try(measure: Callable[[], float]) -> float:
         return math.nan
 
 
-def tabulate_runs(runs: Sequence[Results]) -> Rows:
-    """Length, cost, statistical error, weight and conservation of each run."""
-    return [_describe_run(run) for run in runs]
+def tabulate_runs(uses: Sequence[Use]) -> Rows:
+    """Which bed each run counts for, its length, cost, statistical error, weight and conservation."""
+    return [_describe_run(use) for use in uses]
 
 
-def _describe_run(run: Results) -> dict[str, Any]:
+def _describe_run(use: Use) -> dict[str, Any]:
+    run = use.run
     contacts, beds = identify(run)
     drop, held = (_measure_history(run, name) for name in ("pressure_drop", "gas_support"))
     weight = run.weight_per_area
     return {
         "run": run.label,
         "bed": ", ".join(beds) or "none of the paper's",
+        "counts for": use.words,
         "e": contacts.removeprefix("e = "),
         "numerics that are not the paper's": ", ".join(list_numerics(run.case)) if beds else "",
         "simulated [s]": run.simulated,

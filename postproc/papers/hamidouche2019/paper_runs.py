@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from itertools import combinations
 from typing import Any
 
-from fbcouple.postproc.averaging import find_inlet_change_in_means
+from fbcouple.postproc.averaging import find_inlet_change_in_means, find_start_up_in_means
 from fbcouple.postproc.papers.hamidouche2019.paper_beds import (
     AS_COMPUTED,
     AS_PRINTED,
@@ -33,7 +33,7 @@ def identify(results: Results) -> tuple[str, list[str]]:
     return ("", []) if find_inlet_change_in_means(results) else identify_case(results.case)
 
 
-def _explain(results: Results) -> tuple[list[str], str]:
+def explain_strange(results: Results) -> tuple[list[str], str]:
     """The rows of `BEDS` that a run would be but for something, and what that is; no rows if it is near none."""
     strangers = list_strangers(results.case)
     if mark := find_inlet_change_in_means(results):
@@ -50,9 +50,15 @@ def averaged_time(results: Results) -> float:
     return results.averaged
 
 
+def explain_short(results: Results) -> str:
+    """Why a run decides nothing that averaged too short."""
+    return f"averaged {averaged_time(results):.3g} s, needed {SHORTEST_WINDOW:g} s"
+
+
 def sort_runs(runs: Iterable[Results]) -> tuple[dict[str, dict[str, Results]], dict[str, str]]:
-    """Sort runs by contacts and name of `BEDS`. Of two runs of one bed that with the paper's sub-grid model counts, and
-    of two that have it, or have not, the one that averaged longer; the other is the twin, if the bed has two names.
+    """Sort runs by contacts and name of `BEDS`. Of two runs of one bed that with the paper's sub-grid model counts, of
+    two that have it, or have not, the one whose means do not begin in its start-up, and of two such, or two others,
+    the one that averaged longer; the other is the twin, if the bed has two names and the seeds are others.
 
     Returns: contacts -> name -> run, and for each name why a run of it was left out: it averaged too short, or is of
     the bed but for an option.
@@ -62,12 +68,12 @@ def sort_runs(runs: Iterable[Results]) -> tuple[dict[str, dict[str, Results]], d
     for run in runs:
         which = run.label or run.path.parent.name
         contacts, names = identify(run)
-        near, why = _explain(run)
+        near, why = explain_strange(run)
         for name in near:
             left_out.setdefault(name, f"{which} is {why}")
         for name in names:
             if averaged_time(run) < SHORTEST_WINDOW:
-                left_out[name] = f"{which} averaged {averaged_time(run):.3g} s, needed {SHORTEST_WINDOW:g} s"
+                left_out[name] = f"{which} {explain_short(run)}"
             else:
                 found[contacts].setdefault(name, []).append(run)
     chosen = {
@@ -78,10 +84,10 @@ def sort_runs(runs: Iterable[Results]) -> tuple[dict[str, dict[str, Results]], d
 
 def _choose(name: str, runs: list[Results]) -> Results:
     """Of the `runs` of a bed the one that counts for it under `name`."""
-    ranked = sorted(runs, key=_rank, reverse=True)
+    best, *others = sorted(runs, key=rank, reverse=True)
     place = [other for other, bed in BEDS.items() if bed == BEDS[name]].index(name)
-    is_alike = len(ranked) > place and _rank(ranked[place])[0] == _rank(ranked[0])[0]
-    return ranked[place] if is_alike else ranked[0]
+    twins = [best, *(run for run in others if not _list_seeds(run) & _list_seeds(best))]
+    return twins[place] if len(twins) > place and rank(twins[place])[:2] == rank(best)[:2] else best
 
 
 def list_twins(runs: Iterable[Results]) -> list[tuple[str, Results, Results]]:
@@ -95,7 +101,7 @@ def list_twins(runs: Iterable[Results]) -> list[tuple[str, Results, Results]]:
     return [
         (name, one, other)
         for (_, name), known in beds.items()
-        for one, other in combinations(sorted(known, key=_rank, reverse=True), 2)
+        for one, other in combinations(sorted(known, key=rank, reverse=True), 2)
         if not _list_seeds(one) & _list_seeds(other) and list_numerics(one.case) == list_numerics(other.case)
     ]
 
@@ -106,6 +112,8 @@ def _list_seeds(run: Results) -> set[Any]:
     return {look_up(run.case, "start.seed"), *told}
 
 
-def _rank(run: Results) -> tuple[bool, float]:
-    """What makes one of two runs of a bed count."""
-    return look_up(run.case, "gas.turbulence") not in SUB_GRID_MODELS[1:], averaged_time(run)
+def rank(run: Results) -> tuple[bool, bool, float]:
+    """What makes one of two runs of a bed count: the paper's sub-grid model, or none; means that are not marked as
+    beginning in the start-up; averaged time [s]."""
+    has_model = look_up(run.case, "gas.turbulence") not in SUB_GRID_MODELS[1:]
+    return has_model, find_start_up_in_means(run) is None, averaged_time(run)
