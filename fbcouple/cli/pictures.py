@@ -7,11 +7,14 @@ from __future__ import annotations
 import math
 from dataclasses import asdict
 from pathlib import Path
+from shlex import quote
 
 import click
 
 from fbcouple.cli.arguments import JSON_ELSEWHERE, take_json
+from fbcouple.cli.group import tell
 from fbcouple.cli.table import print_table
+from fbcouple.errors import CaseError
 from fbcouple.run_folder.plain_files import require_plain
 
 
@@ -149,26 +152,30 @@ def _write_pages(
 @click.argument("runs", nargs=-1, required=True, metavar="RUN...", type=click.Path(path_type=Path))
 @take_json
 def claims(runs: tuple[Path, ...], file: Path | None) -> None:
-    """Check which statements of the reference paper hold in RUNs, and which these runs cannot decide."""
+    """Check which statements of the reference paper hold in RUNs, and which these runs cannot decide.
+
+    Which of several runs of a bed counts, and what makes a run none of the paper's, is told beside, and on stderr whose
+    means begin in the start-up.
+    """
+    from fbcouple.paths import list_members
+
     for run in runs:
         require_plain(run)
+        if members := list_members(run):
+            names = " ".join(quote(str(member)) for member in members)
+            raise CaseError([f"{run}: a folder of runs; give those that are meant: `fbcouple claims {names}`."])
     from fbcouple.postproc.papers.hamidouche2019.told_claims import tell_claims
     from fbcouple.results.tables import write_json
 
     told = tell_claims(runs)
+    tell(*(f"warning: {text}" for text in told.warnings))
     columns = ["statement", "place", "numerics", "beds", "measured", "wanted", "verdict", "why"]
-    if told.numerics:
-        click.echo(told.numerics)
-    if told.spoken:
-        print_table(columns, [[getattr(row, column) for column in columns] for row in told.spoken])
-    if len(told.spoken) < len(told.rows):
-        what = (
-            "beds that are not among these runs"
-            if told.spoken
-            else "beds of the paper (patil/...), and no run here is one"
-        )
-        click.echo(
-            f"{len(told.rows) - len(told.spoken)} of {len(told.rows)} statements cannot be told: they speak of {what}."
-        )
+    for text in filter(None, [told.numerics, *told.choices, *told.idle]):
+        click.echo(text)
+    if told.shown:
+        print_table(columns, [[getattr(row, column) for column in columns] for row in told.shown])
+    for text in told.tell_rest():
+        click.echo(text)
     if file:
-        write_json(file, {"claims": [asdict(row) for row in told.rows]}, {"numerics": told.numerics}, JSON_ELSEWHERE)
+        about = {"numerics": told.numerics, "runs": told.choices + told.idle, "warnings": told.warnings}
+        write_json(file, {"claims": [asdict(row) for row in told.rows]}, about, JSON_ELSEWHERE)
