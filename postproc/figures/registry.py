@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import TypeVar
 
 from matplotlib.figure import Figure
 
@@ -10,6 +11,8 @@ from fbcouple.results.reader import Results
 
 Draw = Callable[[Results], Figure]
 Compare = Callable[[Sequence[Results]], Figure]
+AnyCompare = TypeVar("AnyCompare", bound=Compare)
+"""The same, with what it may be given beside."""
 
 FIGURES: dict[str, Draw] = {}
 """Figures of one run."""
@@ -23,7 +26,7 @@ def figure(function: Draw) -> Draw:
     return function
 
 
-def comparison(function: Compare) -> Compare:
+def comparison(function: AnyCompare) -> AnyCompare:
     """Register `function(runs) -> Figure` under its own name; the report of several runs shows what it draws."""
     COMPARISONS[function.__name__] = function
     return function
