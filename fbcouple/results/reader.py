@@ -140,9 +140,12 @@ class Results:
 
     @property
     def simulated(self) -> float:
-        """Simulated time [s], of all replicas together; 0 before the first row of the history."""
+        """Simulated time [s], of all replicas together, the last row of the history or sample of the means, which may
+        come after it; 0 before the first of them."""
+        if told := list_told(self.data):
+            return sum(max(float(one["simulated"]), float(one["window"][1])) for one in told)
         reached = float(self.data["time"].values[-1]) if self.data.sizes.get("time") else 0.0
-        return float(self.data.attrs.get("simulated_seconds", reached))
+        return max(reached, self.window[1]) if self.window else reached
 
     @property
     def span(self) -> tuple[float, float]:

@@ -20,7 +20,7 @@ from fbcouple.results.block_means import take_blocks
 from fbcouple.results.conventions import STANDARD_ERROR
 from fbcouple.results.expected import find_faults
 from fbcouple.results.histories import count_lost
-from fbcouple.results.stored import AGAIN, load
+from fbcouple.results.stored import load, tell_mend
 from fbcouple.results.told import REPLICAS_OF, complete_told, tell_start_up
 from fbcouple.results.variables import HISTORIES, MEANS
 
@@ -62,7 +62,7 @@ def make_replica(path: Path, data: xr.Dataset, case: dict[str, Any]) -> Replica:
         "seeds": _list_seeds(case),
         "samples": samples,
         "window": [start, end],
-        "simulated": float(data["time"].values[-1]) if data.sizes.get("time") else end,
+        "simulated": max(float(data["time"].values[-1]), end) if data.sizes.get("time") else end,
         "complete": int(data.attrs.get("complete", 0)),
         "source": str(data.attrs.get("source", "")),
         "results": _hash_means(data),
@@ -161,7 +161,7 @@ def read_results(path: Path) -> tuple[xr.Dataset, dict[str, Any]]:
     except ValueError as error:
         raise CaseError([f"{path}: attribute `case` is not TOML ({error})."]) from error
     if faults := find_faults(data, case):
-        raise CaseError([f"{path}: {fault}; fbcouple did not write it so. {AGAIN}" for fault in faults])
+        raise CaseError([f"{path}: {fault}; fbcouple did not write it so. {tell_mend(path)}" for fault in faults])
     return data, case
 
 

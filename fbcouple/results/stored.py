@@ -17,8 +17,10 @@ SMALL = 10_000_000
 """Bytes that are read whatever the file's size."""
 _TEXT = 64
 """Bytes counted for an entry that is a text."""
-AGAIN = "`fbcouple run RUN --resume` writes it anew from a checkpoint; without one, run the case again."
-"""What mends a damaged results.nc."""
+_AGAIN = "`fbcouple run RUN --resume` writes it anew from a checkpoint; without one, run the case again."
+_POOL = (
+    "`fbcouple pool RUN -o FILE --reduced` writes such a file anew of the runs in it; without them, take another copy."
+)
 _REASONS = (OSError, ValueError, RuntimeError, TypeError, KeyError, AttributeError, OverflowError)
 """What the libraries below raise at a damaged or odd file."""
 
@@ -36,7 +38,13 @@ def load(path: Path) -> xr.Dataset:
             return stored.load()
     except _REASONS as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise CaseError([f"{path} cannot be read as NetCDF ({reason}). {AGAIN}"]) from error
+        raise CaseError([f"{path} cannot be read as NetCDF ({reason}). {tell_mend(path)}"]) from error
+
+
+def tell_mend(path: Path) -> str:
+    """What mends a damaged file: results and frames of a run are written anew by it, a file of means by its runs."""
+    is_of_run = path.name == "results.nc" or path.parent.name == "frames"
+    return _AGAIN if is_of_run else _POOL
 
 
 def _count_bytes(path: Path) -> int:
@@ -55,7 +63,7 @@ def _require_true(path: Path, claimed: int) -> None:
     length = path.stat().st_size
     if claimed > DENSEST * length:
         said = f"it says that it holds {claimed / 1e9:.3g} GB, and has {length / 1e6:.3g} MB"
-        raise CaseError([f"{path}: {said}: it is damaged, or no file of fbcouple. {AGAIN}"])
+        raise CaseError([f"{path}: {said}: it is damaged, or no file of fbcouple. {tell_mend(path)}"])
     free = find_free_memory()
     if 2 * claimed > free:
         said = f"it holds {claimed / 1e9:.3g} GB, to be worked on twice that, and this machine has {free / 1e9:.3g} GB"

@@ -16,6 +16,7 @@ from click.testing import CliRunner
 
 from fbcouple.case.load import load_case, write_case
 from fbcouple.cli.main import cli
+from fbcouple.paths import list_members
 from fbcouple.postproc.papers.hamidouche2019 import figure_data, page_tables
 from fbcouple.postproc.papers.hamidouche2019.page import make_page, open_members
 from fbcouple.postproc.papers.hamidouche2019.paper_beds import BEDS
@@ -24,6 +25,7 @@ from fbcouple.postproc.papers.hamidouche2019.paper_runs import sort_runs
 from fbcouple.postproc.papers.hamidouche2019.registry import CLAIMS
 from fbcouple.postproc.papers.hamidouche2019.run_uses import list_uses
 from fbcouple.results.reader import Results, open_results
+from fbcouple.results.replicas import make_replica
 from tests.postproc.frames_of_bed import write_frames
 from tests.postproc.paper_bed import write_bed
 from tests.postproc.whole_run import write_whole
@@ -144,6 +146,28 @@ def test_drop_and_support_are_put_in_proportion_to_the_weight(tmp_path):
     assert row["pressure drop over the weight"] == pytest.approx(600.0 / 612.8, abs=2e-3)
     assert row["weight on floor and walls"] == pytest.approx(0.02) and row["core-hours"] == 2.0
     assert row["momentum error"] == pytest.approx(1e-14) and row["change of the solids volume"] == 0.0
+
+
+def test_means_that_end_after_the_last_row_count_as_simulated(tmp_path):
+    results = open_results(write_bed(tmp_path / "run", "c2"))
+    later = replace(results, data=results.data.assign_attrs(averaging_end=20.004))
+    assert later.simulated == 20.004 and results.simulated == 20.0
+    told = make_replica(tmp_path / "run/results.nc", later.data, later.case).about
+    assert told["simulated"] == 20.004
+    older = json.dumps([told | {"simulated": 20.0}])
+    assert replace(later, data=later.data.assign_attrs(replicas_of=older)).simulated == 20.004
+
+
+def test_a_damaged_file_of_means_is_told_with_what_mends_it(tmp_path):
+    write_bed(tmp_path / "c2", "c2")
+    (tmp_path / "c4-0.1.nc").write_bytes(b"CDF" * 100)
+    (text,) = [
+        text for text in make_page(tmp_path, open_members(list_members(tmp_path))).content["missing"] if ".nc" in text
+    ]
+    assert "fbcouple pool RUN -o FILE --reduced" in text and "--resume" not in text
+    (tmp_path / "c2/results.nc").write_bytes(b"CDF" * 100)
+    (member,) = open_members([tmp_path / "c2"])
+    assert "fbcouple run RUN --resume" in member.lack
 
 
 def test_a_set_that_was_not_run_has_a_page_of_what_is_missing(tmp_path):
