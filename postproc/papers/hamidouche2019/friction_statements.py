@@ -52,7 +52,7 @@ def _bed_height(runs: Runs) -> Finding:
 @claim(
     "freeboard",
     "Nearly no solids above z = 93.75 mm (C4, C5).",
-    "4.2, figure 14",
+    "4.2, on figure 16",
     (*C4, *C5),
     "solids fraction below 0.02 in every layer there",
     "a map up to 0.6 in ten colours shows a third of its first colour as nothing",

@@ -23,6 +23,7 @@ from fbcouple.postproc.papers.hamidouche2019.paper_beds import AS_PRINTED, BEDS,
 from fbcouple.postproc.papers.hamidouche2019.paper_figures import FIGURES, PaperFigure, Picture
 from fbcouple.postproc.papers.hamidouche2019.paper_numerics import tell_numerics
 from fbcouple.postproc.papers.hamidouche2019.paper_runs import identify, sort_runs
+from fbcouple.postproc.papers.hamidouche2019.registry import CLAIMS
 from fbcouple.postproc.papers.hamidouche2019.run_uses import list_uses, name_chosen, tell_choices
 from fbcouple.postproc.report.pictures import make_picture
 from fbcouple.results.reader import NotDrawableError, Results, open_results
@@ -34,6 +35,8 @@ SCALING = "scaling.json"
 """In the folder of the runs: what `fbcouple bench scaling --tetrahedra --json FILE` wrote, for figures 7a and 7b."""
 PRINTED_BEDS = [name for name in BEDS if name not in ("c2-slip", "c6-smagorinsky")]
 """Those that the paper tells of."""
+BESIDE = {"c3-slip": "; it is none of patil/all: `fbcouple setup patil/c3-slip`"}
+"""Of beds that the set of the paper leaves out: what makes them."""
 FEW_CLAIMS = ("statement", "beds", "numerics", "measured", "wanted", "verdict", "why")
 
 
@@ -98,7 +101,6 @@ def make_page(folder: Path, members: Sequence[Member]) -> Page:
         described, own = _describe_figure(figure, chosen, claims, name_chosen(uses))
         figures.append(described)
         data |= own
-    counted = [row for row in claims if row.beds == STATED and row.contacts == AS_PRINTED]
     return Page(
         {
             "title": "Hamidouche et al. 2019, figure by figure",
@@ -113,11 +115,7 @@ def make_page(folder: Path, members: Sequence[Member]) -> Page:
             "twins": page_tables.tabulate_twins(runs),
             "makers": page_tables.tabulate_makers(runs),
             "claims": [asdict(row) for row in claims],
-            "counts": {
-                "of": len(counted),
-                "yes": sum(row.verdict == YES for row in counted),
-                "no": sum(row.verdict == NO for row in counted),
-            },
+            "counts": _count_verdicts(claims),
         },
         data,
     )
@@ -130,7 +128,8 @@ def _list_missing(members: Sequence[Member], chosen: dict[str, Results]) -> list
     beds: dict[str, list[str]] = {}
     for bed in PRINTED_BEDS:
         if bed not in chosen:
-            beds.setdefault(lacking.get(bed) or short.get(bed) or "no run in this folder", []).append(bed)
+            reason = lacking.get(bed) or short.get(bed) or f"no run in this folder{BESIDE.get(bed, '')}"
+            beds.setdefault(reason, []).append(bed)
     told = [f"{', '.join(names)}: {reason}" for reason, names in beds.items()]
     others = [f"{member.path.name}: {member.lack}" for member in members if member.results is None and not member.beds]
     return [*told, *others]
@@ -186,9 +185,22 @@ def _tell_numbers(figure: PaperFigure, chosen: dict[str, Results], remarks: list
         return []
 
 
+def _list_papers(rows: Sequence[Row]) -> list[Row]:
+    """What the paper claims of its own beds, without what it did not try."""
+    return [row for row in rows if row.beds == STATED and row.contacts == AS_PRINTED and not CLAIMS[row.name].is_ours]
+
+
+def _count_verdicts(rows: Sequence[Row]) -> dict[str, Any]:
+    """How many claims the paper has, how many hold and how many do not; and what is judged beside them."""
+    counted = _list_papers(rows)
+    verdicts = [row.verdict for row in counted]
+    ours = [f"{row.statement} {row.verdict.capitalize()}." for row in rows if CLAIMS[row.name].is_ours]
+    return {"of": len(counted), "yes": verdicts.count(YES), "no": verdicts.count(NO), "beside": " ".join(ours)}
+
+
 def _tell_agreement(rows: Sequence[Row]) -> str:
     """How many of a figure's claims hold, on the beds that they speak of."""
-    counted = [row for row in rows if row.beds == STATED and row.contacts == AS_PRINTED]
+    counted = _list_papers(rows)
     if not counted:
         return "The paper has no claim here that a number decides."
     verdicts = [row.verdict for row in counted]

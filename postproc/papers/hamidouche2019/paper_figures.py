@@ -124,9 +124,9 @@ FIGURES = (
         "14",
         "mean solids fraction with friction at walls (C4) and between particles (C5)",
         "More friction lowers the bed. Without friction between particles the bed is homogeneous, without friction at "
-        "walls it is not. Nearly no particles are above z/H = 0.375.",
+        "walls it is not.",
         (_fractions("c4", C4), _fractions("c5", C5)),
-        ("height-wall-friction", "height-friction", "homogeneous", "not-homogeneous", "freeboard"),
+        ("height-wall-friction", "height-friction", "homogeneous", "not-homogeneous"),
     ),
     PaperFigure(
         "15",
@@ -140,9 +140,9 @@ FIGURES = (
         "16",
         "mean particle agitation over U_f^2, C4 and C5",
         "Most agitation is at z/H = 0.25, the height of the dense bed. It grows with friction at walls and falls with "
-        "friction between particles.",
+        "friction between particles. Above z/H = 0.375 it says little, as nearly no particles are there.",
         (_agitations("c4", C4), _agitations("c5", C5)),
-        ("bed-height", "agitation-peak", "agitation-friction", "agitation-wall-friction"),
+        ("bed-height", "agitation-peak", "agitation-friction", "agitation-wall-friction", "freeboard"),
     ),
     PaperFigure(
         "17",

@@ -14,7 +14,8 @@ from fbcouple.results.reader import Results
 class Claim:
     """A statement, where the paper makes it, the runs it speaks of, the judge, and what is wanted of the number.
 
-    reason: why the margin is what it is; also: runs in place of `needs`, one for one, with which it is judged as well.
+    reason: why the margin is what it is; also: runs in place of `needs`, one for one, with which it is judged as well;
+    is_ours: the paper did not try it.
     """
 
     statement: str
@@ -24,6 +25,7 @@ class Claim:
     reason: str
     also: tuple[tuple[str, ...], ...]
     judge: Judge
+    is_ours: bool = False
 
 
 CLAIMS: dict[str, Claim] = {}
@@ -39,11 +41,12 @@ def claim(
     wanted: str,
     reason: str = DIRECTION,
     also: tuple[tuple[str, ...], ...] = (),
+    is_ours: bool = False,
 ) -> Callable[[Judge], Judge]:
     """Register `judge(runs) -> Finding` under `name`; it is called only if every run of `needs` is there."""
 
     def register(judge: Judge) -> Judge:
-        CLAIMS[name] = Claim(statement, place, needs, wanted, reason, also, judge)
+        CLAIMS[name] = Claim(statement, place, needs, wanted, reason, also, judge, is_ours)
         return judge
 
     return register
