@@ -20,6 +20,12 @@ class CaseError(FbcoupleError):
         return "\n".join(self.problems)
 
 
+class BusyError(CaseError):
+    """Another run is under way in the run folder (exit 69)."""
+
+    exit_code = 69
+
+
 class SolverError(FbcoupleError):
     """A solver, MPI or the machine failed (exit 3)."""
 

@@ -21,12 +21,15 @@ from fbcouple.case.problems import show
 from fbcouple.case.schema.sections import Case
 from fbcouple.case.user_code import require_trust
 from fbcouple.decks.render import make_environment
-from fbcouple.errors import CaseError
+from fbcouple.errors import BusyError, CaseError
 from fbcouple.machine.environment import find_package
 from fbcouple.machine.whole_files import replacing
+from fbcouple.run_folder.lock import STALE_AFTER
 from fbcouple.run_folder.plain_files import require_plain
 
 _SHORTEST = 60
+_SLOW_CLOCKS = 30.0
+"""Wall time [s] beyond that after which a lock counts as left by the dead: clocks of nodes and of their file system."""
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._/+:=@-]{0,99}")
 _PATH = re.compile(r"/[A-Za-z0-9._/+:=@,-]{1,3000}")
 
@@ -93,6 +96,9 @@ def write_job(target: Path, scheduler: str, request: Request) -> tuple[Path, Pat
         "jobs": request.chain or 1,
         "first": first,
         "next": then,
+        "submit": str(submit),
+        "busy": BusyError.exit_code,
+        "patience": math.ceil(STALE_AFTER + _SLOW_CLOCKS),
         **describe_placement(request.placement, request.ranks, memory, system),
     }
     environment = make_environment()

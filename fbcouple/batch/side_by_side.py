@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fbcouple.batch.folders import predict_wall
-from fbcouple.errors import CaseError, DivergedError, FbcoupleError, SolverError, StoppedError
+from fbcouple.errors import BusyError, CaseError, DivergedError, FbcoupleError, SolverError, StoppedError
 from fbcouple.launcher.stop_signals import Requests
 from fbcouple.machine.environment import child_environment
 from fbcouple.machine.stop_signals import LONGEST_WAIT, follow_parent
@@ -85,7 +85,7 @@ def require_done(runs: Sequence[Path], ended: Sequence[Ended], command: str) -> 
     if failed and failed[0].code in _ERRORS:
         raise _ERRORS[failed[0].code]("\n".join(texts))
     if failed:
-        raise CaseError(texts)
+        raise (BusyError if failed[0].code == BusyError.exit_code else CaseError)(texts)
     done = sum(one.code == 0 for one in ended)
     if done < len(runs):
         raise StoppedError(f"{done} of {len(runs)} runs are complete; go on with {command}")

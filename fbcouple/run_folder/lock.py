@@ -18,7 +18,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from fbcouple.errors import CaseError, SolverError
+from fbcouple.errors import BusyError, SolverError
 from fbcouple.machine.environment import is_in_mpi_job
 from fbcouple.paths import HEARTBEAT
 from fbcouple.run_folder.plain_files import format_moved, is_same
@@ -86,7 +86,7 @@ class Lock:
 def hold(run: Path, say: Say = lambda text: None) -> Iterator[Lock]:
     """Hold the lock of `run`; `say` is told where the file system has no locks.
 
-    Raises CaseError if another run has the folder, SolverError if the lock cannot be written.
+    Raises BusyError if another run has the folder, SolverError if the lock cannot be written.
     """
     try:
         file = (run / NAME).open("a+b", buffering=0)
@@ -134,13 +134,13 @@ def is_held(run: Path) -> bool:
 
 
 def _take(run: Path, file: Any, lock: Lock, say: Say) -> None:
-    """Raise CaseError unless this process can have the lock."""
+    """Raise BusyError unless this process can have the lock."""
     holder = _read(file)
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         locked = True
     except BlockingIOError:
-        raise CaseError([_word(run, holder)]) from None
+        raise BusyError([_word(run, holder)]) from None
     except OSError as error:
         if error.errno not in NO_LOCKS:
             raise
@@ -149,12 +149,12 @@ def _take(run: Path, file: Any, lock: Lock, say: Say) -> None:
     if holder and not (locked and holder["host"] == platform.node()):
         age = _find_age(run)
         if age < STALE_AFTER:
-            raise CaseError([_word(run, holder, age)])
+            raise BusyError([_word(run, holder, age)])
     lock.claim()
     if not locked:
         time.sleep(_SETTLE)
         if not lock.is_ours:
-            raise CaseError([_word(run, _read(file))])
+            raise BusyError([_word(run, _read(file))])
 
 
 def _read(file: Any) -> Holder | None:

@@ -21,6 +21,8 @@ from fbcouple.case.cost.prediction import predict
 from fbcouple.case.load import load_case, write_case
 from fbcouple.cli.main import cli
 from fbcouple.errors import CaseError
+from fbcouple.run_folder.lock import STALE_AFTER, hold
+from tests.batch.slurm_jobs import CASE, call, is_complete
 
 HOUR = 3600
 REAL_PYTHON = sys.executable
@@ -29,7 +31,7 @@ LONGEST = 120.0
 # Stands in for the interpreter that runs `fbcouple run`: notes its arguments, exits as the file `code` says.
 PYTHON = """#!/bin/bash
 echo "$@" >> {folder}/calls
-trap 'exit 75' USR1
+trap 'exit 75' USR1 TERM
 if [ -e {folder}/waits ]; then touch {folder}/waiting; sleep 120 & wait $!; fi
 exit "$(cat {folder}/code)"
 """
@@ -197,23 +199,106 @@ def test_jobs_go_on_until_the_run_is_done(runs, site, scheduler):
     calls = read_calls(site)
     limit = "" if SCHEDULERS[scheduler].warns else f" --wall-limit {2 * HOUR - 300}"
     start = f"-m fbcouple.cli.main run {run} -n 4{limit}"
-    assert calls == [start, f"{start} --resume", f"{start} --resume"]
+    assert calls == [f"{start} --resume"] * 3
 
 
-def test_killed_job_without_a_checkpoint_is_started_again(runs, site):
+@pytest.mark.parametrize("left", ["running", "75", "", "runn"])
+def test_what_may_go_on_is_started_again(runs, site, left):
+    """What was killed, stopped, or left a state cut short by a full disk."""
     run = runs / "a"
     job, _ = write_job(run, "slurm", request_of("slurm"))
-    (run / "batch/state").write_text("running\n")
+    (run / "batch/state").write_text(f"{left}\n")
     assert run_job(job) == 0
-    assert read_calls(site)[0].endswith("-n 4 --fresh")
+    assert read_calls(site)[0].endswith("-n 4 --resume")
 
 
 @pytest.mark.parametrize("code", ["1", "3", "4"])
 def test_failed_run_is_not_tried_again(runs, site, code):
-    job, _ = write_job(runs / "a", "slurm", request_of("slurm"))
+    job, submit = write_job(runs / "a", "slurm", request_of("slurm"))
     (site / "code").write_text(code)
-    assert [run_job(job), run_job(job)] == [int(code), int(code)]
-    assert len(read_calls(site)) == 1
+    assert run_job(job) == int(code)
+    again = subprocess.run([job], capture_output=True, text=True, check=False, timeout=LONGEST)
+    assert again.returncode == int(code) and len(read_calls(site)) == 1
+    told = f"{runs / 'a'}: a job before ended with exit code {code} ({runs / 'a/batch/state'}), the run is not started"
+    assert told in again.stderr and again.stderr.endswith(f"to start it all the same: {submit}\n")
+
+
+def test_job_of_a_run_that_is_done_says_so(runs, site):
+    job, _ = write_job(runs / "a", "slurm", request_of("slurm"))
+    assert run_job(job) == 0
+    again = subprocess.run([job], capture_output=True, text=True, check=False, timeout=LONGEST)
+    assert again.returncode == 0 and len(read_calls(site)) == 1
+    assert (
+        again.stdout
+        == f"fbcouple batch: {runs / 'a'} is done, a job before brought it to its end ({runs / 'a/batch/state'})\n"
+    )
+
+
+@pytest.mark.parametrize("scheduler", SCHEDULERS)
+def test_second_job_of_a_run_under_way_does_not_keep_the_first_from_going_on(runs, site, scheduler):
+    """Submitted twice: the second is refused by the run's lock; the first loses its node and comes again."""
+    run = runs / "a"
+    job, submit = write_job(run, scheduler, request_of(scheduler))
+    (run / "batch/state").write_text("running\n")
+    done = subprocess.run([submit], check=False, timeout=LONGEST, capture_output=True, text=True)
+    assert done.returncode == 0 and f"{run}: a job has begun it" in done.stdout
+    assert (run / "batch/state").read_text() == "running\n"
+    (site / "sleep").write_text("#!/bin/bash\n")
+    (site / "sleep").chmod(0o755)
+    (site / "calls").unlink()
+    (site / "code").write_text("69")
+    assert run_job(job) == 69 and len(read_calls(site)) == 2
+    assert (run / "batch/state").read_text() == "running\n"
+    (site / "code").write_text("0")
+    assert run_job(job) == 0 and (run / "batch/state").read_text() == "0\n"
+
+
+def test_second_job_is_refused_by_the_lock_and_the_first_comes_again(tmp_path):
+    """With the real solvers, and the lock held as a run holds it."""
+    run = tmp_path / "run"
+    (tmp_path / "case.toml").write_text(CASE)
+    call("setup", tmp_path / "case.toml", "-o", run)
+    job, _ = write_job(run, "slurm", request_of("slurm", ranks=1))
+    with hold(run):
+        second = subprocess.run([job], capture_output=True, text=True, check=False, timeout=LONGEST)
+    assert second.returncode == 69 and f"{run}: another run is under way in it" in second.stderr, second.stderr
+    first = subprocess.run([job], capture_output=True, text=True, check=False, timeout=5 * LONGEST)
+    assert first.returncode == 0 and is_complete(run), first.stderr
+
+
+def test_lock_of_a_lost_node_is_waited_for(runs, site):
+    """Refused at first, as the killed run's heartbeat is young; the wait is as long as it takes to be old."""
+    run = runs / "a"
+    job, _ = write_job(run, "slurm", request_of("slurm"))
+    (run / "batch/state").write_text("running\n")
+    (site / "code").write_text("69")
+    (site / "sleep").write_text(f'#!/bin/bash\necho "sleep $1" >> {site}/calls\necho 0 > {site}/code\n')
+    (site / "sleep").chmod(0o755)
+    assert run_job(job) == 0
+    calls = read_calls(site)
+    assert len(calls) == 3 and float(calls[1].removeprefix("sleep ")) > STALE_AFTER
+
+
+def test_killed_run_is_gone_on_with_by_the_next_job(runs, site):
+    """As at the end of its time: the run is killed a moment before its job."""
+    job, _ = write_job(runs / "a", "slurm", request_of("slurm", chain=2))
+    (site / "code").write_text("137")
+    assert run_job(job) == 137 and (runs / "a/batch/state").read_text() == "running\n"
+    (site / "code").write_text("0")
+    assert run_job(job) == 0
+
+
+@pytest.mark.parametrize("scheduler", SCHEDULERS)
+def test_moved_run_is_told(runs, site, scheduler):
+    """Neither is the old place made anew nor does the copy hand in the jobs of what it was copied from."""
+    job, submit = write_job(runs, scheduler, request_of(scheduler))
+    moved = runs.with_name("moved")
+    runs.rename(moved)
+    done = subprocess.run([moved / "batch" / job.name], capture_output=True, text=True, check=False, timeout=LONGEST)
+    assert done.returncode == 1 and f"{runs / 'a'} is no run folder" in done.stderr and not runs.exists()
+    handed = subprocess.run([moved / "batch" / submit.name], capture_output=True, text=True, check=False)
+    assert handed.returncode == 1 and f"was written for {runs / 'batch'}" in handed.stderr
+    assert read_calls(site) == []
 
 
 @pytest.mark.parametrize("code", ["138", "143"])
@@ -255,6 +340,22 @@ def test_notice_becomes_a_checkpoint_and_a_requeue(runs, site, chain):
     assert started.wait(timeout=LONGEST) == 75
     assert ("scontrol requeue 42" in read_calls(site)) is (chain is None)
     assert (runs / "a/batch/state").read_text() == "75\n"
+
+
+@pytest.mark.parametrize("scheduler", SCHEDULERS)
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_cancelled_job_stops_with_a_checkpoint_and_does_not_come_again(runs, site, scheduler, number):
+    """`scancel`, `qdel`, `bkill`: not 75, by which LSF requeues, and no `scontrol requeue`."""
+    job, _ = write_job(runs / "a", scheduler, request_of(scheduler))
+    (site / "waits").touch()
+    started = subprocess.Popen([job], env=os.environ | {"SLURM_JOB_ID": "42"})
+    deadline = time.monotonic() + LONGEST
+    while not (site / "waiting").exists():
+        assert started.poll() is None and time.monotonic() < deadline
+        time.sleep(0.05)
+    started.send_signal(number)
+    assert started.wait(timeout=LONGEST) == 143
+    assert len(read_calls(site)) == 1 and (runs / "a/batch/state").read_text() == "75\n"
 
 
 @pytest.mark.parametrize(

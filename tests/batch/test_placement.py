@@ -93,14 +93,14 @@ def test_a_prelude_reaches_the_run_and_names_the_launcher(run: Path, tmp_path: P
     assert batch(run, "--prelude", "export SITE='my site'", "--launcher", "srun", "-n", "4").exit_code == 0
     job = run / "batch/slurm.sh"
     job.write_text(job.read_text().replace(sys.executable, str(program)))
-    assert start(job, tmp_path).stdout == f"my site srun none -m fbcouple.cli.main run {run} -n 4\n"
+    assert start(job, tmp_path).stdout == f"my site srun none -m fbcouple.cli.main run {run} -n 4 --resume\n"
 
 
 def test_a_container_runs_its_own_fbcouple(run: Path, tmp_path: Path) -> None:
     (tmp_path / "apptainer").write_text('#!/bin/bash\necho "$*"\n')
     (tmp_path / "apptainer").chmod(0o755)
     assert batch(run, "--container", "/images/fbcouple.sif", "-n", "4").exit_code == 0
-    wanted = f"exec --bind {run} /images/fbcouple.sif fbcouple run {run} -n 4\n"
+    wanted = f"exec --bind {run} /images/fbcouple.sif fbcouple run {run} -n 4 --resume\n"
     assert start(run / "batch/slurm.sh", tmp_path).stdout == wanted
 
 
