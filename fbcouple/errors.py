@@ -42,3 +42,7 @@ class StoppedError(FbcoupleError):
     """The run stopped early with a checkpoint; it can be resumed (exit 75)."""
 
     exit_code = 75
+
+
+class LeftOutWarning(UserWarning):
+    """Something that was given is left out, and the rest is done; the command line prints it as a line."""

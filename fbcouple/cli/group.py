@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import signal
 import sys
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import click
 
-from fbcouple.errors import CaseError, FbcoupleError
+from fbcouple.errors import CaseError, FbcoupleError, LeftOutWarning
 from fbcouple.machine.output import drop
 from fbcouple.machine.stop_signals import SIGNALS
 from fbcouple.machine.unexpected import EXIT_CODE, report
@@ -56,7 +59,8 @@ class Commands(WholeSentences):
 
     def invoke(self, ctx: click.Context) -> Any:
         try:
-            return super().invoke(ctx)
+            with telling_what_is_left_out():
+                return super().invoke(ctx)
         except FbcoupleError as error:
             tell(*(error.problems if isinstance(error, CaseError) else [str(error)]))
             ctx.exit(error.exit_code)
@@ -71,6 +75,22 @@ class Commands(WholeSentences):
         except Exception as error:
             tell(report(error))
             raise SystemExit(EXIT_CODE) from error
+
+
+@contextmanager
+def telling_what_is_left_out() -> Iterator[None]:
+    """Print each LeftOutWarning as a line on stderr; others are shown as Python shows them."""
+    with warnings.catch_warnings():
+        show = warnings.showwarning
+
+        def tell_or_show(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
+            if issubclass(category, LeftOutWarning):
+                tell(f"warning: {message}")
+            else:
+                show(message, category, *place, **more)
+
+        warnings.showwarning = tell_or_show
+        yield
 
 
 def tell(*problems: str) -> None:

@@ -44,7 +44,7 @@ def pool(runs: tuple[Path, ...], output: Path | None, reduced: bool, start: floa
     from fbcouple.case.schema.reference import list_defaults
     from fbcouple.postproc.averaging import find_start_up_in_means
     from fbcouple.results.pools import write_pool
-    from fbcouple.results.reader import NotDrawableError, open_results
+    from fbcouple.results.reader import open_results
 
     if output is None and not (len(runs) == 1 and list_replicas(runs[0])):
         raise CaseError(["-o: no file is given, and RUN is no folder of replicas; say where to, as -o pooled.nc."])
@@ -53,7 +53,7 @@ def pool(runs: tuple[Path, ...], output: Path | None, reduced: bool, start: floa
     for run in expand_replicas(runs) if start is None else [path]:
         try:
             mark = find_start_up_in_means(open_results(run))
-        except NotDrawableError:
+        except CaseError:  # without means: the pool of its folder left it out, or there is nothing to say
             continue
         if mark:
             click.echo(f"warning: {run}: {mark.sentence}")

@@ -242,13 +242,14 @@ class Results:
 def open_results(run: Path) -> Results:
     """Read RUN/results.nc, or the file `run` itself, into memory and check that there is something to draw.
 
-    Of a folder of replicas they are pooled; what is not of all is that of the first.
+    Of a folder of replicas those that have time means are pooled; what is not of all is that of the first of them.
     Raises: CaseError if the file is missing, is not NetCDF, or has no effective case.
     """
     run = Path(run)
-    if replicas := list_replicas(run):
-        data = pool(open_replicas(replicas))
-        first = replicas[0] / RESULTS
+    if list_replicas(run):
+        replicas = open_replicas([run])
+        data = pool(replicas)
+        first = run / replicas[0].about["name"] / RESULTS
         return Results(first, sample(data), parse_toml(data.attrs["case"]), run.resolve().name)
     path = run if run.is_file() else run / RESULTS
     if not path.is_file():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,9 +13,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from fbcouple.errors import CaseError
+from fbcouple.errors import CaseError, LeftOutWarning
 from fbcouple.input_files.toml_text import parse_toml
-from fbcouple.paths import expand_replicas
+from fbcouple.paths import list_replicas
 from fbcouple.results.block_errors import estimate_errors
 from fbcouple.results.block_means import take_blocks
 from fbcouple.results.conventions import STANDARD_ERROR
@@ -32,6 +33,10 @@ OF_EACH = "replica_"
 """How the names begin of what a reduced file has of each replica."""
 
 
+class NoMeansError(CaseError):
+    """A run has no time means yet: it has not begun, ended before it wrote any, or has not come so far."""
+
+
 @dataclass(frozen=True)
 class Replica:
     """One of the runs of a pool: its results, the options of its case, the averaging `window` [s] and the `samples` in
@@ -47,14 +52,15 @@ class Replica:
 
 
 def make_replica(path: Path, data: xr.Dataset, case: dict[str, Any]) -> Replica:
-    """The replica whose results.nc at `path` holds `data`. Raises: CaseError if it has no time means yet."""
+    """The replica whose results.nc at `path` holds `data`. Raises: NoMeansError if it has no time means yet, CaseError
+    if it will have none."""
     start, end = (float(data.attrs.get(f"averaging_{side}", np.nan)) for side in ("start", "end"))
     averages = case.get("averages")
     if averages is None:
         raise CaseError([f"{path}: its case has no [averages], so there are no time means to pool; give the section."])
     if not end > start or not any(name in data for name in MEANS):
         text = f"{path}: has no time means yet, averaging starts at {start:g} s"
-        raise CaseError([f"{text}; let the run go on, or leave it out."])
+        raise NoMeansError([f"{text}; let the run go on, or leave it out."])
     samples = int(data.attrs.get("averaging_samples", 0)) or round((end - start) / float(averages.get("every", 2e-3)))
     name = path.resolve().parent.name
     about = {
@@ -168,13 +174,15 @@ def read_results(path: Path) -> tuple[xr.Dataset, dict[str, Any]]:
 def open_replicas(paths: Sequence[Path]) -> list[Replica]:
     """The replicas in `paths`: run folders, folders of replicas, and files, whole ones of a run or reduced ones.
 
+    Of a folder of replicas those that have no time means yet are left out, with a LeftOutWarning that names them.
     Raises: CaseError with everything that cannot be opened.
     """
     found: list[Replica] = []
     problems: list[str] = []
-    for path in expand_replicas(paths):
+    for path in paths:
         try:
-            found += _open(path)
+            members = list_replicas(path)
+            found += _open_members(path, members) if members else _open(path)
         except CaseError as error:
             problems += error.problems
     if problems:
@@ -182,10 +190,34 @@ def open_replicas(paths: Sequence[Path]) -> list[Replica]:
     return found
 
 
+def _open_members(folder: Path, members: Sequence[Path]) -> list[Replica]:
+    """Those of `members` that have time means. Raises: CaseError if none has, or one cannot be read."""
+    found: list[Replica] = []
+    problems: list[str] = []
+    left_out: list[Path] = []
+    for member in members:
+        try:
+            found += _open(member)
+        except NoMeansError:
+            left_out.append(member)
+        except CaseError as error:
+            problems += error.problems
+    if problems:
+        raise CaseError(problems)
+    if not found:
+        text = f"none of its {len(members)} replicas has time means yet, so there is nothing to pool"
+        raise NoMeansError([f"{folder}: {text}; let them run until averaging has begun."])
+    if left_out:
+        names = ", ".join(member.name for member in left_out)
+        text = f"{names}: no time means yet, left out; {len(found)} of {len(members)} replicas are pooled"
+        warnings.warn(f"{folder}: {text}", LeftOutWarning, stacklevel=3)
+    return found
+
+
 def _open(path: Path) -> list[Replica]:
     file = path if path.is_file() else path / "results.nc"
     if not file.is_file():
-        raise CaseError([f"{file} does not exist: {path} is no run that has results; run it, or leave it out."])
+        raise NoMeansError([f"{file} does not exist: {path} is no run that has results; run it, or leave it out."])
     data, case = read_results(file)
     if data.attrs.get(REDUCED):
         return split_reduced(file, data, case)

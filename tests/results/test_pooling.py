@@ -9,9 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from click.testing import CliRunner
 
 import fbcouple
-from fbcouple.errors import CaseError
+from fbcouple.cli.main import cli
+from fbcouple.errors import CaseError, LeftOutWarning
 from fbcouple.postproc.measures import flux_magnitude
 from fbcouple.results.depth_means import depth_average, mass_average
 from fbcouple.results.pooling import combine, pool, tell_errors
@@ -351,9 +353,44 @@ def test_a_pool_tells_what_is_in_it(three, tmp_path):
 
 
 def test_a_run_without_means_is_refused(three):
-    data = xr.open_dataset(three[1] / "results.nc", decode_times=False).load()
-    data.close()
-    data.attrs["averaging_end"] = 1.0
-    data.to_netcdf(three[1] / "results.nc")
+    drop_means(three[1])
     with pytest.raises(CaseError, match="has no time means yet, averaging starts at 2 s"):
         open_replicas(three)
+
+
+def drop_means(run):
+    """As a replica leaves its results that has not come to the start of its averaging."""
+    data = xr.open_dataset(run / "results.nc", decode_times=False).load()
+    data.close()
+    data.attrs["averaging_end"] = 1.0
+    data.to_netcdf(run / "results.nc")
+
+
+def test_of_a_folder_replicas_without_means_are_left_out_by_name(three, tmp_path):
+    """The first has not begun and the third has no means yet; named one by one they are refused."""
+    (three[0] / "results.nc").unlink()
+    drop_means(three[2])
+    done = CliRunner().invoke(cli, ["pool", str(tmp_path), "-o", str(tmp_path / "now.nc")])
+    assert done.exit_code == 0, done.output
+    left_out = "replica-1, replica-3: no time means yet, left out; 1 of 3 replicas are pooled"
+    assert f"warning: {tmp_path}: {left_out}" in done.stderr.splitlines()
+    assert open_results(tmp_path / "now.nc").data.attrs["replicas"] == 1
+    with pytest.warns(LeftOutWarning, match="replica-1, replica-3"):
+        opened = open_results(tmp_path)
+    assert opened.path == three[1] / "results.nc" and opened.data.attrs["replicas"] == 1
+    named = CliRunner().invoke(cli, ["pool", *map(str, three), "-o", str(tmp_path / "named.nc")])
+    assert named.exit_code == 1
+    assert "replica-1/results.nc does not exist" in named.stderr and "replica-3/results.nc: has no" in named.stderr
+
+
+def test_a_folder_whose_replicas_all_have_no_means_is_refused(three, tmp_path):
+    for run in three:
+        (run / "results.nc").unlink()
+    with pytest.raises(CaseError, match=r"none of its 3 replicas has time means yet"):
+        write_pool([tmp_path], tmp_path / "now.nc")
+
+
+def test_a_damaged_replica_of_a_folder_is_not_left_out(three, tmp_path):
+    (three[0] / "results.nc").write_bytes(b"no netCDF")
+    with pytest.raises(CaseError, match="replica-1"):
+        write_pool([tmp_path], tmp_path / "now.nc")
