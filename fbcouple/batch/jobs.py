@@ -17,7 +17,7 @@ from fbcouple.case.bed.region import find_region
 from fbcouple.case.cost.memory import FACTOR, find_job_memory
 from fbcouple.case.cost.ranks import count_worked
 from fbcouple.case.load import load_case
-from fbcouple.case.problems import show
+from fbcouple.case.problems import naming, show
 from fbcouple.case.schema.sections import Case
 from fbcouple.case.user_code import require_trust
 from fbcouple.decks.render import make_environment
@@ -67,8 +67,9 @@ def write_job(target: Path, scheduler: str, request: Request) -> tuple[Path, Pat
         require_plain(read)
     job, submit = folder / f"{scheduler}.sh", folder / f"submit-{scheduler}.sh"
     cases = [load_case(str(run)) for run in runs]
-    for case in cases:
-        require_trust(case, request.trusted)
+    for run, case in zip(runs, cases, strict=True):
+        with naming(str(run)):
+            require_trust(case, request.trusted)
     needed = (request_memory(case, run, request.ranks) for case, run in zip(cases, runs, strict=True))
     memory = request.memory or max(needed)
     limit = "" if system.warns else f" --wall-limit {request.limit - request.notice}"

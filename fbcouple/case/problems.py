@@ -5,7 +5,8 @@ from __future__ import annotations
 import difflib
 import json
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -15,6 +16,7 @@ from pydantic import ValidationError
 from fbcouple.case.schema.option import Section
 from fbcouple.case.schema.reference import FILE_KEYS, list_options, list_sections, list_tables
 from fbcouple.case.schema.sections import Case
+from fbcouple.errors import CaseError
 
 _LONGEST = 60
 _DEEPEST = 3
@@ -52,6 +54,15 @@ def show(value: Any, depth: int = 0) -> str:
         text = str(value)
     shortened = text if len(text) <= _LONGEST else text[:_LONGEST] + "..."
     return f"{shortened} ({len(value)} characters)" if isinstance(value, str) and len(value) > _LONGEST else shortened
+
+
+@contextmanager
+def naming(name: str) -> Iterator[None]:
+    """Put `name` before each text of a CaseError that does not begin with it: one of several cases, or runs."""
+    try:
+        yield
+    except CaseError as error:
+        raise CaseError([text if text.startswith(name) else f"{name}: {text}" for text in error.problems]) from error
 
 
 def show_key(parts: Iterable[str]) -> str:

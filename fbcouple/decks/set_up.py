@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from typing import Any
 from fbcouple.case.bed.positions import start_kinds, start_motion, start_positions, start_temperatures
 from fbcouple.case.load import load_case
 from fbcouple.case.preflight import require_fit
+from fbcouple.case.problems import naming
 from fbcouple.case.schema.sections import Case
 from fbcouple.case.source import FILE_NAME, find_case, list_sets, list_shipped
 from fbcouple.case.user_code import require_trust
@@ -40,7 +42,8 @@ def lay_out(
     every case is known to be right.
 
     Returns: run folder -> its case.
-    Raises: CaseError, before anything is written, if a case is wrong, unfit, or brings code that is not `trusted`.
+    Raises: CaseError, before anything is written, if a case is wrong, unfit, or brings code that is not `trusted`; of a
+    set each text names the case.
     """
     members = list_sets().get(name)
     target = output or Path("runs") / name_run(name, None if members else find_case(name))
@@ -48,13 +51,14 @@ def lay_out(
     with tempfile.TemporaryDirectory(prefix="fbcouple-start-") as scratch:
         runs: dict[Path, tuple[Case, Path]] = {}
         for member in members or [name]:
-            case, source = load_case(member, sets, say), find_case(member)
-            require_trust(case, trusted)
-            law = read_own_laws(case, source.parent)
-            if not forced:
-                require_fit(case, law, source.parent)
-            run = target / name_run(member, source) if members else target
-            runs[run] = make_start(case, source.parent, Path(scratch), say), source.parent
+            with naming(member) if members else nullcontext():
+                case, source = load_case(member, sets, say), find_case(member)
+                require_trust(case, trusted)
+                law = read_own_laws(case, source.parent)
+                if not forced:
+                    require_fit(case, law, source.parent)
+                run = target / name_run(member, source) if members else target
+                runs[run] = make_start(case, source.parent, Path(scratch), say), source.parent
         _write_runs(runs, overwrite)
     return {run: case for run, (case, _) in runs.items()}
 

@@ -162,8 +162,8 @@ def test_case_that_brings_code_needs_trust_which_the_job_hands_on(runs):
     (run / "law.py").write_text("def beta(voidage, slip, diameter, density, viscosity):\n    return diameter\n")
     settings = ["exchange.drag=own", "exchange.drag_file=law.py"]
     write_case(load_case(str(run), settings), run / "case.toml")
-    with pytest.raises(CaseError, match="--trust"):
-        write_job(run, "slurm", request_of("slurm"))
+    with pytest.raises(CaseError, match=f"^{run}: exchange.drag_file: .*--trust"):
+        write_job(runs, "slurm", request_of("slurm"))
     assert not (run / "batch").exists()
     job, _ = write_job(run, "slurm", request_of("slurm", trusted=True))
     assert 'run "$run" -n 4 --trust ' in job.read_text()

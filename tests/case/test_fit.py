@@ -28,6 +28,20 @@ def test_unfit_case_is_refused_with_number_limit_and_mend(call, tmp_path):
     assert (tmp_path / "run/case.toml").is_file()
 
 
+@pytest.mark.parametrize(
+    ("setting", "start"),
+    [
+        ("particles.coarse_graining=2.5", "patil/c3: cell size x: "),
+        ("particles.coarse_graining=0.2", "patil/c1: --set: particles.coarse_graining: "),
+    ],
+)
+def test_every_line_of_a_refused_set_names_its_case(call, tmp_path, setting, start):
+    refused = call("setup", "patil/all", "-o", "runs", "--set", setting)
+    lines = refused.stderr.splitlines()
+    assert refused.exit_code == 1 and lines[0].startswith(start) and not (tmp_path / "runs").exists()
+    assert all(line.startswith(f"{start.partition(':')[0]}: ") for line in lines)
+
+
 def test_every_unfit_number_is_told():
     with pytest.raises(CaseError) as caught:
         require_fit(load_case("patil/c1", [*STIFF, "contact.stiffness=1.0"]))
