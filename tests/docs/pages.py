@@ -12,6 +12,8 @@ DOCS = ROOT / "docs"
 MARKS = ("syntax", "file", "needs", "later")
 _BLOCK = re.compile(r"^(?:<!-- (\w+)(?:: ([^\n]*?))? -->\n)?```(\S+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
+_INLINE = re.compile(r"(?<!`)`(fbcouple [^`]+)`(?!`)")
+
 
 @dataclass(frozen=True)
 class Block:
@@ -40,6 +42,11 @@ def read_blocks(text: str) -> Iterator[Block]:
     """The blocks of a page in their order."""
     for mark, word, language, content in _BLOCK.findall(text):
         yield Block(language, content, mark, word)
+
+
+def list_inline(text: str) -> list[str]:
+    """Commands of fbcouple in the running text of a page, as `fbcouple run RUN`."""
+    return [" ".join(words.split()) for words in _INLINE.findall(_BLOCK.sub("", text))]
 
 
 def name_page(page: Path) -> str:

@@ -19,7 +19,7 @@ from unittest.mock import patch
 import click
 import pytest
 from click.testing import CliRunner
-from pages import MARKS, ROOT, Block, list_pages, name_page, read_blocks
+from pages import MARKS, ROOT, Block, list_inline, list_pages, name_page, read_blocks
 
 from fbcouple.case.schema.reference import list_options, list_sections
 from fbcouple.cli.main import cli
@@ -56,6 +56,19 @@ def check_syntax(command: str) -> None:
         assert os.access(ROOT / program, os.X_OK), command
     else:
         assert program in ANY_PROGRAM, f"{command}: nothing here can tell whether it is right"
+
+
+def check_inline(command: str) -> None:
+    """A command in running text must be whole where it is more than the name of one, or of one with its options."""
+    words = shlex.split(command)
+    if words[1].isupper():  # any command
+        return
+    if len(words) == 2:
+        assert words[1] in cli.commands or words[1].startswith("-"), f"{command}: no such command"
+        return
+    with patch.object(click.Command, "invoke", lambda self, context: None):
+        done = CliRunner().invoke(cli, words[1:])
+    assert done.exit_code == 0 or "Missing argument" in done.output, f"{command}: {done.output}"
 
 
 def run_block(block: Block, folder: Path) -> None:
@@ -97,6 +110,18 @@ def test_examples_are_well_formed(page):
             ast.parse(block.text)
         elif block.language == "toml":
             check_toml(tomllib.loads(block.text))
+
+
+@pytest.mark.parametrize("page", list_pages(), ids=name_page)
+def test_commands_in_running_text_are_whole(page):
+    for command in list_inline(page.read_text(encoding="utf-8")):
+        check_inline(command)
+
+
+@pytest.mark.parametrize("command", ["fbcouple batch runs/c2", "fbcouple run a --rank 2", "fbcouple setpu"])
+def test_wrong_commands_in_running_text_are_found(command):
+    with pytest.raises(AssertionError):
+        check_inline(command)
 
 
 def check_toml(content: dict) -> None:
