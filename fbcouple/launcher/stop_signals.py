@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import math
 import signal
 import threading
+import time
 from types import FrameType
 from typing import Any
 
 from fbcouple.machine.stop_signals import SIGNALS
+
+
+ECHO = 0.5
+"""Wall time [s] after the first signal in which another is the same request: a batch system sends it to every process
+of a job, and the job's script hands it on."""
 
 
 class Requests:
@@ -17,6 +24,7 @@ class Requests:
         self.count = 0
         self.first = ""
         """Name of the first of them."""
+        self._heard = -math.inf
         self._before: dict[signal.Signals, Any] = {}
 
     def __enter__(self) -> Requests:
@@ -35,4 +43,7 @@ class Requests:
         self.first = self.first or reason
 
     def _hear(self, number: int, frame: FrameType | None) -> None:
-        self.stop(signal.Signals(number).name)
+        now = time.monotonic()
+        if now - self._heard > ECHO:
+            self._heard = now
+            self.stop(signal.Signals(number).name)
