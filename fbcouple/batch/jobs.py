@@ -79,7 +79,7 @@ def write_job(target: Path, scheduler: str, request: Request) -> tuple[Path, Pat
         "name": re.sub(r"[^A-Za-z0-9._-]", "-", target.resolve().name)[:60],
         "runs": [str(run) for run in runs],
         "folder": str(folder),
-        "index": system.index,
+        "index": system.index if len(runs) > 1 else "0",
         "ranks": request.ranks,
         "memory": memory,
         "memory_per_rank": math.ceil(memory / request.ranks),

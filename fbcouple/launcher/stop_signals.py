@@ -11,7 +11,6 @@ from typing import Any
 
 from fbcouple.machine.stop_signals import SIGNALS
 
-
 ECHO = 0.5
 """Wall time [s] after the first signal in which another is the same request: a batch system sends it to every process
 of a job, and the job's script hands it on."""

@@ -42,17 +42,18 @@ mkdir -p "$run/batch"
 
 # What the job before left: nothing (this is the first), "running" (it was killed, or is still at it), 75 (stopped with a
 # checkpoint); any other exit code is final, and a job that was handed in to go on has nothing to do.
-left=$(cat "$state" 2>/dev/null)
-case "$left" in
-    "" | running | 75 | *[!0-9]*) ;;
-    0) echo "fbcouple batch: $run is done, a job before brought it to its end ($state)"; exit 0 ;;
-    *)
-        echo "fbcouple batch: $run: a job before ended with exit code $left ($state), the run is not started" >&2
-        echo "fbcouple batch: to start it all the same: "{{ submit | shell }} >&2
-        exit "$left"
-        ;;
-esac
-echo running > "$state"
+look() {
+    left=$(cat "$state" 2>/dev/null)
+    case "$left" in
+        "" | running | 75 | *[!0-9]*) ;;
+        0) echo "fbcouple batch: $run is done, a job before brought it to its end ($state)"; exit 0 ;;
+        *)
+            echo "fbcouple batch: $run: a job before ended with exit code $left ($state), the run is not started" >&2
+            echo "fbcouple batch: to start it all the same: "{{ submit | shell }} >&2
+            exit "$left"
+            ;;
+    esac
+}
 
 # Signals: USR1 is the notice before the limit, TERM and INT come from whoever ends the job.
 job= caught= noticed= ended=
@@ -71,6 +72,8 @@ follow() {
     done
 }
 start() {
+    look
+    echo running > "$state"
     {%+ if container %}apptainer exec --bind "$run" {{ container | shell }} fbcouple{% else %}{{ python | shell }} -m fbcouple.cli.main{% endif %} run "$run" -n {{ ranks }}{{ options }} --resume &
     follow
 }
@@ -83,6 +86,7 @@ if [ "$code" = {{ busy }} ] && [ "$left" = running ]; then
 fi
 case "$code" in
     130 | 138 | 143) code=75 ;; # ended by a signal before it could listen: no step was taken
+    3) if [ -n "$ended" ] && [ -z "$noticed" ]; then code=75; fi ;; # its ranks had the signal, too, before they listened
 esac
 case "$code" in
     {{ busy }}) ;; # another job has the run, and the state is that one's

@@ -176,6 +176,14 @@ def test_array_job_takes_its_own_run(runs, site, scheduler, variable):
     assert [call.split()[3] for call in read_calls(site)] == [str(runs / "b"), str(runs / "a")]
 
 
+@pytest.mark.parametrize("variable", ["SLURM_ARRAY_TASK_ID", "PBS_ARRAY_INDEX", "LSB_JOBINDEX"])
+def test_single_run_handed_in_from_an_array_job_takes_no_place_of_that(runs, site, variable):
+    """Batch systems hand the variables of the shell that submits on to the job."""
+    scheduler = {"S": "slurm", "P": "pbs", "L": "lsf"}[variable[0]]
+    job, _ = write_job(runs / "a", scheduler, request_of(scheduler))
+    assert run_job(job, **{variable: "3"}) == 0
+
+
 def test_array_job_of_lsf_counts_from_one(runs, site):
     job, _ = write_job(runs, "lsf", request_of("lsf"))
     assert [run_job(job, LSB_JOBINDEX=number) for number in ("2", "1")] == [0, 0]
@@ -279,6 +287,18 @@ def test_lock_of_a_lost_node_is_waited_for(runs, site):
     assert len(calls) == 3 and float(calls[1].removeprefix("sleep ")) > STALE_AFTER
 
 
+@pytest.mark.parametrize("code", ["0", "4"])
+def test_what_the_other_job_came_to_in_the_wait_counts(runs, site, code):
+    run = runs / "a"
+    job, _ = write_job(run, "slurm", request_of("slurm"))
+    (run / "batch/state").write_text("running\n")
+    (site / "code").write_text("69")
+    (site / "sleep").write_text(f"#!/bin/bash\necho {code} > {run}/batch/state\n")
+    (site / "sleep").chmod(0o755)
+    assert run_job(job) == int(code) and len(read_calls(site)) == 1
+    assert (run / "batch/state").read_text() == f"{code}\n"
+
+
 def test_killed_run_is_gone_on_with_by_the_next_job(runs, site):
     """As at the end of its time: the run is killed a moment before its job."""
     job, _ = write_job(runs / "a", "slurm", request_of("slurm", chain=2))
@@ -343,9 +363,11 @@ def test_notice_becomes_a_checkpoint_and_a_requeue(runs, site, chain):
 
 
 @pytest.mark.parametrize("scheduler", SCHEDULERS)
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
-def test_cancelled_job_stops_with_a_checkpoint_and_does_not_come_again(runs, site, scheduler, number):
-    """`scancel`, `qdel`, `bkill`: not 75, by which LSF requeues, and no `scontrol requeue`."""
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 75), (signal.SIGINT, 75), (signal.SIGTERM, 3)])
+def test_cancelled_job_stops_with_a_checkpoint_and_does_not_come_again(runs, site, scheduler, number, code):
+    """`scancel`, `qdel`, `bkill`: not 75, by which LSF requeues, and no `scontrol requeue`. They reach the ranks, too:
+    a run that still starts ends with 3, which is no fault of its own, and may be started again."""
+    (site / "python").write_text((site / "python").read_text().replace("exit 75", f"exit {code}"))
     job, _ = write_job(runs / "a", scheduler, request_of(scheduler))
     (site / "waits").touch()
     started = subprocess.Popen([job], env=os.environ | {"SLURM_JOB_ID": "42"})

@@ -39,7 +39,7 @@ export FBCOUPLE_LAUNCHER=srun FBCOUPLE_BIND=core
 runs=(
     /data/bed
 )
-run="${runs[${SLURM_ARRAY_TASK_ID:-0}]}"
+run="${runs[0]}"
 state="$run/batch/state"
 if [ ! -f "$run/case.toml" ]; then
     echo "fbcouple batch: $run is no run folder (no case.toml); if it was moved, write the job anew by: fbcouple batch" >&2
@@ -49,17 +49,18 @@ mkdir -p "$run/batch"
 
 # What the job before left: nothing (this is the first), "running" (it was killed, or is still at it), 75 (stopped with a
 # checkpoint); any other exit code is final, and a job that was handed in to go on has nothing to do.
-left=$(cat "$state" 2>/dev/null)
-case "$left" in
-    "" | running | 75 | *[!0-9]*) ;;
-    0) echo "fbcouple batch: $run is done, a job before brought it to its end ($state)"; exit 0 ;;
-    *)
-        echo "fbcouple batch: $run: a job before ended with exit code $left ($state), the run is not started" >&2
-        echo "fbcouple batch: to start it all the same: "/data/bed/batch/submit-slurm.sh >&2
-        exit "$left"
-        ;;
-esac
-echo running > "$state"
+look() {
+    left=$(cat "$state" 2>/dev/null)
+    case "$left" in
+        "" | running | 75 | *[!0-9]*) ;;
+        0) echo "fbcouple batch: $run is done, a job before brought it to its end ($state)"; exit 0 ;;
+        *)
+            echo "fbcouple batch: $run: a job before ended with exit code $left ($state), the run is not started" >&2
+            echo "fbcouple batch: to start it all the same: "/data/bed/batch/submit-slurm.sh >&2
+            exit "$left"
+            ;;
+    esac
+}
 
 # Signals: USR1 is the notice before the limit, TERM and INT come from whoever ends the job.
 job= caught= noticed= ended=
@@ -78,6 +79,8 @@ follow() {
     done
 }
 start() {
+    look
+    echo running > "$state"
     /opt/venv/bin/python -m fbcouple.cli.main run "$run" -n 8 --resume &
     follow
 }
@@ -90,6 +93,7 @@ if [ "$code" = 69 ] && [ "$left" = running ]; then
 fi
 case "$code" in
     130 | 138 | 143) code=75 ;; # ended by a signal before it could listen: no step was taken
+    3) if [ -n "$ended" ] && [ -z "$noticed" ]; then code=75; fi ;; # its ranks had the signal, too, before they listened
 esac
 case "$code" in
     69) ;; # another job has the run, and the state is that one's
