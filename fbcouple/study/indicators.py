@@ -17,7 +17,7 @@ import numpy as np
 from fbcouple.case.bed import derived
 from fbcouple.case.bed.drag_balance import EXPANDED
 from fbcouple.case.bed.gas_heat import list_wall_temperatures
-from fbcouple.case.bed.particle_types import count_kinds, list_kinds
+from fbcouple.case.bed.particle_types import count_kinds, list_kinds, mean_kind
 from fbcouple.case.schema.heat import Heat
 from fbcouple.case.schema.sections import Case
 
@@ -186,13 +186,14 @@ def find_strange_temperature(case: Case, rows: list[Row]) -> float:
 @indicator("residual speed", 3e-3, 5e-2)
 def find_residual_speed(case: Case, rows: list[Row]) -> float:
     """Without gas, long after the fall: speed of the particles that does not decay, over sqrt(g d) (collective creep
-    and the heat of too few contact steps)."""
+    and the heat of too few contact steps); d is the diameter of what creeps, a parcel of a coarse-grained bed, and of
+    several sizes the Sauter mean."""
     if case.particles is None or case.gas or case.gravity == 0.0:
         return math.nan
     if rows[-1]["time"] < SETTLED_AFTER * math.sqrt(2.0 * case.domain.size[2] / case.gravity):
         return math.nan
     energy = float(np.mean([row["kinetic_energy"] for row in rows[-LAST:]]))
-    return math.sqrt(2.0 * energy / _mass(case) / (case.gravity * case.particles.diameter))
+    return math.sqrt(2.0 * energy / _mass(case) / (case.gravity * mean_kind(case.particles).diameter))
 
 
 def find_speed(case: Case) -> float:

@@ -135,6 +135,15 @@ def test_residual_speed_is_what_moves_long_after_a_bed_without_gas_fell():
     assert math.isnan(residual(load_case(str(CASES / "studies/stability/case.toml")), late)), "gas keeps a bed moving"
 
 
+def test_residual_speed_of_parcels_is_over_their_own_diameter():
+    sets = ["particles.coarse_graining=2.0", "contact.scale_restitution=false"]
+    parcels = load_case(str(CASES / "studies/stability/settled.toml"), sets)
+    late = [{"time": t, "kinetic_energy": 1e-9} for t in (0.26, 0.27, 0.28, 0.29, 0.3)]
+    speed = math.sqrt(2e-9 / (63 * 8 * 1.309e-6))
+    residual = INDICATORS["residual speed"].function(parcels, late)
+    assert residual == pytest.approx(speed / math.sqrt(2 * 9.81e-3), rel=1e-3)
+
+
 def test_mass_error_counts_only_while_gas_flows_in():
     case = load_case(str(CASES / "studies/stability/ramp.toml"))
     rows = [{"time": t, "gas_mass_error": e} for t, e in [(0.0, 0.0), (0.005, 0.5), (0.011, 0.3), (0.012, 1e-7)]]
