@@ -11,7 +11,8 @@ import math
 import os
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -175,6 +176,7 @@ class Run:
         progress: bool | Watch = True,
         trust: bool = False,
         until: float | None = None,
+        requests: Requests | None = None,
         **options: Any,
     ) -> Status:
         sets = options.get("sets", ())
@@ -184,15 +186,16 @@ class Run:
         end = min(case.end_time, until or math.inf)
         watch: Watch = progress if callable(progress) else lambda row: None
         try:
-            with Requests() as requests:
-                arguments: dict[str, Any] = {"until": until, "trusted": trust, "requests": requests} | options
+            with nullcontext(requests) if requests else Requests() as asked:
+                arguments: dict[str, Any] = {"until": until, "trusted": trust, "requests": asked} | options
                 if progress is True:
                     with RunProgress(Console(), end) as bar:
                         launch(self.path, ranks, bar.show, begin=bar.start, **arguments)
                 else:
                     launch(self.path, ranks, watch, **arguments)
-        except StoppedError:
-            pass
+        except StoppedError as error:
+            status = self.status()  # before the first step no rank has written down why it ended
+            return status if status.message else replace(status, message=str(error))
         return self.status()
 
     @in_python()

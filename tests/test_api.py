@@ -12,6 +12,7 @@ import pytest
 
 import fbcouple
 from fbcouple.errors import CaseError, DivergedError, SolverError
+from fbcouple.launcher.stop_signals import Requests
 from fbcouple.machine.environment import mpi_environment
 from fbcouple.machine.launchers import mpi_command
 
@@ -153,6 +154,13 @@ def test_a_run_that_stops_early_says_so_and_one_that_fails_raises(case_file, tmp
         wrong.start(progress=False)
     status = wrong.status()
     assert status.state == "failed" and "monitors.courant" in status.message
+
+
+def test_why_a_run_stopped_before_its_first_step_is_told(case_file, tmp_path):
+    requests = Requests()
+    requests.stop("SIGTERM")
+    status = fbcouple.setup(case_file, tmp_path / "run").start(progress=False, requests=requests)
+    assert status.state == "set up" and status.message.startswith("stopped by SIGTERM before the first step")
 
 
 def test_a_task_of_ones_own_looks_at_every_step_and_goes_on_after_a_restart(case_file, tmp_path):
