@@ -151,9 +151,13 @@ def _run(directory: Path, task: dict[str, Any], watch: Watch) -> dict[str, np.nd
             command, cwd=directory, env=environment, encoding="utf-8", errors="replace", **options
         ) as child:
             assert child.stdout is not None
-            for line in child.stdout:
-                if told := _LOOK.fullmatch(line.strip()):
-                    watch(int(told[1]), float(told[2]))
+            try:
+                for line in child.stdout:
+                    if told := _LOOK.fullmatch(line.strip()):
+                        watch(int(told[1]), float(told[2]))
+            except BaseException:
+                child.kill()
+                raise
     if child.returncode or not (directory / _PARTICLES).is_file():
         lines = _read_lines(directory / "liggghts.log")
         last = [line for line in lines if "ERROR" in line][-1:] or _read_lines(words)[-_SHOWN:]

@@ -6,6 +6,8 @@ import math
 import signal
 import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import FrameType
 from typing import Any
 
@@ -24,6 +26,7 @@ class Requests:
         self.first = ""
         """Name of the first of them."""
         self._heard = -math.inf
+        self._is_at_once = False
         self._before: dict[signal.Signals, Any] = {}
 
     def __enter__(self) -> Requests:
@@ -40,6 +43,20 @@ class Requests:
         """Ask the run to stop, as a signal does."""
         self.count += 1
         self.first = self.first or reason
+        if self._is_at_once:
+            raise KeyboardInterrupt
+
+    @contextmanager
+    def at_once(self) -> Iterator[None]:
+        """In the block, which is work that no checkpoint keeps, a request raises KeyboardInterrupt; so does one from
+        before it."""
+        if self.count:
+            raise KeyboardInterrupt
+        self._is_at_once = True
+        try:
+            yield
+        finally:
+            self._is_at_once = False
 
     def _hear(self, number: int, frame: FrameType | None) -> None:
         now = time.monotonic()

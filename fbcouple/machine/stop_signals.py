@@ -8,6 +8,8 @@ from collections.abc import Callable
 SIGNALS = (signal.SIGTERM, signal.SIGUSR1, signal.SIGINT)
 LONGEST_WAIT = 20.0
 """Wall time [s] after a signal that a run goes on at most, to come to a moment for a checkpoint."""
+WALL_LIMIT = "the wall limit"
+"""What stops a run whose wall time is over, in place of the name of a signal."""
 _SIGNAL_AT_PARENTS_END = 1
 """PR_SET_PDEATHSIG of Linux (prctl(2))."""
 

@@ -14,12 +14,14 @@ from fbcouple.case.load import load_case
 from fbcouple.case.problems import show, write_hint
 from fbcouple.case.source import find_case
 from fbcouple.errors import CaseError
+from fbcouple.launcher.stop_signals import Requests
 from fbcouple.results.reader import open_results
 from fbcouple.study.measures import MEASURES, Error, Finished, check_measures, find_error
 from fbcouple.study.members import REFERENCE, Member, list_members
 from fbcouple.study.pareto import find_excess, mark_pareto, tabulate_knobs
-from fbcouple.study.runs import Ending, look_up_case, run_case, run_side_by_side
+from fbcouple.study.runs import Ending, look_up_case, require_uninterrupted, run_case
 from fbcouple.study.schema import Study
+from fbcouple.study.side_by_side import run_side_by_side
 from fbcouple.study.source import Source, format_settings
 
 RUNS = "members"
@@ -60,7 +62,7 @@ def run_members(
 
     only: names of the members to run, of the others what has been run is taken; None: all.
 
-    Raises: CaseError if the study is wrong, or has no such member.
+    Raises: CaseError if the study is wrong, or has no such member; StoppedError if a signal interrupted it.
     """
     members, base = plan_members(study, source), source.find_base(study.base)
     for name in only or ():
@@ -70,10 +72,15 @@ def run_members(
     done = {}
     ordered = sorted(members, key=lambda member: _predict_cost(base, member))
     calls = [(base, m, folder / RUNS / m.name, study.wall_limit, only is None or m.name in only) for m in ordered]
-    for n, (member, ending) in enumerate(zip(ordered, run_side_by_side(_run, calls, jobs), strict=True), 1):
-        done[member.name] = _open(member, ending, folder / RUNS / member.name, study.cost)
-        told = f"{ending.how} ({ending.seconds:.1f} s) {ending.text}".rstrip() if ending.seconds else ending.how
-        say(f"{n}/{len(members)} {member.name}: {told}")
+    with Requests() as requests:
+        endings = run_side_by_side(_run, calls, jobs, requests)
+        for n, (member, ending) in enumerate(zip(ordered, endings, strict=True), 1):
+            if ending is None:
+                continue
+            done[member.name] = _open(member, ending, folder / RUNS / member.name, study.cost)
+            told = f"{ending.how} ({ending.seconds:.1f} s) {ending.text}".rstrip() if ending.seconds else ending.how
+            say(f"{n}/{len(members)} {member.name}: {told}")
+        require_uninterrupted(folder, requests, [one.ending for one in done.values()], len(members))
     return [done[member.name] for member in members]
 
 
@@ -83,10 +90,10 @@ def _predict_cost(base: str, member: Member) -> float:
     return predict(case, member.ranks, SHIPPED, find_case(base).parent).core_hours
 
 
-def _run(base: str, member: Member, run: Path, wall_limit: float, wanted: bool) -> Ending:
+def _run(base: str, member: Member, run: Path, wall_limit: float, wanted: bool, requests: Requests) -> Ending:
     if not wanted:
         return look_up_case(base, member.settings, run, member.ranks)
-    return run_case(base, member.settings, run, member.ranks, wall_limit)
+    return run_case(base, member.settings, run, member.ranks, wall_limit, requests)
 
 
 def _open(member: Member, ending: Ending, run: Path, cost_of: str) -> Done:

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import json
-import os
 import shutil
 import signal
 import time
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
-from multiprocessing import get_context
 from pathlib import Path
 from types import FrameType
-from typing import Any, Literal, TypeVar
+from typing import Literal
 
 from fbcouple.api import Run
 from fbcouple.case.load import load_case, write_case
@@ -22,9 +19,10 @@ from fbcouple.case.schema.sections import Case
 from fbcouple.case.source import find_case
 from fbcouple.decks.set_up import lay_out
 from fbcouple.decks.starts import expect_start
-from fbcouple.errors import DivergedError, SolverError
+from fbcouple.errors import DivergedError, SolverError, StoppedError
 from fbcouple.launcher.launch import is_complete
-from fbcouple.machine.environment import child_environment, hand_down
+from fbcouple.launcher.stop_signals import Requests
+from fbcouple.machine.stop_signals import WALL_LIMIT
 from fbcouple.results.reader import open_results
 from fbcouple.run_folder.checkpoint import list_checkpoints
 from fbcouple.run_folder.plain_files import require_plain
@@ -34,8 +32,7 @@ from fbcouple.study.source import Settings, format_settings
 ENDING = "ending.json"
 _GRACE = 30.0
 """Wall time [s] beyond its limit after which a run that has not stopped by itself is ended."""
-T = TypeVar("T")
-How = Literal["complete", "diverged", "failed", "out of time", "not run"]
+How = Literal["complete", "diverged", "failed", "out of time", "interrupted", "not run"]
 
 
 @dataclass(frozen=True)
@@ -52,39 +49,30 @@ class Ending:
         """Would the same run end the same way again?"""
         return self.how in ("complete", "diverged")
 
+    @property
+    def goes_on(self) -> bool:
+        """Does the same run, asked for again, go on from its checkpoint?"""
+        return self.how in ("out of time", "interrupted")
+
 
 class OutOfTimeError(Exception):
     """The wall limit of a run is over."""
 
 
-def run_side_by_side(work: Callable[..., T], calls: Sequence[tuple[Any, ...]], jobs: int) -> Iterator[T]:
-    """What `work`, a function of a module, gives for each of `calls`, its arguments, in their order; up to `jobs` of
-    them run at a time, in processes of their own where that is more than one."""
-    if jobs == 1:
-        yield from (work(*call) for call in calls)
-        return
-    context, environment = get_context("spawn"), child_environment()
-    with hand_down():
-        pool = ProcessPoolExecutor(jobs, context, initializer=_take_environment, initargs=(environment,))
-        found = pool.map(work, *zip(*calls, strict=True))
-    with pool:
-        yield from found
-
-
-def _take_environment(environment: dict[str, str]) -> None:
-    """A process inherits also what an MPI in the one that started it has told its C library, and no run could start."""
-    os.environ.clear()
-    os.environ.update(environment)
-
-
-def run_case(base: str, settings: Settings, run: Path, ranks: int, wall_limit: float) -> Ending:
+def run_case(
+    base: str, settings: Settings, run: Path, ranks: int, wall_limit: float, requests: Requests | None = None
+) -> Ending:
     """Run the case `base` under `settings` in the folder `run`, unless it has been run to its end there before.
 
     A run that stopped early with a checkpoint goes on from it, and one that was brought to its end by `fbcouple run`
-    stays; a folder that holds another case, or a run that failed, is laid out afresh.
+    stays; a folder that holds another case, or a run that failed, is laid out afresh. requests: to stop, by default the
+    signals that come while it is under way.
 
     Raises: CaseError if the case is wrong or the folder cannot be written.
     """
+    if requests is None:
+        with Requests() as own:
+            return run_case(base, settings, run, ranks, wall_limit, own)
     require_plain(run)
     case = _expect(base, settings)
     holds = _holds(run, case)
@@ -94,14 +82,33 @@ def run_case(base: str, settings: Settings, run: Path, ranks: int, wall_limit: f
     if complete and (seconds := _find_seconds(run, ranks)) is not None:
         return _keep_ending(run, Ending("complete", "", seconds, ranks))
     begin, before = time.monotonic(), 0.0
-    if holds and not complete and list_checkpoints(run) and (known is None or known.how == "out of time"):
+    if holds and not complete and list_checkpoints(run) and (known is None or known.goes_on):
         before = known.seconds if known else 0.0
     else:
         remove_run(run)
         run.parent.mkdir(parents=True, exist_ok=True)
-        lay_out(base, run, format_settings(settings), trusted=False, forced=True)
-    how, text = _start(run, ranks, wall_limit)
+        if not _lay_out(base, settings, run, requests):
+            return Ending("interrupted", _stop_early(requests), 0.0, ranks)
+    how, text = _start(run, ranks, wall_limit, requests)
     return _keep_ending(run, Ending(how, text, before + time.monotonic() - begin, ranks))
+
+
+def _lay_out(base: str, settings: Settings, run: Path, requests: Requests) -> bool:
+    """Set the case up in `run`; False if a request to stop came before or meanwhile."""
+    try:
+        with requests.at_once():
+            lay_out(base, run, format_settings(settings), trusted=False, forced=True)
+    except KeyboardInterrupt:
+        if not requests.count:
+            raise
+    except SolverError:
+        if not requests.count:  # a signal to all processes ends also the one that pours
+            raise
+    return not requests.count
+
+
+def _stop_early(requests: Requests) -> str:
+    return f"stopped by {requests.first} before the first step"
 
 
 def _keep_ending(run: Path, ending: Ending) -> Ending:
@@ -115,7 +122,7 @@ def _find_seconds(run: Path, ranks: int) -> float | None:
     return float(about["core_seconds"]) / ranks if about.get("ranks") == ranks else None
 
 
-def run_from_middle(run: Path, again: Path, ranks: int, wall_limit: float) -> Ending | None:
+def run_from_middle(run: Path, again: Path, ranks: int, wall_limit: float, requests: Requests) -> Ending | None:
     """Run in the folder `again` what `run` did after its oldest checkpoint, unless that has been done before.
 
     Returns: how it ended; None if `run` has no checkpoint from before its end.
@@ -135,8 +142,17 @@ def run_from_middle(run: Path, again: Path, ranks: int, wall_limit: float) -> En
     shutil.copytree(run, again, ignore=kept, dirs_exist_ok=True)
     (again / "logs").mkdir(exist_ok=True)
     begin = time.monotonic()
-    how, text = _start(again, ranks, wall_limit)
+    how, text = _start(again, ranks, wall_limit, requests)
     return _keep_ending(again, Ending(how, text, time.monotonic() - begin, ranks))
+
+
+def require_uninterrupted(folder: Path, requests: Requests, ended: Sequence[Ending], asked: int) -> None:
+    """Raise StoppedError if not all of the `asked` runs in `folder` have `ended`, or one of them was interrupted."""
+    done = [ending for ending in ended if ending.how != "interrupted"]
+    if len(done) < asked:
+        cause = f" ({requests.first})" if requests.first else ""
+        text = f"interrupted{cause}; {len(done)} of {asked} runs have ended; call it again to go on"
+        raise StoppedError(f"{folder}: {text}")
 
 
 def look_up_case(base: str, settings: Settings, run: Path, ranks: int) -> Ending:
@@ -176,19 +192,23 @@ def _read_ending(run: Path, ranks: int) -> Ending | None:
     return ending if ending.ranks == ranks else None
 
 
-def _start(run: Path, ranks: int, wall_limit: float) -> tuple[How, str]:
+def _start(run: Path, ranks: int, wall_limit: float, requests: Requests) -> tuple[How, str]:
+    if requests.count:
+        return "interrupted", _stop_early(requests)
     try:
         with limit_wall(wall_limit + _GRACE):
-            status = Run(run).resume(ranks, progress=False, wall_limit=wall_limit)
+            status = Run(run).resume(ranks, progress=False, wall_limit=wall_limit, requests=requests)
     except DivergedError as error:
         return "diverged", str(error)
     except SolverError as error:
-        return "failed", str(error)
+        return "interrupted" if requests.count > 1 else "failed", str(error)
     except OutOfTimeError as error:
-        return "out of time", f"{error} (wall_limit = {wall_limit:g} s)"
-    if status.state == "complete":
-        return "complete", ""
-    return "out of time", f"{status.message} (wall_limit = {wall_limit:g} s)"
+        text, is_late = str(error), not requests.count
+    else:
+        if status.state == "complete":
+            return "complete", ""
+        text, is_late = status.message, status.message.startswith(f"stopped by {WALL_LIMIT}")
+    return ("out of time", f"{text} (wall_limit = {wall_limit:g} s)") if is_late else ("interrupted", text)
 
 
 @contextmanager

@@ -17,17 +17,21 @@ from fbcouple.case.bed.step_limits import measure_limits
 from fbcouple.case.load import load_case
 from fbcouple.case.preflight import estimate
 from fbcouple.case.schema.sections import Case
+from fbcouple.launcher.stop_signals import Requests
 from fbcouple.results.line_log import read_line
 from fbcouple.study.indicators import judge, read_indicators
-from fbcouple.study.runs import Ending, run_case, run_from_middle, run_side_by_side
+from fbcouple.study.runs import Ending, require_uninterrupted, run_case, run_from_middle
 from fbcouple.study.scenes import Scene, list_scenes
 from fbcouple.study.schema import Stability
+from fbcouple.study.side_by_side import run_side_by_side
 from fbcouple.study.source import Source
 
 RUNS = "scenes"
 RESTARTS = "restarts"
 PREDICTIONS = ("fit", "warn", "unfit")
 OUTCOMES = ("stable", "inaccurate", "unstable", "unfinished")
+TOLD = ("predicted", "verdict", "indicators", "restart")
+"""Columns that are told of each scene as it ends."""
 Row = dict[str, Any]
 Say = Callable[[str], None]
 
@@ -35,27 +39,38 @@ Say = Callable[[str], None]
 def run_scenes(study: Stability, source: Source, folder: Path, say: Say, jobs: int = 1) -> list[Row]:
     """Run every scene that has not been run to its end in `folder` before, `jobs` at a time; a row for each.
 
-    Raises: CaseError if the study is wrong.
+    Raises: CaseError if the study is wrong; StoppedError if a signal interrupted it.
     """
     scenes = list_scenes(study, source)
-    rows = []
+    rows, ended = [], []
     calls = [(scene, folder, study) for scene in scenes]
-    for n, (scene, endings) in enumerate(zip(scenes, run_side_by_side(_run, calls, jobs), strict=True), 1):
-        run, again = folder / RUNS / scene.name, folder / RESTARTS / scene.name
-        ending = endings[0]
-        rows.append(_describe(scene, ending, run))
-        if study.restart:
-            rows[-1] |= _compare(run, again, endings[1])
-        text = ", ".join(filter(None, (rows[-1].get(key) for key in ("predicted", "verdict", "indicators", "restart"))))
-        say(f"{n}/{len(scenes)} {scene.name}: {text} ({ending.seconds:.1f} s)")
+    with Requests() as requests:
+        both = run_side_by_side(_run, calls, jobs, requests)
+        for n, (scene, endings) in enumerate(zip(scenes, both, strict=True), 1):
+            if endings is None:
+                continue
+            ended += [one for one in endings if one][-1:]
+            if not any(one and one.how == "interrupted" for one in endings):
+                rows.append(_tabulate(study, scene, folder, *endings))
+            told = [rows[-1].get(key) for key in TOLD] if ended[-1].how != "interrupted" else ["interrupted"]
+            say(f"{n}/{len(scenes)} {scene.name}: {', '.join(filter(None, told))} ({endings[0].seconds:.1f} s)")
+        require_uninterrupted(folder, requests, ended, len(scenes))
     return rows
 
 
-def _run(scene: Scene, folder: Path, study: Stability) -> tuple[Ending, Ending | None]:
+def _run(scene: Scene, folder: Path, study: Stability, requests: Requests) -> tuple[Ending, Ending | None]:
     """How a scene ended, and where the study asks for it how its second half did once more."""
     run, again = folder / RUNS / scene.name, folder / RESTARTS / scene.name
-    ending = run_case(scene.base, scene.settings, run, scene.ranks, study.wall_limit)
-    return ending, run_from_middle(run, again, scene.ranks, study.wall_limit) if study.restart else None
+    ending = run_case(scene.base, scene.settings, run, scene.ranks, study.wall_limit, requests)
+    if not study.restart or ending.how == "interrupted":
+        return ending, None
+    return ending, run_from_middle(run, again, scene.ranks, study.wall_limit, requests)
+
+
+def _tabulate(study: Stability, scene: Scene, folder: Path, ending: Ending, again: Ending | None) -> Row:
+    run = folder / RUNS / scene.name
+    row = _describe(scene, ending, run)
+    return row | _compare(run, folder / RESTARTS / scene.name, again) if study.restart else row
 
 
 def _describe(scene: Scene, ending: Ending, run: Path) -> Row:

@@ -12,9 +12,10 @@ from pathlib import Path
 import pytest
 
 import fbcouple
+from fbcouple.launcher.stop_signals import Requests
 from fbcouple.machine.environment import HUGE_PAGES, child_environment, find_package, hand_down, mpi_environment
 from fbcouple.machine.launchers import mpi_command
-from fbcouple.study.runs import run_side_by_side
+from fbcouple.study.side_by_side import run_side_by_side
 
 ROOT = Path(__file__).resolve().parents[2]
 PLANTED = ("argparse", "json", "mpi4py", "multiprocessing", "numba", "numpy", "postproc", "pyvista", "fbcouple")
@@ -82,7 +83,7 @@ def test_ranks_import_nothing_of_the_current_folder(hostile):
 
 def test_processes_of_a_pool_import_nothing_of_the_current_folder(hostile):
     before = dict(os.environ)
-    safe, _ = run_side_by_side(os.getenv, [("PYTHONSAFEPATH",), ("PYTHONPATH",)], 2)
+    safe, _ = run_side_by_side(os.getenv, [("PYTHONSAFEPATH",), ("PYTHONPATH",)], 2, Requests())
     assert safe == "1" and dict(os.environ) == before
     assert find_traces(hostile) == []
 

@@ -19,7 +19,7 @@ from typing import Any
 
 from mpi4py import MPI
 
-from fbcouple.machine.stop_signals import LONGEST_WAIT, SIGNALS
+from fbcouple.machine.stop_signals import LONGEST_WAIT, SIGNALS, WALL_LIMIT
 from fbcouple.paths import HEARTBEAT
 from fbcouple.simulation.clock import Cadence
 from fbcouple.simulation.simulation import UNTIL, Simulation
@@ -133,7 +133,7 @@ class Checkpoints(Task):
             due = True
         if is_moment and now >= self._limits.until * _ALMOST:
             return due, UNTIL
-        return due, signal.Signals(caught).name if caught else "the wall limit" if late else ""
+        return due, signal.Signals(caught).name if caught else WALL_LIMIT if late else ""
 
     def _write(self, sim: Simulation, is_moment: bool) -> None:
         begin = time.monotonic()
