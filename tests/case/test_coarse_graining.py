@@ -32,6 +32,10 @@ HERTZ = ["contact.model=hertz", "contact.youngs_modulus=1e7", "contact.poisson_r
 ELASTIC = ["contact.restitution=1.0", "contact.wall_restitution=1.0"]
 MIXTURE = ["particles.mixture=[[0.8e-3, 2000.0, 0.3]]"]
 
+HEAT = ["heat.particle_conductivity=1.0", "heat.particle_specific_heat=800.0", "heat.particle_temperature=300.0"]
+HEAT += ["heat.gas_specific_heat=1000.0", "heat.gas_conductivity=0.026", "heat.gas_temperature=300.0"]
+HEAT += ["heat.contact_conduction=batchelor-obrien", "heat.conduction_modulus=1e9"]
+
 
 def load(*sets, ratio=None):
     return load_case(BED, [*sets, *([] if ratio is None else [f"particles.coarse_graining={ratio}"])])
@@ -221,6 +225,24 @@ def test_ratios_that_restitution_does_not_allow_are_refused_with_the_reason(key)
     assert any("restitution 0.5" in problem for problem in problems_of(*rows, "particles.coarse_graining=1.5"))
 
 
+@pytest.mark.parametrize(
+    "sets",
+    [
+        HEAT,
+        [*HEAT[:-1], *HERTZ],
+        [*HEAT, *MIXTURE],
+        ["contact.max_overlap=0.01"],
+        [*HERTZ, "contact.tangential=history", "particles.rotation=true"],
+        ["accuracy=draft", *HEAT],
+        ["particles.parcels=90", *HEAT],
+    ],
+)
+def test_no_check_calculates_with_a_restitution_that_parcels_cannot_have(sets):
+    beyond = [] if "particles.parcels=90" in sets else ["particles.coarse_graining=4.5"]
+    problems = problems_of("contact.restitution=0.87", *sets, *beyond)
+    assert [problem for problem in problems if "restitution 0.87 lose more" in problem], problems
+
+
 def test_check_tells_parcels_and_what_is_too_coarse():
     assert find_number(load(), "parcels") is None
     case = load(ratio=2.0)
@@ -272,10 +294,7 @@ def test_positions_are_of_parcels_and_sizes_theirs(tmp_path):
 
 def test_contacts_conduct_through_a_bed_of_parcels_as_through_one_of_grains():
     """The true radius of a contact over that of its soft spring is what it was."""
-    heat = ["heat.particle_conductivity=1.0", "heat.particle_specific_heat=800.0", "heat.particle_temperature=300.0"]
-    heat += ["heat.gas_specific_heat=1000.0", "heat.gas_conductivity=0.026", "heat.gas_temperature=300.0"]
-    heat += ["heat.contact_conduction=batchelor-obrien", "heat.conduction_modulus=1e9"]
-    grains, parcels = load(*heat), load(*heat, ratio=2.0)
+    grains, parcels = load(*HEAT), load(*HEAT, ratio=2.0)
     folder = find_case(BED).parent
     found = find_radius_factor(grains, folder)
     assert found < 1.0 and find_radius_factor(parcels, folder) == pytest.approx(found, rel=1e-12)

@@ -13,7 +13,7 @@ from fbcouple.case.bed.derived import dem_step, effective
 from fbcouple.case.bed.gas_heat import has_hot_walls
 from fbcouple.case.bed.particle_types import Kind, list_kinds, particle_count
 from fbcouple.case.checks.contact import is_hertz
-from fbcouple.case.checks.registry import BED, check, check_law_file, has_bed
+from fbcouple.case.checks.registry import BED, COEFFICIENTS, check, check_law_file, has_bed
 from fbcouple.case.problems import Problem
 from fbcouple.case.schema.heat import Heat, HeatWall
 from fbcouple.case.schema.sections import Case
@@ -194,7 +194,7 @@ def check_conduction_modulus(case: Case, folder: Path) -> Iterator[Problem]:
         )
 
 
-@check(*_KEYS, *BED[:2], "contact", *_SIZES)
+@check(*_KEYS, *BED[:2], "contact.stiffness", "contact.steps_per_contact", "contact.model", *COEFFICIENTS, *_SIZES)
 def check_conduction_step(case: Case, folder: Path) -> Iterator[Problem]:
     """LIGGGHTS conducts explicitly: in a DEM step a particle that is touched all around takes less than it has."""
     heat, contact, particles = case.heat, case.contact, case.particles
