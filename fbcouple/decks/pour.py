@@ -15,7 +15,7 @@ from time import monotonic
 import numpy as np
 
 from fbcouple.case.bed.derived import dem_step, wraps
-from fbcouple.case.bed.particle_types import draw_kinds, list_kinds
+from fbcouple.case.bed.particle_types import draw_kinds, list_kinds, word_one
 from fbcouple.case.bed.region import Region, find_region, read_mesh
 from fbcouple.case.schema.particles import Start
 from fbcouple.case.schema.sections import Case
@@ -76,7 +76,9 @@ def pour(case: Case, folder: Path, say: Callable[[str], None] = lambda text: Non
             rain = _Rain(case, folder, generator)
             fallen = rain.fall(bed, waiting)
         if fallen is None:
-            text = f"{len(waiting)} particles find no room above the {len(bed.positions)} that have settled"
+            text = (
+                f"{len(waiting)} {word_one(particles)}s find no room above the {len(bed.positions)} that have settled"
+            )
             raise CaseError([f"start.method: {text}; give fewer, or a higher box."])
         placed, waiting = fallen
         outcome = settle(case, folder, _join(bed, placed), rest, _Teller(say, len(waiting), step, rest.speed))

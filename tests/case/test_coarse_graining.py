@@ -292,6 +292,14 @@ def test_positions_are_of_parcels_and_sizes_theirs(tmp_path):
         assert kind.diameter == pytest.approx(diameter) and kind.grain_diameter == pytest.approx(diameter / 2.0)
 
 
+def test_what_does_not_fit_is_told_in_particles_and_parcels(tmp_path):
+    (problem,) = problems_of("particles.count=900000", "particles.coarse_graining=2.0")
+    assert "particles.count: 900000 particles (112500 parcels) do not fit into the box: 0.64 of its volume" in problem
+    assert " parcels, " in problem and "kg); give less, in kg or particles" in problem
+    (problem,) = problems_of("output.tracked=[1156]", "particles.coarse_graining=2.0")
+    assert "parcel 1156 is given and there are 1155 parcels" in problem
+
+
 def test_contacts_conduct_through_a_bed_of_parcels_as_through_one_of_grains():
     """The true radius of a contact over that of its soft spring is what it was."""
     grains, parcels = load(*HEAT), load(*HEAT, ratio=2.0)

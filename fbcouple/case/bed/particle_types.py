@@ -198,6 +198,18 @@ def grain_count(particles: Particles) -> float:
     return count if particles.coarse_graining is None else count * grains_per_parcel(particles)
 
 
+def word_count(particles: Particles, count: float, digits: int = 6) -> str:
+    """`count` of what LIGGGHTS has, in words: particles, of a coarse-grained bed those of the case and the parcels."""
+    if particles.coarse_graining is None:
+        return f"{count:.{digits}g} particles"
+    return f"{count * grains_per_parcel(particles):.{digits}g} particles ({count:.{digits}g} parcels)"
+
+
+def word_one(particles: Particles) -> str:
+    """What LIGGGHTS has one of: "particle" or "parcel"."""
+    return "particle" if particles.coarse_graining is None else "parcel"
+
+
 def mean_volume(particles: Particles) -> float:
     """Mean volume of a particle [m3]."""
     return sum(kind.share * kind.volume for kind in list_kinds(particles))

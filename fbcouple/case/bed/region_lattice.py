@@ -11,7 +11,14 @@ import numpy as np
 import scipy
 
 from fbcouple.case.bed.layers import stack
-from fbcouple.case.bed.particle_types import count_kinds, draw_kinds, largest_diameter, list_kinds, particle_count
+from fbcouple.case.bed.particle_types import (
+    count_kinds,
+    draw_kinds,
+    largest_diameter,
+    list_kinds,
+    particle_count,
+    word_count,
+)
 from fbcouple.case.schema.sections import Case
 from fbcouple.errors import CaseError
 from fbcouple.geometry.distance import Surface
@@ -164,7 +171,8 @@ def _fill_layers(case: Case, mesh: PolyMesh, inside: Inside, mixed: int) -> tupl
 
 def _format_few(case: Case, held: str) -> str:
     assert case.particles is not None and case.start is not None
-    text = f"a lattice at {case.start.spacing:g} diameters {held} for {particle_count(case.particles)} particles"
+    wanted = word_count(case.particles, particle_count(case.particles), 10)
+    text = f"a lattice at {case.start.spacing:g} diameters {held} for {wanted}"
     room = "mesh" if case.start.region is None else "start.region"
     return f"start.spacing: {text}; lower the spacing (above 1), give fewer particles or a larger {room}."
 

@@ -14,6 +14,8 @@ from fbcouple.case.bed.particle_types import (
     mean_density,
     mean_volume,
     particle_count,
+    word_count,
+    word_one,
 )
 from fbcouple.case.bed.region import Region, find_region
 from fbcouple.case.checks.mixture import check_counts, check_species
@@ -95,7 +97,7 @@ def check_packing(case: Case, folder: Path) -> Iterator[Problem]:
     count = particle_count(case.particles)
     most = RANDOM_PACKING * _find_volume(case, folder) / mean_volume(case.particles)
     if count < 1 and not case.particles.feeds:
-        given = "the mass is less than that of half a particle; give the mass of the bed in kg"
+        given = f"the mass is less than that of half a {word_one(case.particles)}; give the mass of the bed in kg"
         if case.particles.count is not None:
             few = f"{case.particles.count:g} is given"
             if case.particles.count:
@@ -105,11 +107,13 @@ def check_packing(case: Case, folder: Path) -> Iterator[Problem]:
     elif count > most:
         heaviest = most * mean_volume(case.particles) * mean_density(case.particles)
         held = math.floor(most)
-        text = f"{count:.6g} particles do not fit into the box: {RANDOM_PACKING} of its volume holds {held:.6g}"
+        parcels = "" if case.particles.coarse_graining is None else f"{held:.6g} parcels, "
+        text = f"{word_count(case.particles, count)} do not fit into the box: {RANDOM_PACKING} of its volume holds "
+        text += f"{held * grains_per_parcel(case.particles):.6g} ({parcels}{heaviest:.4g} kg)"
         larger = "enlarge domain.size"
         if case.domain.shape == "file":
             larger = "take a larger mesh (domain.scale if it is in another unit)"
-        yield Problem(key, f"{text} ({heaviest:.4g} kg); give less, in kg or particles, or {larger}.")
+        yield Problem(key, f"{text}; give less, in kg or particles, or {larger}.")
 
 
 @check(*BED)
@@ -179,11 +183,14 @@ def check_size(case: Case, folder: Path) -> Iterator[Problem]:
         return
     count = particle_count(case.particles) if case.particles else 0
     if count > MOST:
-        key = "particles.mass" if case.particles and case.particles.count is None else "particles.count"
-        text = f"{count:.3g} particles need about {SHIPPED.particle_memory * count / 1e9:.3g} GB"
-        yield Problem(key, f"{text}, at most {MOST:.1g} are allowed; give fewer, or a larger diameter.")
+        assert case.particles is not None
+        key = "particles.mass" if case.particles.count is None else "particles.count"
+        text = f"{word_count(case.particles, count, 3)} need about {SHIPPED.particle_memory * count / 1e9:.3g} GB"
+        what = word_one(case.particles)
+        yield Problem(key, f"{text}, at most {MOST:.1g} {what}s are allowed; give fewer, or a larger diameter.")
     needed, held = find_memory(case, folder), machine_memory()
     if needed > held and max(cells, count) <= MOST:
         key = "domain.cells" if cells * SHIPPED.cell_memory > count * SHIPPED.particle_memory else "particles"
-        text = f"{cells:.3g} cells and {count:.3g} particles need about {needed / 1e9:.3g} GB"
+        counted = word_count(case.particles, count, 3) if case.particles else "0 particles"
+        text = f"{cells:.3g} cells and {counted} need about {needed / 1e9:.3g} GB"
         yield Problem(key, f"{text}, this machine has {held / 1e9:.3g} GB; give fewer or take a larger machine.")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 
-from fbcouple.case.bed.particle_types import count_kinds, cut_spread, list_kinds
+from fbcouple.case.bed.particle_types import count_kinds, cut_spread, list_kinds, word_one
 from fbcouple.case.problems import Problem, show
 from fbcouple.case.schema.particles import Particles
 from fbcouple.case.schema.sections import Case
@@ -69,7 +69,8 @@ def check_counts(case: Case) -> Iterator[Problem]:
     kinds, counts = list_kinds(case.particles), count_kinds(case.particles)
     for kind, count in zip(kinds, counts, strict=True):
         if count < 1 < len(kinds) and any(counts):
-            text = f"the bed holds less than one particle of {kind.diameter:g} m and {kind.density:g} kg m-3"
+            what = f"{word_one(case.particles)} of {kind.diameter:g} m and {kind.density:g} kg m-3"
+            text = f"the bed holds less than one {what}"
             yield Problem(
                 "particles.mixture", f"{text}; give it a larger fraction, the bed more, or spread fewer classes."
             )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from fbcouple.case.bed.particle_types import particle_count
+from fbcouple.case.bed.particle_types import particle_count, word_one
 from fbcouple.case.checks.bed import try_region
 from fbcouple.case.checks.registry import BED, check, has_bed
 from fbcouple.case.companions import find_companion
@@ -90,7 +90,8 @@ def check_tracked(case: Case, folder: Path) -> Iterator[Problem]:
         yield Problem(key, f"{show(numbers)} is given; name each particle once.")
     fed = bool(case.particles.feeds)
     if has_bed(case) and not fed and max(numbers) > (count := particle_count(case.particles)):
-        yield Problem(key, f"particle {max(numbers)} is given and there are {count}; number them from 1.")
+        what = word_one(case.particles)
+        yield Problem(key, f"{what} {max(numbers)} is given and there are {count} {what}s; number them from 1.")
 
 
 @check("output.references", "domain", "domain.size", "domain.shape")
