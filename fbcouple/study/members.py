@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
+from fbcouple.case.bed.particle_types import find_ratio, grain_count, particle_count
 from fbcouple.case.load import load_case
 from fbcouple.case.problems import Problem, show
 from fbcouple.case.schema.option import as_tuple
+from fbcouple.case.schema.particles import Particles
 from fbcouple.case.schema.sections import Case
 from fbcouple.errors import CaseError
 from fbcouple.study.schema import Study
@@ -22,11 +24,18 @@ from fbcouple.study.source import (
     find_mistakes,
     flatten,
     format_settings,
+    put_on_top,
 )
 
 RANKS = "ranks"
 REFERENCE = "reference"
 MOST_RANKS = 1024
+NUMBERS: dict[str, Callable[[Particles], float]] = {
+    "particles.parcels": particle_count,
+    "particles.count": grain_count,
+    "particles.coarse_graining": find_ratio,
+}
+"""Knobs that a case may give in another way -> what it has of them."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +66,7 @@ def list_members(study: Study, source: Source) -> list[Member]:
             members.append(_make(values, usual, common, members))
     if study.reference:
         finest = usual | {key: value for key, value in flatten(study.reference).items() if key in usual}
-        members.append(Member(REFERENCE, common | flatten(study.reference), finest))
+        members.append(Member(REFERENCE, put_on_top(common, flatten(study.reference)), finest))
     for member in members:
         problems += find_mistakes(base, member.settings, f"{source.label}: {member.name}")
     if problems:
@@ -103,6 +112,8 @@ def _look_up(case: Case, key: str) -> Any:
 
 
 def _find_value(case: Case, settings: Settings, key: str) -> Any:
+    if key in NUMBERS and case.particles is not None:
+        return NUMBERS[key](case.particles)
     value = _look_up(case, key)
     return settings.get(key) if value is None else value
 
@@ -125,7 +136,7 @@ def _make(values: Settings, usual: Settings, common: Settings, known: list[Membe
     taken = {member.name for member in known}
     names = itertools.chain([stem], (f"{stem}.{k}" for k in itertools.count(2)))
     name = next(name for name in names if name not in taken)
-    settings = common | {key: value for key, value in differs.items() if key != RANKS}
+    settings = put_on_top(common, {key: value for key, value in differs.items() if key != RANKS})
     return Member(name, settings, values, values.get(RANKS, 1))
 
 

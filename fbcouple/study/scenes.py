@@ -28,6 +28,7 @@ from fbcouple.study.source import (
     find_mistakes,
     flatten,
     format_settings,
+    put_on_top,
 )
 
 SPANS = ("gas", "particles", "contact", "fall", "passage")
@@ -104,7 +105,7 @@ def _expand(study: Stability, source: Source, group: str, table: Settings) -> It
     if problems := list(check_number(f"scenes.{group}", lists, "take fewer values")):
         raise CaseError([f"{source.label}: {problem}" for problem in problems])
     for values in itertools.product(*lists.values()):
-        settings = common | dict(zip(lists, values, strict=True))
+        settings = put_on_top(common, dict(zip(lists, values, strict=True)))
         varied = {key: settings[key] for key, choice in lists.items() if len(choice) > 1}
         name = "-".join([group, *(_word(value) for value in varied.values())])
         if mistakes := find_mistakes(base, settings, f"{source.label}: {name}"):

@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 from pydantic import ValidationError
 
 from fbcouple import paths
+from fbcouple.case.alternatives import REPLACED
 from fbcouple.case.load import load_case, write_value
 from fbcouple.case.problems import Problem, format_errors, show, suggest, write_hint
 from fbcouple.case.schema.option import Section
@@ -101,6 +102,13 @@ def check_keys(keys: Sequence[str], where: str, also: Sequence[str] = ()) -> Ite
 def format_settings(settings: Settings) -> list[str]:
     """The `key=value` texts that `load_case` takes."""
     return [f"{key}={write_value(value)}" for key, value in settings.items()]
+
+
+def put_on_top(common: Settings, own: Settings) -> Settings:
+    """`common` with `own` on top: an option of `own` takes the place of one that says the same in another way, too, as
+    a setting takes that of a case file's."""
+    replaced = {other for said, other in REPLACED if said in own and other not in own}
+    return {key: value for key, value in common.items() if key not in replaced} | own
 
 
 def find_mistakes(base: str, settings: Settings, label: str) -> list[str]:

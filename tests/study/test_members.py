@@ -47,6 +47,59 @@ def test_reference_is_the_last_and_ranks_are_no_case_key(write):
     assert sorted({m.ranks for m in members}) == [1, 2] and all("ranks" not in m.settings for m in members)
 
 
+PARCELS = """
+title = "parcels"
+base = "case.toml"
+measures = ["path"]
+[set]
+particles.coarse_graining = 2.0
+[knobs]
+particles.parcels = [200, 800]
+[reference]
+particles.coarse_graining = 1.5
+"""
+BED = """
+title = "bed"
+end_time = 0.02
+[domain]
+size = [0.03, 0.012, 0.08]
+cells = [4, 1, 10]
+[particles]
+diameter = 1e-3
+density = 1500.0
+count = 3000
+[contact]
+stiffness = 500.0
+restitution = 0.9
+wall_restitution = 0.95
+friction = 0.1
+wall_friction = 0.1
+[start]
+"""
+
+
+def test_a_knob_takes_the_place_of_what_the_set_says_in_another_way(write):
+    """Parcels of l = 2 by [set], by their number as a knob; each is listed by what its case has."""
+    path = write(text=PARCELS)
+    (path.parent / "case.toml").write_text(BED)
+    found = {member.name: (member.settings, member.knobs["particles.parcels"]) for member in plan(path)}
+    assert found["base"] == ({"particles.coarse_graining": 2.0}, 375)
+    assert found["parcels-200"] == ({"particles.parcels": 200}, 200)
+    assert found["reference"] == ({"particles.coarse_graining": 1.5}, 889)
+    over = PARCELS.replace("coarse_graining = 2.0", "parcels = 300").replace("parcels = [200", "parcels = [100")
+    (path.parent / "study.toml").write_text(over)
+    found = {member.name: member.settings for member in plan(path)}
+    assert found["base"] == {"particles.parcels": 300} and found["reference"] == {"particles.coarse_graining": 1.5}
+
+
+def test_a_scene_takes_the_place_of_what_the_set_says_in_another_way(write):
+    text = 'title = "s"\nbase = "case.toml"\nspan = "fall"\n[set]\nparticles.coarse_graining = 2.0\n'
+    path = write(text=f"{text}[scenes.few]\nparticles.parcels = [200, 400]\n")
+    (path.parent / "case.toml").write_text(BED)
+    few, more = list_scenes(*read_study(str(path), Stability))
+    assert few.settings["particles.parcels"] == 200 and "particles.coarse_graining" not in more.settings
+
+
 def test_a_knob_of_lists(write):
     members = plan(write(("gas.max_step = [1e-3, 2e-3]", "domain.cells = [[1, 1, 6], [2, 2, 12]]")))
     assert [m.name for m in members] == ["scheme-explicit", "base", "cells-2x2x12_scheme-explicit", "cells-2x2x12"]
