@@ -48,7 +48,8 @@ def require_alike(replicas: Sequence[Replica], defaults: Mapping[str, Any]) -> N
             problems.append(
                 f"{name}: its inlet was changed otherwise than that of {first.about['name']}; leave it out."
             )
-        problems += [text for other in replicas[:number] if (text := _find_same(one, other))]
+        alike = [other for other in replicas[:number] if not _list_differences(other.case, one.case, defaults)]
+        problems += [text for other in alike if (text := _find_same(one, other))]
     if problems:
         raise CaseError(problems)
 

@@ -286,6 +286,14 @@ def test_what_is_no_replica_is_refused(three, tmp_path):
         write_pool(three, tmp_path / "pooled.txt")
 
 
+def test_seeds_are_asked_for_among_runs_of_one_case_only(three, tmp_path):
+    other = scatter(tmp_path / "other", 1)
+    say_otherwise(other, "friction = 0.1", "friction = 0.3")
+    with pytest.raises(CaseError) as refused:
+        pool(open_replicas([three[0], other]))
+    assert refused.value.problems == ["other: is another case than replica-1 (contact.friction); leave it out."]
+
+
 def say_otherwise(run, old, new):
     """Let the case in the results of `run` have the line `new` in place of `old`."""
     data = xr.open_dataset(run / "results.nc", decode_times=False).load()
