@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from fbcouple.case.bed.particle_types import list_kinds
+from fbcouple.case.bed.particle_types import find_ratio, list_kinds
 from fbcouple.case.bed.start_file import StartFile
-from fbcouple.case.bed.start_sizes import match_kinds
+from fbcouple.case.bed.start_sizes import SizesError, is_coarse, match_kinds, tell_ratios
 from fbcouple.case.load import load_case
 from fbcouple.case.schema.sections import Case
 from fbcouple.decks.alone import Particles, read_restart
@@ -105,7 +105,13 @@ def read_particles(case: Case, run: Path, other: Case, source: Source) -> Partic
         diameters=np.array([kind.diameter for kind in known])[held.kinds],
         densities=np.array([kind.density for kind in known])[held.kinds],
     )
-    kinds = match_kinds(case.particles, start)
+    theirs, ours = find_ratio(other.particles), find_ratio(case.particles)
+    try:
+        kinds = match_kinds(case.particles, start)
+    except SizesError:
+        if not is_coarse(theirs / ours):
+            raise
+        raise CaseError([f"{run}: {tell_ratios(theirs, ours)}"]) from None
     assert kinds is not None
     return Particles(held.positions, held.motion, kinds, held.temperatures)
 

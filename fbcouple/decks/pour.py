@@ -76,9 +76,8 @@ def pour(case: Case, folder: Path, say: Callable[[str], None] = lambda text: Non
             rain = _Rain(case, folder, generator)
             fallen = rain.fall(bed, waiting)
         if fallen is None:
-            text = (
-                f"{len(waiting)} {word_one(particles)}s find no room above the {len(bed.positions)} that have settled"
-            )
+            what = f"{word_one(particles)}s"
+            text = f"{len(waiting)} {what} find no room above the {len(bed.positions)} that have settled"
             raise CaseError([f"start.method: {text}; give fewer, or a higher box."])
         placed, waiting = fallen
         outcome = settle(case, folder, _join(bed, placed), rest, _Teller(say, len(waiting), step, rest.speed))

@@ -15,7 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from fbcouple.case.bed.region import read_mesh
-from fbcouple.case.checks.registry import find_problems
+from fbcouple.case.checks.registry import list_problems
+from fbcouple.case.problems import Problem
 from fbcouple.case.schema.particles import Start
 from fbcouple.case.schema.sections import Case
 from fbcouple.decks.alone import Particles, remove_gas
@@ -55,9 +56,21 @@ def make_start(case: Case, folder: Path, scratch: Path, say: Say | None = None, 
         return case
     name, table_folder = _MAKERS[_choose(case.start)](case, folder, scratch, say)
     made = put_in(case, name, table_folder)
-    if problems := find_problems(made, folder):
-        raise CaseError([f"start: {problem}" for problem in problems])
+    if problems := list_problems(made, folder, ()):
+        raise CaseError([_name_given(case.start, name, problem) for problem in problems])
     return made
+
+
+def _name_given(start: Start, name: str, problem: Problem) -> str:
+    """A problem of what was made, `name`, in terms of the option that it was made by."""
+    if problem.key != "particles.positions":
+        return f"start: {problem}"
+    made_of = _choose(start)
+    key, given = f"start.{made_of}", getattr(start, made_of, None)
+    if given is None:
+        key, given = "start.method", "the poured bed"
+    text = problem.text.replace(name, given)
+    return str(Problem(key, text.replace("fix the file", "take another run") if made_of == "run" else text))
 
 
 def put_in(case: Case, name: str, table_folder: Path) -> Case:

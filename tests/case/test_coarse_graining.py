@@ -292,6 +292,28 @@ def test_positions_are_of_parcels_and_sizes_theirs(tmp_path):
         assert kind.diameter == pytest.approx(diameter) and kind.grain_diameter == pytest.approx(diameter / 2.0)
 
 
+@pytest.mark.parametrize(
+    ("given", "column", "told"),
+    [
+        ("count = 40", [1.2e-3] * 40, "it holds particles (l = 1) and the case has parcels of l = 2 "),
+        (f"mass = {40 * 1000 * math.pi / 6 * 1.2e-3**3!r}", [1.2e-3] * 40, "it holds particles (l = 1) and the case"),
+        ("count = 40", [3.6e-3] * 4, "it holds parcels of l = 3 and the case has parcels of l = 2 "),
+        ("count = 40\nmixture = [[0.6e-3, 1000.0, 0.5]]", [1.2e-3, 0.6e-3], "it holds particles (l = 1) and the case"),
+    ],
+)
+def test_a_file_of_another_ratio_is_told_as_such(tmp_path, given, column, told):
+    text = find_case(BED).read_text(encoding="utf-8").partition("[start]")[0]
+    case = text.replace("count = 9240", f'{given}\ncoarse_graining = 2.0\npositions = "p.csv"') + "[exchange]\n"
+    (tmp_path / "case.toml").write_text(case, encoding="utf-8")
+    rows = [f"{0.003 + 0.004 * (n % 10)},0.005,{0.003 + 0.004 * (n // 10)},{d}" for n, d in enumerate(column)]
+    (tmp_path / "p.csv").write_text("\n".join(["x,y,z,diameter", *rows]), encoding="utf-8")
+    with pytest.raises(CaseError) as caught:
+        load_case(str(tmp_path))
+    (problem,) = caught.value.problems
+    assert f"particles.positions: p.csv: {told}" in problem and "start from a run or file of the same" in problem
+    assert "particles.count" not in problem
+
+
 def test_what_does_not_fit_is_told_in_particles_and_parcels(tmp_path):
     (problem,) = problems_of("particles.count=900000", "particles.coarse_graining=2.0")
     assert "particles.count: 900000 particles (112500 parcels) do not fit into the box: 0.64 of its volume" in problem

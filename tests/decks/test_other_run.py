@@ -18,7 +18,7 @@ from fbcouple.decks import other_run, starts
 from fbcouple.decks.set_up import lay_out
 from fbcouple.errors import CaseError
 from fbcouple.launcher.launch import launch
-from fbcouple.results.frames import read_frame
+from fbcouple.results.frames import Frame, read_frame
 from fbcouple.run_folder.manifest import hash_file
 
 CASE = """
@@ -150,12 +150,19 @@ def test_path_starts_at_the_case_file_and_on_the_command_line_at_the_current_fol
     [
         (("start.run=nowhere",), r"start.run: .*nowhere is no run folder \(no case.toml\)"),
         (("start.time=9",), r"start.run: .* has nothing at 9 s; the nearest checkpoint or frame is of 0.004\d* s"),
-        (("particles.count=90",), r"run-\w+.csv holds 100 particles and the case 90; give particles.count = 100"),
+        (
+            ("particles.count=90",),
+            r"start.run: \S*[^v] holds 100 particles and the case 90; give particles.count = 100",
+        ),
+        (
+            ("particles.coarse_graining=1.2",),
+            r"start.run: \S*[^v]: it holds particles \(l = 1\) and the case has parcels of l = 1.2 .*start from a run",
+        ),
         (("particles.diameter=1.1e-3",), r"start.run: particle \d+ has 0.001 m and 2500 kg m-3, which no kind of the"),
         (("particles.density=2400.0",), r"start.run: particle \d+ has 0.001 m and 2500 kg m-3, which no kind of the"),
         (("particles.mixture=[]",), r"start.run: particle \d+ has 0.0008 m and 1500 kg m-3, which no kind of the case"),
-        (("domain.size=[0.009, 0.006, 0.02]",), r"run-\w+.csv: \d+ particles are not inside the box, first is"),
-        (('particles.fractions="mass"',), r"run-\w+.csv holds \[70, 30\] particles of each kind and the case"),
+        (("domain.size=[0.009, 0.006, 0.02]",), r"start.run: \S*[^v]: \d+ particles are not inside the box, first is"),
+        (('particles.fractions="mass"',), r"start.run: \S*[^v] holds \[70, 30\] particles of each kind and the case"),
     ],
 )
 def test_what_does_not_fit_is_told_and_nothing_is_written(bed, tmp_path, sets, told):
@@ -170,6 +177,15 @@ def copy(source, tmp_path):
     shutil.copytree(source, tmp_path / "copy")
     (checkpoint,) = (tmp_path / "copy/checkpoints").iterdir()
     return tmp_path / "copy", checkpoint
+
+
+def test_a_run_of_parcels_starts_no_bed_of_particles(tmp_path):
+    (tmp_path / "case.toml").write_text(CASE)
+    case, other = (load_case(str(tmp_path), [f"particles.coarse_graining={ratio}"]) for ratio in (1.0, 1.2))
+    frame = Frame(0.0, np.zeros((2, 3)), np.zeros((2, 3)), np.full(2, 1.2e-3), None, None, np.arange(2))
+    source = other_run.Source(tmp_path / "frame-000001.nc", 0.0, frame)
+    with pytest.raises(CaseError, match=r"run: it holds parcels of l = 1.2 and the case has particles \(l = 1\)"):
+        other_run.read_particles(case, tmp_path / "run", other, source)
 
 
 def test_damaged_restart_file_is_refused(bed, copy):

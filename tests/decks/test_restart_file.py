@@ -137,7 +137,7 @@ def test_file_that_nobody_trusts_is_not_read(bed, tmp_path, monkeypatch, command
 @pytest.mark.parametrize(
     ("sets", "told"),
     [
-        (("particles.count=4",), r"restart-\w+.csv holds 3 particles and the case 4"),
+        (("particles.count=4",), r"start.restart: \w+.restart holds 3 particles and the case 4"),
         (
             ("particles.mixture=[]",),
             r"start.restart: particle 2 has 0.0008 m and 1500 kg m-3, which no kind of the case",
@@ -148,7 +148,7 @@ def test_file_that_nobody_trusts_is_not_read(bed, tmp_path, monkeypatch, command
             r'start.restart: "bed.data" is given, the bare name of a .restart file is allowed',
         ),
         (("start.method=pour",), r'start.method: "pour" is given and start.restart too'),
-        (("domain.size=[0.005, 0.006, 0.02]",), r"restart-\w+.csv: \d particles are not inside the box"),
+        (("domain.size=[0.005, 0.006, 0.02]",), r"start.restart: bed.restart: \d particles are not inside the box"),
     ],
 )
 def test_what_does_not_fit_is_told_and_nothing_is_written(bed, tmp_path, sets, told):

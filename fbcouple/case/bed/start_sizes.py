@@ -20,6 +20,10 @@ MOST_SIZES = 50
 Sizes = tuple[tuple[float, float, int], ...]
 
 
+class SizesError(CaseError):
+    """Particles of a start have sizes or densities that no kind of the case has."""
+
+
 def adopt_sizes(case: Case, folder: Path) -> Case:
     """The case with `particles.sizes` as its positions file, which lies in `folder`, says them.
 
@@ -87,6 +91,7 @@ def match_kinds(particles: Particles, start: StartFile) -> np.ndarray | None:
         best_of_all = np.minimum(said, len(known) - 1)
         wrong = np.flatnonzero((said >= len(known)) | (apart[which, best_of_all] > SAME_SIZE))
         if wrong.size:
+            _refuse_ratio(particles, start, rows)
             text = f"{_word(start, int(wrong[0]))}, which kind {said[wrong[0]] + 1} of the case is not"
             raise CaseError([f"{text} ({_list_known(known)}); fix the column `kind`, or the size."])
         return said
@@ -94,8 +99,9 @@ def match_kinds(particles: Particles, start: StartFile) -> np.ndarray | None:
     for row in range(len(rows)):
         first = int(groups.first[row])
         if apart[row, best[row]] > SAME_SIZE:
+            _refuse_ratio(particles, start, rows)
             text = f"{_word(start, first)}, which no kind of the case has"
-            raise CaseError([f"{text} ({_list_known(known)}); fix the file, or diameter, mixture and spread."])
+            raise SizesError([f"{text} ({_list_known(known)}); fix the file, or diameter, mixture and spread."])
         alike = np.flatnonzero(apart[row] == apart[row, best[row]])
         if len(alike) > 1:
             types = _number_types(particles, start)
@@ -104,6 +110,41 @@ def match_kinds(particles: Particles, start: StartFile) -> np.ndarray | None:
                 raise CaseError([f"{text} ({_list_known(known)}); add a column `kind`, numbered from 1 in this order."])
             found[which == row] = types[which == row]
     return found
+
+
+def find_only_ratio(particles: Particles, start: StartFile) -> float | None:
+    """Diameter of the particles of a file, all of one, over that of the case; None where nothing tells it."""
+    if start.diameters is None or particles.mixture or particles.spread:
+        return None
+    smallest, largest = float(start.diameters.min()), float(start.diameters.max())
+    return smallest / particles.diameter if largest <= smallest * (1.0 + SAME_SIZE) else None
+
+
+def tell_ratios(theirs: float, ours: float) -> str:
+    """That a start has particles of another coarse graining than the case, and what to do."""
+    ratios = theirs, ours
+    held, own = (f"parcels of l = {one:.4g}" if is_coarse(one) else "particles (l = 1)" for one in ratios)
+    text = f"it holds {held} and the case has {own} (particles.coarse_graining)"
+    return f'{text}; start from a run or file of the same ratio, or pour (start.method = "pour").'
+
+
+def is_coarse(ratio: float) -> bool:
+    """Are parcels of this `ratio` other than particles, rounding apart?"""
+    return abs(ratio - 1.0) > SAME_SIZE
+
+
+def _refuse_ratio(particles: Particles, start: StartFile, rows: np.ndarray) -> None:
+    """Raise SizesError if `rows` (k, 2) of a file are the kinds of a coarse-grained bed, by another ratio."""
+    ours = find_ratio(particles)
+    if start.diameters is None or not is_coarse(ours):
+        return
+    known = np.array([(kind.grain_diameter, kind.density) for kind in list_kinds(particles)])
+    columns = [True, start.densities is not None]
+    for ratio in rows[0, 0] / known[:, 0]:
+        scaled = known * (ratio, 1.0)
+        apart = np.abs(rows[:, None, columns] / scaled[None][:, :, columns] - 1.0).max(axis=2).min(axis=1)
+        if is_coarse(ratio / ours) and (apart <= SAME_SIZE).all():
+            raise SizesError([tell_ratios(float(ratio), ours)])
 
 
 def _number_types(particles: Particles, start: StartFile) -> np.ndarray | None:

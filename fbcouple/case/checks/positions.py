@@ -10,15 +10,26 @@ import numpy as np
 from fbcouple.case.bed.derived import wraps
 from fbcouple.case.bed.particle_types import (
     count_kinds,
+    find_ratio,
     grains_per_parcel,
     largest_diameter,
     list_kinds,
     particle_count,
+    word_one,
 )
 from fbcouple.case.bed.positions import bring_in, start_kinds
 from fbcouple.case.bed.region import read_mesh
 from fbcouple.case.bed.start_file import ENDINGS, StartFile, read_start
-from fbcouple.case.bed.start_sizes import Sizes, find_sizes, match_kinds, says_sizes
+from fbcouple.case.bed.start_sizes import (
+    Sizes,
+    SizesError,
+    find_only_ratio,
+    find_sizes,
+    is_coarse,
+    match_kinds,
+    says_sizes,
+    tell_ratios,
+)
 from fbcouple.case.checks.bed import try_region
 from fbcouple.case.checks.mixture import KEYS
 from fbcouple.case.checks.registry import BED, check, has_bed
@@ -53,7 +64,12 @@ def check_positions(case: Case, folder: Path) -> Iterator[Problem]:
     except CaseError as error:
         yield from (Problem(_KEY, problem) for problem in error.problems)
         return
-    problems += [*_check_number(case, start), *_check_kinds(case, start)]
+    try:
+        numbers = list(_check_number(case, start))
+        _check_ratio(case, start, bool(numbers))
+        problems += [*numbers, *_check_kinds(case, start)]
+    except SizesError as error:  # how many there are is another question
+        problems += [Problem(_KEY, f"{case.particles.positions}: {problem}") for problem in error.problems]
     yield from problems
     if problems or not has_bed(case):
         return
@@ -71,30 +87,43 @@ def _tell_sizes(case: Case, sizes: Sizes) -> Problem:
     return Problem("particles.sizes", f"{text}; remove it (it follows from the file), or fix the file.")
 
 
+def _check_ratio(case: Case, start: StartFile, is_number_wrong: bool) -> None:
+    """A file that gives one size for all does not hold the particles of a coarse-grained bed in place of its parcels.
+    Raises: SizesError if it does, or where the number is wrong those of another ratio."""
+    assert case.particles is not None
+    theirs, ours = find_only_ratio(case.particles, start), find_ratio(case.particles)
+    if not is_coarse(ours) or theirs is None or not is_coarse(theirs / ours):
+        return
+    if is_number_wrong or not is_coarse(theirs):
+        raise SizesError([tell_ratios(theirs, ours)])
+
+
 def _check_number(case: Case, start: StartFile) -> Iterator[Problem]:
     """The file has as many particles as the case, or as much mass."""
     particles, held = case.particles, len(start.positions)
     assert particles is not None
     if not has_bed(case):
         return
-    grains = grains_per_parcel(particles)
+    grains, what = grains_per_parcel(particles), f"{word_one(particles)}s"
     mend = f"give particles.count = {round(held * grains)} (in place of mass) or fix the file."
     if particles.count is None and particles.sizes:
         mass = sum(kind.mass * count for kind, count in zip(list_kinds(particles), count_kinds(particles), strict=True))
         assert particles.mass is not None
         if abs(mass - particles.mass) > 0.5 * mass / held:
-            text = f"{particles.positions} holds {held} particles of {mass:.6g} kg and the case {particles.mass:g} kg"
+            text = f"{particles.positions} holds {held} {what} of {mass:.6g} kg and the case {particles.mass:g} kg"
             yield Problem(_KEY, f"{text}; {mend}")
     elif held != (wanted := particle_count(particles) if particles.count is None else round(particles.count / grains)):
-        yield Problem(_KEY, f"{particles.positions} holds {held} particles and the case {wanted}; {mend}")
+        yield Problem(_KEY, f"{particles.positions} holds {held} {what} and the case {wanted}; {mend}")
 
 
 def _check_kinds(case: Case, start: StartFile) -> Iterator[Problem]:
-    """Each particle is of a kind of the case, and there are as many of each."""
+    """Each particle is of a kind of the case, and there are as many of each. Raises: SizesError if one is of none."""
     particles = case.particles
     assert particles is not None
     try:
         found = match_kinds(particles, start)
+    except SizesError:
+        raise
     except CaseError as error:
         yield from (Problem(_KEY, f"{particles.positions}: {problem}") for problem in error.problems)
         return
@@ -103,7 +132,8 @@ def _check_kinds(case: Case, start: StartFile) -> Iterator[Problem]:
     counts = count_kinds(particles)
     held = np.bincount(found, minlength=len(counts)).tolist()
     if len(found) == sum(counts) and held != counts:
-        text = f"{particles.positions} holds {show(held)} particles of each kind and the case {show(counts)}"
+        what = f"{word_one(particles)}s of each kind"
+        text = f"{particles.positions} holds {show(held)} {what} and the case {show(counts)}"
         yield Problem(_KEY, f"{text}; fix the column `kind` (or sizes or types), or the fractions of the mixture.")
 
 
