@@ -103,14 +103,19 @@ def test_a_file_that_cannot_be_written_is_told_before_the_measurement(tmp_path, 
     assert "found.json: cannot be written" in done.output and "give another file with --json" in done.output
 
 
+@pytest.mark.parametrize(("words", "cells"), [([], "hexahedra"), (["--tetrahedra"], "tetrahedra")])
+def test_a_scaling_table_says_of_which_cells_it_is(tmp_path, monkeypatch, words, cells):
+    monkeypatch.setattr("fbcouple.bench.suite.count_traffic", lambda *of: [{"ranks": 1}])
+    file = tmp_path / "scaling.json"
+    done = CliRunner().invoke(cli, ["bench", "scaling", "--traffic-only", *words, "--json", str(file)])
+    assert done.exit_code == 0 and json.loads(file.read_text())["cells"] == cells, done.output
+
+
 def test_folders_are_made_for_the_tables_of_a_measurement(tmp_path):
     file = tmp_path / "new/folder/x.json"
     done = CliRunner().invoke(cli, ["bench", "scaling", "--traffic-only", "--cells", "10", "--json", str(file)])
     assert done.exit_code == 0, done.output
     assert json.loads(file.read_text())["traffic"] and not list(file.parent.glob("*.part"))
-    assert json.loads(file.read_text())["cells"] == "hexahedra"
-    done = CliRunner().invoke(cli, ["bench", "scaling", "--traffic-only", "--tetrahedra", "--json", str(file)])
-    assert done.exit_code == 0 and json.loads(file.read_text())["cells"] == "tetrahedra", done.output
     file = tmp_path / "other/checks.json"
     done = CliRunner().invoke(cli, ["verify", "normal-impact", "--json", str(file)])
     assert done.exit_code == 0 and json.loads(file.read_text())["checks"], done.output
