@@ -370,7 +370,8 @@ def test_cancelled_job_stops_with_a_checkpoint_and_does_not_come_again(runs, sit
     (site / "python").write_text((site / "python").read_text().replace("exit 75", f"exit {code}"))
     job, _ = write_job(runs / "a", scheduler, request_of(scheduler))
     (site / "waits").touch()
-    started = subprocess.Popen([job], env=os.environ | {"SLURM_JOB_ID": "42"})
+    heard = ["env", "--default-signal=INT", job]  # tests in the background of a shell ignore it, and so would the job
+    started = subprocess.Popen(heard, env=os.environ | {"SLURM_JOB_ID": "42"})
     deadline = time.monotonic() + LONGEST
     while not (site / "waiting").exists():
         assert started.poll() is None and time.monotonic() < deadline

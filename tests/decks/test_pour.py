@@ -110,7 +110,7 @@ def test_bed_may_reach_up_to_the_lid_and_not_beyond(bed, tmp_path):
     low = f"domain.size=[0.006, 0.006, {top + 5e-4}]"
     made = starts.make_start(bed(*HIGH, low), tmp_path, tmp_path)
     assert top - 2e-3 < start_positions(made, tmp_path)[:, 2].max() < top + 1e-4
-    with pytest.raises(CaseError, match=r"start: particles.positions: .* particles are not inside the box"):
+    with pytest.raises(CaseError, match=r"start.method: the poured bed: .* particles are not inside the box"):
         starts.make_start(bed(*HIGH, f"domain.size=[0.006, 0.006, {top - 1e-3}]"), tmp_path, tmp_path)
 
 

@@ -167,7 +167,7 @@ def test_a_folder_in_which_a_run_is_under_way_is_kept(run):
     holder.stdout.readline()
     result = call("setup", run, "-o", run)
     holder.communicate()
-    assert result.exit_code == 1 and f"another run is under way in it (process {holder.pid}" in result.stderr
+    assert result.exit_code == 69 and f"another run is under way in it (process {holder.pid}" in result.stderr
     assert read_files(run) | {"lock": b""} == before | {"lock": b""}
 
 
