@@ -11,6 +11,8 @@ from fbcouple.errors import CaseError, FbcoupleError
 WORDS: tuple[tuple[str, str], ...] = (
     (r"`?fbcouple setup \S+ -o(?: [^\s`,;]+)?`?", "fbcouple.setup(case, path)"),
     (r"`fbcouple pool RUN -o (\S+) --from (\w+)`", r'`fbcouple.pool([run], "\1", start=\2)`'),
+    (r"`fbcouple pool RUN -o (\S+) --reduced`", r'`fbcouple.pool([run], "\1", reduced=True)`'),
+    (r"`fbcouple bench scaling [^`]+`", "`fbcouple bench scaling` on the command line"),
     (r"`fbcouple run \S+ --resume --set`", "run.resume(values=...)"),
     (r"`fbcouple run \S+ --resume`", "run.resume()"),
     (r"`fbcouple run -n RANKS`", "run.start(ranks)"),

@@ -35,7 +35,8 @@ def run_side_by_side(
         for call in calls:
             yield None if requests.count else work(*call, requests)
         return
-    numbers = get_context("spawn").SimpleQueue()
+    with hand_down():  # its lock begins a process that counts locks
+        numbers = get_context("spawn").SimpleQueue()
     told: dict[int, int] = {}
     with _begin_all(work, calls, jobs, numbers) as futures:
         for future in futures:
