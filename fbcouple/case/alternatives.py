@@ -34,11 +34,13 @@ REPLACED: tuple[tuple[str, str], ...] = (*_PAIRS, *((other, one) for one, other 
 def list_replaced(raw: dict[str, Any], values: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Of `REPLACED` the pairs of which `values`, by dotted key, go on top of a case file's content `raw` and `raw` has
     the other one."""
-    return [
-        (said, other)
-        for said, other in REPLACED
-        if values.get(said, []) != [] and other not in values and has_option(raw, other)
-    ]
+    return [pair for pair in list_displaced(values) if has_option(raw, pair[1])]
+
+
+def list_displaced(values: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Of `REPLACED` the pairs of which `values`, by dotted key, say one and not the other; an empty list says
+    nothing."""
+    return [(said, other) for said, other in REPLACED if values.get(said, []) != [] and other not in values]
 
 
 def keep_last_said(raw: dict[str, Any], set_keys: Collection[str]) -> list[Problem]:

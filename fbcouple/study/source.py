@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 from pydantic import ValidationError
 
 from fbcouple import paths
-from fbcouple.case.alternatives import REPLACED
+from fbcouple.case.alternatives import list_displaced
 from fbcouple.case.load import load_case, write_value
 from fbcouple.case.problems import Problem, format_errors, show, suggest, write_hint
 from fbcouple.case.schema.option import Section
@@ -107,7 +107,7 @@ def format_settings(settings: Settings) -> list[str]:
 def put_on_top(common: Settings, own: Settings) -> Settings:
     """`common` with `own` on top: an option of `own` takes the place of one that says the same in another way, too, as
     a setting takes that of a case file's."""
-    replaced = {other for said, other in REPLACED if said in own and other not in own}
+    replaced = {other for _, other in list_displaced(own)}
     return {key: value for key, value in common.items() if key not in replaced} | own
 
 
