@@ -94,11 +94,12 @@ def make_page(folder: Path, members: Sequence[Member]) -> Page:
     runs = [member.results for member in members if member.results is not None]
     chosen = sort_runs(runs)[0][AS_PRINTED]
     uses = list_uses(runs)
+    names = name_chosen(uses)
     claims = judge_claims(runs)
     data: dict[str, Data] = {}
     figures = [_describe_contact(runs), _describe_scaling(folder)]
     for figure in FIGURES:
-        described, own = _describe_figure(figure, chosen, claims, name_chosen(uses))
+        described, own = _describe_figure(figure, chosen, claims, names)
         figures.append(described)
         data |= own
     return Page(
