@@ -49,10 +49,11 @@ def run_scenes(study: Stability, source: Source, folder: Path, say: Say, jobs: i
         for n, (scene, endings) in enumerate(zip(scenes, both, strict=True), 1):
             if endings is None:
                 continue
-            ended += [one for one in endings if one][-1:]
-            if not any(one and one.how == "interrupted" for one in endings):
+            ended.append(endings[1] or endings[0])
+            told: list[str | None] = ["interrupted"]
+            if ended[-1].how != "interrupted":
                 rows.append(_tabulate(study, scene, folder, *endings))
-            told = [rows[-1].get(key) for key in TOLD] if ended[-1].how != "interrupted" else ["interrupted"]
+                told = [rows[-1].get(key) for key in TOLD]
             say(f"{n}/{len(scenes)} {scene.name}: {', '.join(filter(None, told))} ({endings[0].seconds:.1f} s)")
         require_uninterrupted(folder, requests, ended, len(scenes))
     return rows
