@@ -57,10 +57,19 @@ def list_changes(before: Values, case: Case, until: float | None = None) -> list
     defaults = list_defaults()
     known = sorted({*before, *(key for key in now if key in defaults)})
     changes = [Change(key, before.get(key, defaults.get(key)), now.get(key)) for key in known]
-    changes = [change for change in changes if change.before != change.now]
+    changes = [change for change in changes if _drop_absent(change.before) != _drop_absent(change.now)]
     if until is not None and _is_same_inflow(before, now, until):
         changes = [change for change in changes if change.key not in INLET]
     return changes
+
+
+def _drop_absent(value: Any) -> Any:
+    """A value as JSON has it, its tables without what is not given in them: an option that is younger is not."""
+    if isinstance(value, list):
+        return [_drop_absent(entry) for entry in value]
+    if isinstance(value, dict):
+        return {key: _drop_absent(entry) for key, entry in value.items() if entry is not None}
+    return value
 
 
 def is_free(key: str) -> bool:

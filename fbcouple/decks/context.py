@@ -111,12 +111,15 @@ def _gas_context(case: Case, gas: Gas, region: Region, needs: dict[str, bool]) -
 
 
 def _list_streams(case: Case, folder: Path) -> list[dict[str, Any]]:
-    """Rows of each stream through open faces, and its part of each face of the inlet."""
+    """Rows of each stream through open faces, its part of each face of the inlet, and its temperature."""
     shares = find_openings(case, folder).shares.tolist()
     moving = [(stream, parts) for stream, parts in zip(list_streams(case), shares, strict=True) if not stream.is_closed]
     if not moving:  # an inlet without faces
         moving = [(list_streams(case)[0], [])]
-    return [{"rows": stream.rows, "shares": parts} for stream, parts in moving]
+    start = case.heat.gas_temperature if case.heat else None
+    return [
+        {"rows": stream.rows, "shares": parts, "temperature": stream.temperature or start} for stream, parts in moving
+    ]
 
 
 def _find_start_velocity(gas: Gas, region: Region) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fbcouple.case.bed.acceleration import choose_acceleration
-from fbcouple.case.bed.gas_heat import has_hot_walls
+from fbcouple.case.bed.gas_heat import has_hot_walls, has_inlet_temperatures
 from fbcouple.case.schema.sections import Case
 from fbcouple.decks.parts import Decision, register
 
@@ -91,6 +91,12 @@ def _contact_conduction(case: Case) -> tuple[bool, str]:
 def _gas_heat(case: Case) -> tuple[bool, str]:
     needed = case.heat is not None and case.gas is not None
     return needed, "[heat] and [gas]" if needed else "no [heat], or no [gas]"
+
+
+@_part
+def _inlet_temperatures(case: Case) -> tuple[bool, str]:
+    own = has_inlet_temperatures(case)
+    return own, "an inlet has a temperature" if own else "what comes in has one temperature, or there is no heat"
 
 
 @_part

@@ -91,7 +91,7 @@ HISTORIES: dict[str, tuple[str, str]] = {
     "heat_by_walls": ("W", "heat that came to the gas by walls, mean since the last row"),
     "heat_by_inlets": (
         "W",
-        "heat that came in by inlets, counted from the temperature of the inlet's gas, mean since the last row",
+        "heat that came in by inlets, counted from heat.gas_temperature, mean since the last row",
     ),
     "heat_by_outlets": ("W", "heat that came in by outlets, counted in the same way, mean since the last row"),
     "heat_by_contacts": ("W", "heat that came to the particles by contacts with walls, mean since the last row"),

@@ -16,7 +16,7 @@ import numpy as np
 
 from fbcouple.case.bed import derived
 from fbcouple.case.bed.drag_balance import EXPANDED
-from fbcouple.case.bed.gas_heat import list_wall_temperatures
+from fbcouple.case.bed.gas_heat import list_inlet_temperatures, list_wall_temperatures
 from fbcouple.case.bed.particle_types import count_kinds, list_kinds, mean_kind
 from fbcouple.case.schema.heat import Heat
 from fbcouple.case.schema.sections import Case
@@ -202,7 +202,8 @@ def find_speed(case: Case) -> float:
     gas = derived.open_velocity(case) / (EXPANDED if case.particles else 1.0) if case.gas else 0.0
     heat = case.heat
     if heat and heat.has_ideal_gas and heat.gas_temperature:
-        gas *= max(_list_temperatures(heat)) / heat.gas_temperature
+        inflows = list_inlet_temperatures(case) or [heat.gas_temperature]
+        gas *= max(*_list_temperatures(heat), *inflows) / min(inflows)
     return gas + math.sqrt(2.0 * case.gravity * case.domain.size[2]) or 1.0
 
 

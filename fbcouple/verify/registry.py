@@ -50,6 +50,7 @@ MODULES = (
     "start_up",
     "heat_contacts",
     "heat_gas",
+    "heat_inlets",
     "ideal_gas",
 )
 

@@ -73,3 +73,12 @@ def test_a_section_that_comes_or_goes_is_a_change(before):
     without = {key: value for key, value in before.items() if key.partition(".")[0] != "averages"} | {"averages": None}
     assert "averages" in {change.key for change in list_changes(without, load_case(NAME))}
     assert "start" in {change.key for change in list_changes(before | {"start": None}, load_case(NAME))}
+
+
+def test_what_a_table_of_an_older_run_does_not_know_was_not_given():
+    case = load_case("yue/spout")
+    older = list_values(case)
+    assert [table.pop("temperature") for table in older["gas.inlets"]] == [None] * len(case.gas.inlets)
+    assert list_changes(older, case) == []
+    older["gas.inlets"][0]["velocity"] = 77.0
+    assert [change.key for change in list_changes(older, case)] == ["gas.inlets"]

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import math
 import re
 
 import pytest
 
+from fbcouple.case.bed.derived import fastest_inlet
+from fbcouple.case.bed.gas_heat import weigh_inlets
 from fbcouple.case.load import load_case, write_case
+from fbcouple.case.preflight import estimate
 from fbcouple.errors import CaseError
 
 GAS = {"gas_temperature": 293.15, "gas_specific_heat": 1010.0, "prandtl": 0.8}
@@ -180,3 +184,47 @@ def test_conduction_in_a_step_is_looked_at_for_every_kind():
     assert any("would change a particle of 0.0012 m by " in problem for problem in problems_of(stable, light))
     large = ["particles.mixture=[[4e-3,2500.0,0.001]]"]
     assert load_case("patil/c2", [*large, *settings(stable)]).heat is not None, "few large ones touch a small one"
+
+
+def write_inlets(folder, jet, heat, density="constant"):
+    """`patil/c2` with a floor of 1.2 m/s, and a `jet` in it."""
+    lines = [
+        'base = "patil/c2"',
+        'unset = ["gas.closed_nozzle", "gas.inlet_velocity"]',
+        *(
+            ["[heat]", f'gas_density = "{density}"', *(f"{key} = {value}" for key, value in heat.items())]
+            if heat
+            else []
+        ),
+        *("[[gas.inlets]]", "rectangle = [[0.0, 0.0], [0.08, 0.015]]", "velocity = 1.2"),
+        *("[[gas.inlets]]", "circle = [0.04, 0.007, 0.01]", *jet),
+    ]
+    (folder / "case.toml").write_text("\n".join(lines))
+    return load_case(str(folder))
+
+
+@pytest.mark.parametrize(
+    ("velocity", "heat", "words"),
+    [
+        (2.0, {}, "the case has no [heat]; remove it, or add [heat]."),
+        (0.0, ALL, "it lets no gas in; remove it"),
+    ],
+)
+def test_a_temperature_of_an_inlet_that_nothing_looks_at_is_refused(tmp_path, velocity, heat, words):
+    with pytest.raises(CaseError) as caught:
+        write_inlets(tmp_path, [f"velocity = {velocity}", "temperature = 500.0"], heat)
+    (problem,) = caught.value.problems
+    assert f"gas.inlets: inlet 2: temperature = 500 K is given and {words}" in problem
+
+
+def test_an_inlet_of_another_temperature_is_told_and_counts_as_a_volume_at_the_density_of_the_case(tmp_path):
+    jet = ["velocity = 2.0", "temperature = 586.3"]
+    constant, ideal = (write_inlets(tmp_path, jet, ALL, density) for density in ("constant", "ideal"))
+    (told,) = (number for number in estimate(ideal) if number.name == "inlet 2")
+    assert told.meaning.endswith("2 m s-1 all the time, 586.3 K.")
+    (density,) = (number for number in estimate(constant) if number.name == "density of warm gas")
+    assert density.value == pytest.approx(0.5)
+    section, circle = 0.08 * 0.015, math.pi * 0.01**2 / 4.0
+    by_floor = 1.2 * (section - circle)
+    assert fastest_inlet(weigh_inlets(constant)) == pytest.approx((by_floor + 2.0 * circle) / section)
+    assert fastest_inlet(weigh_inlets(ideal)) == pytest.approx((by_floor + 1.0 * circle) / section)

@@ -7,12 +7,14 @@ import re
 import pytest
 from test_render import NO_GAS, build
 
+from fbcouple.case.bed.adopt_inlets import adopt_inlets
 from fbcouple.decks.needs import find_needs
 from fbcouple.decks.render import render_decks
 
 GAS = {"gas_temperature": 293.15, "gas_specific_heat": 1010.0, "prandtl": 0.8}
 HEAT = GAS | {"particle_temperature": 363.15, "particle_specific_heat": 840.0}
-PARTS = ("gas_heat", "hot_gas_walls")
+PARTS = ("gas_heat", "hot_gas_walls", "inlet_temperatures")
+JET = {"circle": [0.04, 0.007, 0.006], "velocity": 4.0}
 SOLVED = {"CFD/system/fvSchemes": "div(voidagePhi,T)", "CFD/system/fvSolution": "    T\n    {"}
 
 
@@ -72,3 +74,27 @@ def test_an_inlet_that_never_opens_and_a_lid_are_walls():
 def test_an_inlet_without_gas_is_a_wall_where_its_floor_is_hot(heat, kind):
     """Elsewhere it is as good as one, and a run can go on with it open."""
     assert patches(gas__inlet_velocity=0.0, heat=heat)["inlet"] == kind
+
+
+def open_inlets(*inlets, **heat):
+    floor = {"rectangle": [[0.0, 0.0], [0.08, 0.015]], "velocity": 0.5}
+    changes = {"gas__inlet_velocity": None, "gas__closed_nozzle": None, "gas__inlets": [floor, *inlets]}
+    return adopt_inlets(build(heat=HEAT | heat, **changes))
+
+
+def test_an_inlet_with_a_temperature_is_mixed_with_those_that_share_its_faces():
+    case = open_inlets(JET | {"temperature": 500.0}, {"rectangle": [[0.0, 0.0], [0.01, 0.015]], "velocity": 0.0})
+    text = render_decks(case)["CFD/0/T"]
+    assert find_needs(case)["inlet_temperatures"] and "type            mixedInletTemperature;" in text
+    assert re.findall(r"temperature(\d) +([\d.]+);", text) == [("1", "293.15"), ("2", "500.0")]
+    assert "idealGas        no;" in text
+    assert (
+        "idealGas        yes;"
+        in render_decks(open_inlets(JET | {"temperature": 500.0}, gas_density="ideal"))["CFD/0/T"]
+    )
+
+
+def test_inlets_of_one_temperature_have_the_condition_of_openfoam():
+    case = open_inlets(JET)
+    assert not find_needs(case)["inlet_temperatures"]
+    assert "mixedInletTemperature" not in render_decks(case)["CFD/0/T"]

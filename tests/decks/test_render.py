@@ -140,7 +140,7 @@ OTHER_OPTIONS = {
     "polydisperse_drag": "test_voidage_parts.py",
     "probes": "tests/simulation/test_probes.py",
     **dict.fromkeys(("heat", "particle_heat", "contact_conduction"), "test_heat_decks.py"),
-    **dict.fromkeys(("gas_heat", "hot_gas_walls"), "test_gas_heat_decks.py"),
+    **dict.fromkeys(("gas_heat", "hot_gas_walls", "inlet_temperatures"), "test_gas_heat_decks.py"),
 }
 OTHER_OPTIONS |= dict.fromkeys(GAS_OPTIONS, "test_gas_decks.py")
 

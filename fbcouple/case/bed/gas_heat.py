@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from fbcouple.case.bed.derived import fastest_inlet
+from fbcouple.case.bed.streams import list_streams
 from fbcouple.case.schema.gas import Gas
 from fbcouple.case.schema.heat import Heat
 from fbcouple.case.schema.sections import Case
@@ -35,6 +36,35 @@ def find_capacity(heat: Heat, gas: Gas) -> float:
     """Heat capacity of the gas [J/(m3 K)]."""
     assert heat.gas_specific_heat is not None
     return gas.density * heat.gas_specific_heat
+
+
+def has_inlet_temperatures(case: Case) -> bool:
+    """Does gas come in by an inlet with a temperature of its own?"""
+    if case.heat is None or case.gas is None:
+        return False
+    own = [stream for stream in list_streams(case) if stream.temperature is not None]
+    return not all(stream.is_closed for stream in own)
+
+
+def list_inlet_temperatures(case: Case) -> list[float]:
+    """Temperatures [K] of the gas of each inlet that ever lets gas in."""
+    assert case.heat is not None and case.heat.gas_temperature is not None
+    moving = [stream for stream in list_streams(case) if not stream.is_closed]
+    return [stream.temperature or case.heat.gas_temperature for stream in moving]
+
+
+def weigh_inlets(case: Case) -> Gas:
+    """The gas with the areas of its inlets times the density of theirs over that of the case: what comes in by them is
+    then the volume that the same mass has at the density of the case."""
+    assert case.gas is not None
+    heat = case.heat
+    if heat is None or not heat.has_ideal_gas or not has_inlet_temperatures(case):
+        return case.gas
+    start = heat.gas_temperature
+    assert start is not None
+    areas = [(inlet.area or 0.0) * start / (inlet.temperature or start) for inlet in case.gas.inlets]
+    inlets = [inlet.model_copy(update={"area": area}) for inlet, area in zip(case.gas.inlets, areas, strict=True)]
+    return case.gas.model_copy(update={"inlets": tuple(inlets)})
 
 
 def has_hot_walls(heat: Heat) -> bool:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fbcouple.case.bed.gas_heat import find_conductivity, list_wall_temperatures
+from fbcouple.case.bed.gas_heat import find_conductivity, list_inlet_temperatures, list_wall_temperatures
 from fbcouple.case.bed.number import Number, judge
 from fbcouple.case.bed.particle_types import find_ratio
 from fbcouple.case.bed.positions import start_temperatures
@@ -50,24 +50,24 @@ def describe_conduction(case: Case, cell: np.ndarray) -> Iterator[Number]:
 
 
 def describe_density(case: Case, folder: Path = Path()) -> Iterator[Number]:
-    """Density that the gas has by the law of ideal gases at the temperature of particles, fed ones too, or walls that
-    is farthest from its own, over the density of the case, which the run takes everywhere unless the gas is an ideal
-    one. The case's own files lie in `folder`."""
+    """Density that the gas has by the law of ideal gases at the temperature of particles, fed ones too, inlets or walls
+    that is farthest from its own, over the density of the case, which the run takes everywhere unless the gas is an
+    ideal one. The case's own files lie in `folder`."""
     heat, gas = case.heat, case.gas
     if not (heat and gas and heat.gas_temperature) or heat.has_ideal_gas or gas.density > _LIQUID:
         return
     fed = [feed.temperature for feed in (case.particles.feeds if case.particles else ())]
     start = start_temperatures(case, folder) if case.particles else None
     held = [heat.particle_temperature] if start is None else [float(start.min()), float(start.max())]
-    others = [*held, *fed, *list_wall_temperatures(heat)]
+    others = [*held, *fed, *list_wall_temperatures(heat), *list_inlet_temperatures(case)]
     ratios = [heat.gas_temperature / other for other in others if other]
     if not ratios:
         return
     ratio = max(ratios, key=lambda value: abs(math.log(value)))
     meaning = (
-        "Density that the gas has, by the law of ideal gases, once it is as warm as the particles or walls that are "
-        "farthest from its own temperature, over that of the case. The run takes the latter everywhere: the speed of "
-        'gas that is warmed in the bed is as much too low; heat.gas_density = "ideal" lets the density follow.'
+        "Density that the gas has, by the law of ideal gases, where it is as warm as the particles, inlets or walls "
+        "that are farthest from its own temperature, over that of the case. The run takes the latter everywhere: the "
+        'speed of gas that is warmed in the bed is as much too low; heat.gas_density = "ideal" lets the density follow.'
     )
     allowed = f"{1.0 - STEADY:g} to {1.0 + STEADY:g}"
     yield Number("density of warm gas", ratio, "1", allowed, judge(abs(ratio - 1.0) <= STEADY), meaning)

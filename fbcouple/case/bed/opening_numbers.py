@@ -33,7 +33,10 @@ def describe_openings(case: Case, region: Region, folder: Path) -> Iterator[Numb
         times, velocities = np.array(stream.rows).T
         velocity = float(velocities[np.abs(velocities).argmax()])
         when = f"at most, over {len(times)} rows of time" if len(times) > 1 else "all the time"
-        meaning = f"{describe(stream.opening).capitalize()}: {area:.7g} m2 of the mesh, {velocity:g} m s-1 {when}."
+        warm = "" if stream.temperature is None else f", {stream.temperature:g} K"
+        meaning = (
+            f"{describe(stream.opening).capitalize()}: {area:.7g} m2 of the mesh, {velocity:g} m s-1 {when}{warm}."
+        )
         yield Number(f"inlet {number}", area * velocity, "m3 s-1", None, None, meaning)
         beyond = 0.0 if isinstance(stream.profile, str) else stream.profile.beyond
         if stream.opening.shape is not None and not stream.is_closed:

@@ -42,6 +42,8 @@ class Stream:
     rows: Rows
     profile: Literal["flat", "parabolic"] | Profile = "flat"
     """Over the opening; what a file says is read where its folder is known (`find_openings`)."""
+    temperature: float | None = None
+    """Of its gas [K]; None: that of the gas at the start."""
 
     @property
     def is_flat(self) -> bool:
@@ -73,7 +75,10 @@ def list_streams(case: Case) -> tuple[Stream, ...]:
     """The streams of a case; of one without `inlets` that of the whole inlet, and of the closed nozzle."""
     assert case.gas is not None
     if case.gas.inlets:
-        return tuple(Stream(find_opening(inlet), inlet_rows(inlet), inlet.profile) for inlet in case.gas.inlets)
+        return tuple(
+            Stream(find_opening(inlet), inlet_rows(inlet), inlet.profile, inlet.temperature)
+            for inlet in case.gas.inlets
+        )
     if case.domain.shape == "file":
         return (Stream(Opening(patches=(case.domain.inlet or INLET,)), inlet_ramp(case.gas)),)
     if case.gas.closed_nozzle_size is None:

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from fbcouple.case.alternatives import word_removal
-from fbcouple.case.bed.derived import dem_step, effective
+from fbcouple.case.bed.derived import dem_step, effective, inlet_rows
 from fbcouple.case.bed.gas_heat import has_hot_walls
 from fbcouple.case.bed.particle_types import Kind, list_kinds, particle_count
 from fbcouple.case.checks.contact import is_hertz
@@ -22,7 +22,7 @@ from fbcouple.geometry.sides import SIDES
 from fbcouple.physics.heat.contact_conduction import find_conductance, find_overlap_radius
 
 _GAS_KEYS = {
-    "gas_temperature": "the temperature in K at which it starts and comes in",
+    "gas_temperature": "the temperature in K at which it starts, and comes in where an inlet has none of its own",
     "gas_specific_heat": "the specific heat in J/(kg K), of air 1006",
 }
 _PARTICLE_KEYS = {
@@ -60,6 +60,20 @@ def _find_idle(heat: Heat, phase: str, is_there: bool, keys: tuple[str, ...]) ->
     for key in () if is_there else keys:
         if getattr(heat, key) not in (None, "none"):
             yield Problem(f"heat.{key}", f"the case has no [{phase}]; remove it, or add [{phase}].")
+
+
+@check("heat", "gas", "gas.inlets")
+def check_inlet_temperatures(case: Case, folder: Path) -> Iterator[Problem]:
+    """Somebody looks at the temperature of an inlet: the case has heat, and gas comes in by it."""
+    for number, inlet in enumerate(case.gas.inlets if case.gas else (), start=1):
+        if inlet.temperature is None:
+            continue
+        text = f"inlet {number}: temperature = {inlet.temperature:g} K is given and"
+        if case.heat is None:
+            yield Problem("gas.inlets", f"{text} the case has no [heat]; remove it, or add [heat].")
+        elif not any(velocity for _, velocity in inlet_rows(inlet)):
+            mend = "remove it (the temperature of a wall is one of [[heat.walls]])"
+            yield Problem("gas.inlets", f"{text} it lets no gas in; {mend}.")
 
 
 @check("heat.gas_conductivity", "heat.prandtl", "gas")

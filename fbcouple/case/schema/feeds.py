@@ -13,6 +13,7 @@ from fbcouple.case.schema.option import (
     Point,
     Positive,
     Section,
+    Temperature,
     Texts,
     Vector,
     as_tuple,
@@ -45,9 +46,7 @@ class Feed(Section):
         "Temperature with which they appear, in a case with [heat]; absent: heat.particle_temperature.",
         "K",
         None,
-        gt=0.0,
-        le=1e5,
-        allow_inf_nan=False,
+        **Temperature,
     )
     start: float = option("Time from which it feeds.", "s", 0.0, **NonNegative)
     end: float | None = option("Time until which it feeds; absent: to the end.", "s", None, **Positive)

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import BeforeValidator
 
-from fbcouple.case.schema.option import Positive, Section, as_tuple, option
-
-Temperature: dict[str, Any] = {"gt": 0.0, "le": 1e5, "allow_inf_nan": False}
+from fbcouple.case.schema.option import Positive, Section, Temperature, as_tuple, option
 
 
 class HeatWall(Section):
@@ -33,7 +31,8 @@ HeatWalls = Annotated[tuple[HeatWall, ...], BeforeValidator(as_tuple)]
 
 class Heat(Section):
     gas_temperature: float | None = option(
-        "Temperature of the gas at the start, and of what comes in by inlets. Needed with [gas].",
+        "Temperature of the gas at the start, and of what comes in by inlets that have none of their own. Needed with "
+        "[gas].",
         "K",
         None,
         **Temperature,

@@ -12,6 +12,7 @@ from fbcouple.case.schema.option import (
     NonNegative,
     Ramp,
     Section,
+    Temperature,
     Texts,
     as_tuple,
     option,
@@ -67,6 +68,13 @@ class Inlet(Section):
     )
     peak: float | None = option(
         "Largest velocity of `profile_file` over its mean; filled in.", default=None, ge=1.0 - 1e-9, allow_inf_nan=False
+    )
+    temperature: float | None = option(
+        "Temperature of the gas that comes in by it, in a case with [heat]; absent: heat.gas_temperature. The velocity "
+        "is that of the gas as warm as this.",
+        "K",
+        None,
+        **Temperature,
     )
     area: float | None = option(
         "Area that it lets gas through by, without what later inlets cover; filled in.", "m2", None, **NonNegative

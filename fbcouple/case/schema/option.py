@@ -8,6 +8,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 Positive: dict[str, Any] = {"gt": 0.0, "allow_inf_nan": False}
 NonNegative: dict[str, Any] = {"ge": 0.0, "allow_inf_nan": False}
+Temperature: dict[str, Any] = {"gt": 0.0, "le": 1e5, "allow_inf_nan": False}
 
 
 def as_tuple(value: Any) -> Any:

@@ -119,7 +119,7 @@ void Gas::holdAtInlets()
         const fvPatchScalarField& Tp = T.boundaryField()[patchi];
         const fvPatchVectorField& Up = U_.boundaryField()[patchi];
         if (!Up.fixesValue() || !isA<inletOutletFvPatchScalarField>(Tp)) continue;
-        const scalarField& inflow = refCast<const inletOutletFvPatchScalarField>(Tp).refValue();
+        const scalarField inflow(inflowTemperature(Tp));
         const scalarField inside(Tp.patchInternalField());
         const vectorField& Sf = Up.patch().Sf();
         scalarField& heldp = expanded_().boundaryFieldRef()[patchi];

@@ -14,6 +14,12 @@ using namespace Foam;
 // Times [s] and superficial velocities [m/s] of an inlet.
 typedef List<Tuple2<scalar, scalar>> Table;
 
+// Superficial velocity [m/s], inwards, of what stream k lets in by each face of an inlet: `superficialInletVelocity`.
+tmp<scalarField> streamVelocity(const fvPatchVectorField& inlet, const label k);
+
+// Temperature [K] of what comes in now by each face of an opening: `inletOutlet` or `mixedInletTemperature`.
+tmp<scalarField> inflowTemperature(const fvPatchScalarField& opening);
+
 class Gas
 {
     // Never destroyed, like the gas itself: its end would end the process, also while a constructor throws.

@@ -46,10 +46,8 @@ class superficialInletVelocityFvPatchVectorField
     // The superficial velocity of each face, inwards.
     tmp<scalarField> velocities() const
     {
-        const scalar time = db().time().value();
-        if (shares_.empty()) return tmp<scalarField>(new scalarField(size(), velocity(tables_[0], time)));
         tmp<scalarField> sum(new scalarField(size(), Zero));
-        forAll(tables_, k) sum.ref() += velocity(tables_[k], time)*shares_[k];
+        forAll(tables_, k) sum.ref() += velocities(k);
         return sum;
     }
 
@@ -173,6 +171,16 @@ public:
         forAll(shares_, k) shares_[k].rmap(other.shares_[k], addressing);
     }
 
+    label streams() const { return tables_.size(); }
+
+    // The part of stream k in the superficial velocity of each face, inwards.
+    tmp<scalarField> velocities(const label k) const
+    {
+        const scalar now = velocity(tables_[k], db().time().value());
+        if (shares_.empty()) return tmp<scalarField>(new scalarField(size(), now));
+        return now*shares_[k];
+    }
+
     // Other times and velocities from now on, of as many inlets as before.
     void setTables(const List<Table>& tables)
     {
@@ -209,6 +217,16 @@ public:
 
 makePatchTypeField(fvPatchVectorField, superficialInletVelocityFvPatchVectorField);
 
+}
+
+Foam::tmp<Foam::scalarField> fbcouple::streamVelocity(const fvPatchVectorField& inlet, const label k)
+{
+    const auto& streams = refCast<const superficialInletVelocityFvPatchVectorField>(inlet);
+    if (k < streams.streams()) return streams.velocities(k);
+    FatalErrorInFunction
+        << "patch " << inlet.patch().name() << " has " << streams.streams() << " tables, number " << k + 1
+        << " has a temperature" << exit(FatalError);
+    return tmp<scalarField>();
 }
 
 // The inlet of a gas that goes on from saved fields follows `tables` from now on. Where it had OpenFOAM's own condition,
