@@ -16,6 +16,7 @@ from fbcouple.case.bed.drag_balance import minimum_fluidization, terminal_veloci
 from fbcouple.case.bed.exchange_numbers import measure_cells, time_exchange
 from fbcouple.case.bed.feeds import count_fed
 from fbcouple.case.bed.fluid_step import gas_step
+from fbcouple.case.bed.gas_heat import warm_gas
 from fbcouple.case.bed.heat_numbers import describe_conduction, describe_density
 from fbcouple.case.bed.number import Law, Number
 from fbcouple.case.bed.number import judge as _judge
@@ -247,7 +248,9 @@ def _spread_out(case: Case, velocity: float, region: Region) -> float:
 
 
 def _fluidize(case: Case, law: Law | None, region: Region) -> Iterator[Number]:
-    """Of gas that flows up; its velocity is that of the column where the inlet is a part of its cross-section."""
+    """Of gas that flows up; its velocity is that of the column where the inlet is a part of its cross-section, of an
+    ideal gas once it is as warm as the particles."""
+    case = warm_gas(case)
     assert case.gas is not None and case.particles is not None
     if case.gravity == 0.0 or mean_density(case.particles) <= case.gas.density:
         return
@@ -259,6 +262,8 @@ def _fluidize(case: Case, law: Law | None, region: Region) -> Iterator[Number]:
         return
     onset, there = minimum_fluidization(case, law=law), _spread_out(case, fastest, region)
     meaning = "U_mf of the case's drag law at voidage 0.40; below it the bed stays packed."
+    if case.heat and case.heat.has_ideal_gas:
+        meaning += " Both of gas that is as warm as the particles at the start."
     yield Number("minimum fluidization", onset, "m s-1", f"below U_f = {there:g}", _judge(onset < there), meaning)
     yield from watch_columns(case, there, law)
     yield from measure_bubbles(case, region, there - onset)

@@ -87,3 +87,12 @@ def test_what_is_fed_and_what_a_file_says_of_the_start_may_be_the_farthest(tmp_p
 
 def test_the_density_of_a_liquid_is_not_that_of_an_ideal_gas():
     assert find([*HEAT, "gas.density=1000.0"], "density of warm gas") is None
+
+
+def test_an_ideal_gas_fluidizes_as_warm_as_the_particles_make_it():
+    ideal = [*HEAT, 'heat.gas_density="ideal"', "heat.particle_temperature=586.3"]
+    cold, warm = find(HEAT, "minimum fluidization"), find(ideal, "minimum fluidization")
+    assert cold.limit == "below U_f = 1.2" and warm.limit == "below U_f = 2.4"
+    assert warm.meaning.endswith("gas that is as warm as the particles at the start.")
+    thin = find([f"gas.density={1.165 / 2.0}"], "minimum fluidization")
+    assert warm.value == pytest.approx(thin.value, rel=1e-9) and warm.value > cold.value

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
-from fbcouple.case.bed.derived import fastest_inlet
+from fbcouple.case.bed.derived import fastest_inlet, inlet_ramp
 from fbcouple.case.bed.streams import list_streams
 from fbcouple.case.schema.gas import Gas
 from fbcouple.case.schema.heat import Heat
@@ -65,6 +66,31 @@ def weigh_inlets(case: Case) -> Gas:
     areas = [(inlet.area or 0.0) * start / (inlet.temperature or start) for inlet in case.gas.inlets]
     inlets = [inlet.model_copy(update={"area": area}) for inlet, area in zip(case.gas.inlets, areas, strict=True)]
     return case.gas.model_copy(update={"inlets": tuple(inlets)})
+
+
+def warm_gas(case: Case) -> Case:
+    """Of an ideal gas the case whose gas, its density and its inflow, is as warm as the particles are at the start,
+    which it is soon after it has come in; any other case as it is."""
+    heat, gas = case.heat, case.gas
+    if (
+        gas is None
+        or heat is None
+        or not heat.has_ideal_gas
+        or not (heat.gas_temperature and heat.particle_temperature)
+    ):
+        return case
+    ratio = heat.particle_temperature / heat.gas_temperature
+    update: dict[str, Any] = {"density": gas.density / ratio}
+    if gas.inlets:
+        weighed = weigh_inlets(case).inlets
+        areas = [(inlet.area or 0.0) * ratio for inlet in weighed]
+        update["inlets"] = tuple(
+            inlet.model_copy(update={"area": area}) for inlet, area in zip(weighed, areas, strict=True)
+        )
+    else:
+        rows = tuple((time, velocity * ratio) for time, velocity in inlet_ramp(gas))
+        update |= {"inlet_velocity": None, "inlet_ramp": rows}
+    return case.model_copy(update={"gas": gas.model_copy(update=update)})
 
 
 def has_hot_walls(heat: Heat) -> bool:
