@@ -4,6 +4,7 @@ import ctypes
 import os
 import signal
 from collections.abc import Callable
+from functools import partial
 
 SIGNALS = (signal.SIGTERM, signal.SIGUSR1, signal.SIGINT)
 LONGEST_WAIT = 20.0
@@ -17,11 +18,11 @@ _SIGNAL_AT_PARENTS_END = 1
 def follow_parent(number: int) -> Callable[[], None]:
     """For `preexec_fn` of a new process: it is sent the signal `number` where this process, or the thread that began
     it, dies, also if that was before it could be told."""
-    library, parent = ctypes.CDLL(None), os.getpid()
+    return partial(follow, number, os.getpid(), ctypes.CDLL(None))
 
-    def follow() -> None:
-        library.prctl(_SIGNAL_AT_PARENTS_END, number)
-        if os.getppid() != parent:
-            os.kill(os.getpid(), number)
 
-    return follow
+def follow(number: int, parent: int, library: ctypes.CDLL | None = None) -> None:
+    """From now on this process is sent the signal `number` where its `parent`, by its id, dies, or has died."""
+    (library or ctypes.CDLL(None)).prctl(_SIGNAL_AT_PARENTS_END, number)
+    if os.getppid() != parent:
+        os.kill(os.getpid(), number)

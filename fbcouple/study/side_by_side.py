@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 
 from fbcouple.launcher.stop_signals import Requests
 from fbcouple.machine.environment import child_environment, hand_down
-from fbcouple.machine.stop_signals import SIGNALS
+from fbcouple.machine.stop_signals import SIGNALS, follow
 
 T = TypeVar("T")
 _LOOK_EVERY = 0.2
@@ -63,7 +63,9 @@ def _begin_all(
     """All calls handed to `jobs` processes, which put their numbers into `numbers` as soon as they listen; those that
     are not begun at the end of the block are given up."""
     environment = child_environment()
-    pool = ProcessPoolExecutor(jobs, get_context("spawn"), initializer=_begin, initargs=(environment, numbers))
+    pool = ProcessPoolExecutor(
+        jobs, get_context("spawn"), initializer=_begin, initargs=(environment, numbers, os.getpid())
+    )
     # A process starts with this one's mask: a signal waits until it listens, and does not end it.
     before = signal.pthread_sigmask(signal.SIG_BLOCK, _ALL)
     try:
@@ -79,8 +81,12 @@ def _begin_all(
                 future.cancel()
 
 
-def _begin(environment: dict[str, str], numbers: Any) -> None:
-    """A process inherits also what an MPI in the one that started it has told its C library, and no run could start."""
+def _begin(environment: dict[str, str], numbers: Any, study: int) -> None:
+    """A process inherits also what an MPI in the one that started it has told its C library, and no run could start.
+
+    It ends with the `study`, by its id; the run in it is then asked to stop.
+    """
+    follow(signal.SIGKILL, study)
     os.environ.clear()
     os.environ.update(environment)
     for number in SIGNALS:

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -97,6 +98,36 @@ def test_members_are_interrupted_and_go_on(write, tmp_path, number, jobs):
     assert again.returncode == 0 and said.count(": complete (") == 2, said
     assert (first / "results.nc").stat().st_mtime_ns == kept and read_ending(second)["seconds"] > ending["seconds"]
     assert f"--resume {stopped}" in " ".join(read_command(second)), "it went on from where it was stopped"
+
+
+def list_processes(folder: Path) -> list[str]:
+    """Commands of the processes that have to do with a folder."""
+    found = []
+    for file in Path("/proc").glob("[0-9]*/cmdline"):
+        with suppress(OSError):
+            found += [text] if str(folder) in (text := file.read_bytes().replace(b"\0", b" ").decode()) else []
+    return found
+
+
+def test_nothing_goes_on_after_a_study_that_was_killed(write, tmp_path):
+    study, out = write(text=STEPS), tmp_path / "out"
+    runs = [out / "members" / name for name in ("max_step-0.0002", "max_step-0.0001")]
+    process = start("error-vs-time", study, out, "-j", "2")
+    wait_for(lambda: any(map(has_rows, runs)), process)
+    others = [int(file.parent.name) for file in Path("/proc").glob("[0-9]*/stat") if is_child(file, process.pid)]
+    process.kill()
+    process.communicate(timeout=LONGEST)
+    end = time.monotonic() + LONGEST
+    while (left := list_processes(out)) or any(Path(f"/proc/{number}").exists() for number in others):
+        assert time.monotonic() < end, left
+        time.sleep(0.1)
+    assert len(others) >= 2 and any(map(list_checkpoints, runs))
+
+
+def is_child(file: Path, parent: int) -> bool:
+    with suppress(OSError):
+        return int(file.read_text().rpartition(")")[2].split()[1]) == parent
+    return False
 
 
 def test_scenes_are_interrupted(write, tmp_path):
