@@ -27,6 +27,7 @@ from fbcouple.postproc.figures import (
     sections,
     snapshots,
     spectrum,
+    temperature,
     throughput,
 )
 from fbcouple.postproc.figures.registry import COMPARISONS, FIGURES
@@ -62,6 +63,7 @@ __all__ = [
     "sections",
     "snapshots",
     "spectrum",
+    "temperature",
     "throughput",
     "views",
 ]

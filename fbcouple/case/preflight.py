@@ -17,7 +17,7 @@ from fbcouple.case.bed.exchange_numbers import measure_cells, time_exchange
 from fbcouple.case.bed.feeds import count_fed
 from fbcouple.case.bed.fluid_step import gas_step
 from fbcouple.case.bed.gas_heat import warm_gas
-from fbcouple.case.bed.heat_numbers import describe_conduction, describe_density
+from fbcouple.case.bed.heat_numbers import describe_conduction, describe_density, describe_temperatures
 from fbcouple.case.bed.number import Law, Number
 from fbcouple.case.bed.number import judge as _judge
 from fbcouple.case.bed.opening_numbers import describe_openings
@@ -85,6 +85,7 @@ def estimate(case: Case, law: Law | None = None, folder: Path = Path()) -> list[
             parts.append(partial(describe_openings, region=region, folder=folder))
     if case.gas and case.heat:
         parts.append(partial(describe_density, folder=folder))
+    parts.append(describe_temperatures)
     if case.gas and case.particles and case.exchange:
         parts.append(partial(measure_cells, cell=region.spacing))
         parts.append(partial(describe_conduction, cell=np.asarray(region.spacing)))

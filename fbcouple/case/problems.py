@@ -111,7 +111,11 @@ def format_errors(
         elif detail["type"] == "missing" and not is_entry:
             missing[key] = _format_missing(key, root)
         else:
-            found[key] = _format_wrong(key, _look_up(raw, location), root)
+            wrong = _format_wrong(key, _look_up(raw, location), root)
+            number = next((part + 1 for part in location if isinstance(part, int)), None)
+            table = f"{_write_head('.'.join(parts[:-1]), root)} {number}: " if number is not None else ""
+            spoiled.add(key)
+            found[f"{key}{number or ''}"] = wrong if number is None else Problem(wrong.key, f"{table}{wrong.text}")
     told = {key: problem for key, problem in missing.items() if key not in meant}
     return [*found.values(), *told.values()], {*found, *missing, *meant, *spoiled}
 

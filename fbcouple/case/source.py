@@ -144,9 +144,13 @@ def apply_settings(raw: dict[str, Any], sets: Sequence[str]) -> tuple[set[str], 
     for setting in sets:
         key, equals, text = setting.partition("=")
         parts = [part.strip() for part in key.split(".")]
-        if not equals or not all(parts) or len(parts) > 2:
+        in_table = len(parts) == 4 and parts[2].isdecimal()
+        if not equals or not all(parts) or (len(parts) > 2 and not in_table):
+            text = (
+                "is not a setting; write key=value or section.key=value, as gas.density=1.2, of one of several tables"
+            )
             problems.append(
-                Problem(show(setting), "is not a setting; write key=value or section.key=value, as gas.density=1.2.")
+                Problem(show(setting), f"{text} section.tables.number.key=value, as gas.inlets.2.velocity=3.")
             )
         elif key.strip() in FILE_KEYS:
             problems.append(Problem(key.strip(), "is read from case files alone; write it into one."))
@@ -154,6 +158,9 @@ def apply_settings(raw: dict[str, Any], sets: Sequence[str]) -> tuple[set[str], 
             problems.append(Problem(show(setting), "is not UTF-8 text; use characters that your terminal can encode."))
         elif not text.strip():
             problems.append(Problem(".".join(parts), "no value is given; write a value after the equals sign."))
+        elif in_table:
+            problems += _place_in_table(raw, parts, read_value(text))
+            keys.add(".".join(parts[:2]))
         elif not _place(raw, parts, read_value(text)):
             problems.append(Problem(".".join(parts), f"{parts[0]} is not a section in the case file; fix it there."))
         else:
@@ -178,6 +185,23 @@ def _place(raw: dict[str, Any], parts: list[str], value: Any) -> bool:
         table = inner
     table[parts[-1]] = value
     return True
+
+
+def _place_in_table(raw: dict[str, Any], parts: Sequence[str], value: Any) -> list[Problem]:
+    """Put a value into one of the tables of a list, which are counted from 1."""
+    section, name, number, key = parts
+    inner = raw.get(section)
+    inner = inner if isinstance(inner, dict) else {}
+    tables = inner.get(name)
+    if not isinstance(tables, list | tuple) or not all(isinstance(table, dict) for table in tables):
+        return [Problem(".".join(parts), f"the case has no tables [[{section}.{name}]]; fix it in the case file.")]
+    index = int(number) - 1
+    if not 0 <= index < len(tables):
+        text = f"the case has {len(tables)} tables [[{section}.{name}]], counted from 1 as in its file"
+        return [Problem(".".join(parts), f"{text}; give one of these.")]
+    changed = [table | {key: value} if n == index else table for n, table in enumerate(tables)]
+    raw[section] = inner | {name: changed}
+    return []
 
 
 def read_value(text: str) -> Any:

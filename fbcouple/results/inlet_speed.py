@@ -26,6 +26,19 @@ def _list_parts(gas: Mapping[str, Any]) -> list[tuple[float, list[Row]]]:
     return [(1.0, _list_own(gas, "inlet_velocity", "inlet_ramp"))]
 
 
+def weigh_inlets(gas: Mapping[str, Any], heat: Mapping[str, Any] | None) -> Mapping[str, Any]:
+    """The gas of a case with `heat`, the areas of its inlets times the density of theirs over that of the case, which
+    differ in an ideal gas alone: what passes them is then a mass over the density of the case."""
+    if not heat or heat.get("gas_density") != "ideal" or not gas.get("inlets"):
+        return gas
+    start = float(heat["gas_temperature"])
+    ratios = [start / float(inlet.get("temperature") or start) for inlet in gas["inlets"]]
+    inlets = [
+        {**inlet, "area": float(inlet["area"]) * ratio} for inlet, ratio in zip(gas["inlets"], ratios, strict=True)
+    ]
+    return {**gas, "inlets": inlets}
+
+
 def is_constant(gas: Mapping[str, Any]) -> bool:
     """Does the inflow have one velocity from the start to the end?"""
     return len(list_rows(gas)) == 1 and gas.get("inlet_ramp") is None

@@ -15,7 +15,7 @@ import xarray as xr
 from fbcouple.errors import CaseError
 from fbcouple.input_files.toml_text import parse_toml
 from fbcouple.paths import list_replicas
-from fbcouple.results.inlet_speed import find_fastest
+from fbcouple.results.inlet_speed import find_fastest, weigh_inlets
 from fbcouple.results.pooling import WINDOW_MEAN, pool
 from fbcouple.results.replicas import REDUCED, open_replicas, read_results
 from fbcouple.results.told import list_told
@@ -155,9 +155,16 @@ class Results:
 
     @property
     def gas_flux(self) -> float | None:
-        """Mass flux of the gas at the inlet, rho U_f [kg m-2 s-1], the paper's unit of flux; None without one."""
-        speed = self.inlet_speed
-        return None if speed is None else float(self.case["gas"]["density"]) * speed
+        """Mass flux of the gas at the inlet, rho U_f [kg m-2 s-1], the paper's unit of flux; None without one. Of an
+        ideal gas each inlet has the density of its temperature."""
+        gas = self.case.get("gas")
+        if gas is None:
+            return None
+        weighed = weigh_inlets(gas, self.case.get("heat"))
+        return (
+            float(gas["density"]) * max(find_fastest(weighed, *window) for window in self.windows or [self.span])
+            or None
+        )
 
     @property
     def weight_per_area(self) -> float | None:

@@ -16,9 +16,8 @@ import numpy as np
 
 from fbcouple.case.bed import derived
 from fbcouple.case.bed.drag_balance import EXPANDED
-from fbcouple.case.bed.gas_heat import list_inlet_temperatures, list_wall_temperatures
+from fbcouple.case.bed.gas_heat import list_inlet_temperatures, list_temperatures
 from fbcouple.case.bed.particle_types import count_kinds, list_kinds, mean_kind
-from fbcouple.case.schema.heat import Heat
 from fbcouple.case.schema.sections import Case
 
 Row = dict[str, Any]
@@ -172,12 +171,12 @@ def find_heat_error(case: Case, rows: list[Row]) -> float:
 
 @indicator("temperature", 1e-9, 1e-2)
 def find_strange_temperature(case: Case, rows: list[Row]) -> float:
-    """Farthest temperature of a cell or particle outside those that the scene gives gas, particles and walls, over
-    their range."""
+    """Farthest temperature of a cell or particle outside those that the scene gives gas, inlets, particles, feeds and
+    walls, over their range."""
     heat = case.heat
     if heat is None:
         return math.nan
-    given = _list_temperatures(heat)
+    given = list_temperatures(case)
     below = min(given) - min(row["min_temperature"] for row in rows)
     above = max(row["max_temperature"] for row in rows) - max(given)
     return max(0.0, below, above) / (max(given) - min(given) or max(given))
@@ -202,15 +201,8 @@ def find_speed(case: Case) -> float:
     gas = derived.open_velocity(case) / (EXPANDED if case.particles else 1.0) if case.gas else 0.0
     heat = case.heat
     if heat and heat.has_ideal_gas and heat.gas_temperature:
-        inflows = list_inlet_temperatures(case) or [heat.gas_temperature]
-        gas *= max(*_list_temperatures(heat), *inflows) / min(inflows)
+        gas *= max(list_temperatures(case)) / min([*list_inlet_temperatures(case), heat.gas_temperature])
     return gas + math.sqrt(2.0 * case.gravity * case.domain.size[2]) or 1.0
-
-
-def _list_temperatures(heat: Heat) -> list[float]:
-    """Temperatures [K] that a scene gives gas, particles and walls."""
-    phases = heat.gas_temperature, heat.particle_temperature
-    return [one for one in (*phases, *list_wall_temperatures(heat)) if one]
 
 
 def _mass(case: Case) -> float:

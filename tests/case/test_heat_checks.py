@@ -12,6 +12,7 @@ from fbcouple.case.bed.gas_heat import weigh_inlets
 from fbcouple.case.load import load_case, write_case
 from fbcouple.case.preflight import estimate
 from fbcouple.errors import CaseError
+from fbcouple.study.indicators import find_strange_temperature
 
 GAS = {"gas_temperature": 293.15, "gas_specific_heat": 1010.0, "prandtl": 0.8}
 PARTICLES = {"particle_temperature": 363.15, "particle_specific_heat": 840.0}
@@ -186,7 +187,7 @@ def test_conduction_in_a_step_is_looked_at_for_every_kind():
     assert load_case("patil/c2", [*large, *settings(stable)]).heat is not None, "few large ones touch a small one"
 
 
-def write_inlets(folder, jet, heat, density="constant"):
+def write_inlets(folder, jet, heat, density="constant", sets=()):
     """`patil/c2` with a floor of 1.2 m/s, and a `jet` in it."""
     lines = [
         'base = "patil/c2"',
@@ -200,19 +201,20 @@ def write_inlets(folder, jet, heat, density="constant"):
         *("[[gas.inlets]]", "circle = [0.04, 0.007, 0.01]", *jet),
     ]
     (folder / "case.toml").write_text("\n".join(lines))
-    return load_case(str(folder))
+    return load_case(str(folder), sets)
 
 
 @pytest.mark.parametrize(
     ("velocity", "heat", "words"),
     [
-        (2.0, {}, "the case has no [heat]; remove it, or add [heat]."),
-        (0.0, ALL, "it lets no gas in; remove it"),
+        ("velocity = 2.0", {}, "the case has no [heat]; remove it, or add [heat]."),
+        ("velocity = 0.0", ALL, "it lets no gas in; remove it"),
+        ("ramp = [[0.0, 0.0], [0.1, -1.0]]", ALL, "it lets no gas in; remove it"),
     ],
 )
 def test_a_temperature_of_an_inlet_that_nothing_looks_at_is_refused(tmp_path, velocity, heat, words):
     with pytest.raises(CaseError) as caught:
-        write_inlets(tmp_path, [f"velocity = {velocity}", "temperature = 500.0"], heat)
+        write_inlets(tmp_path, [velocity, "temperature = 500.0"], heat)
     (problem,) = caught.value.problems
     assert f"gas.inlets: inlet 2: temperature = 500 K is given and {words}" in problem
 
@@ -228,3 +230,44 @@ def test_an_inlet_of_another_temperature_is_told_and_counts_as_a_volume_at_the_d
     by_floor = 1.2 * (section - circle)
     assert fastest_inlet(weigh_inlets(constant)) == pytest.approx((by_floor + 2.0 * circle) / section)
     assert fastest_inlet(weigh_inlets(ideal)) == pytest.approx((by_floor + 1.0 * circle) / section)
+
+
+def test_one_inlet_of_several_is_set_by_its_number(tmp_path):
+    jet = ["velocity = 2.0", "temperature = 500.0"]
+    case = write_inlets(tmp_path, jet, ALL, sets=["gas.inlets.2.temperature=400.0", "gas.inlets.1.velocity=1.5"])
+    floor, own = case.gas.inlets
+    assert (floor.velocity, floor.temperature, own.velocity, own.temperature) == (1.5, None, 2.0, 400.0)
+
+
+@pytest.mark.parametrize(
+    ("setting", "words"),
+    [
+        ("gas.inlets.3.velocity=1.0", "gas.inlets.3.velocity: the case has 2 tables [[gas.inlets]], counted from 1"),
+        ("gas.outlets.1.face=floor", "gas.outlets.1.face: the case has no tables [[gas.outlets]]; fix it"),
+        ("gas.inlets.2.temperature=-5.0", "gas.inlets.temperature: [[gas.inlets]] 2: -5.0 is given, a number above 0"),
+        ("gas.inlets.temperature=300.0", '"gas.inlets.temperature=300.0": is not a setting; write key=value'),
+    ],
+)
+def test_a_wrong_setting_of_a_table_names_it(tmp_path, setting, words):
+    with pytest.raises(CaseError) as caught:
+        write_inlets(tmp_path, ["velocity = 2.0", "temperature = 500.0"], ALL, sets=[setting])
+    (problem,) = caught.value.problems
+    assert problem.startswith(f"--set: {words}"), problem
+
+
+def test_a_temperature_in_degrees_celsius_is_told(tmp_path):
+    cold = write_inlets(tmp_path, ["velocity = 2.0", "temperature = 25.0"], ALL)
+    (number,) = (number for number in estimate(cold) if number.name == "lowest temperature")
+    assert number.value == 25.0 and number.verdict == "warn" and "give 298.15." in number.meaning
+    fit = write_inlets(tmp_path, ["velocity = 2.0", "temperature = 298.15"], ALL)
+    assert not [number for number in estimate(fit) if number.name == "lowest temperature"]
+
+
+def test_temperatures_of_inlets_and_feeds_are_none_that_are_strange(tmp_path):
+    case = write_inlets(tmp_path, ["velocity = 2.0", "temperature = 500.0"], ALL)
+    rows = [{"min_temperature": 293.15, "max_temperature": 499.0}]
+    assert find_strange_temperature(case, rows) == 0.0
+    assert find_strange_temperature(case, [rows[0] | {"max_temperature": 520.685}]) == pytest.approx(0.1)
+    feed = "particles.feeds=[{low=[0.0,0.0,0.2],high=[0.08,0.015,0.24],rate=100.0,temperature=900.0}]"
+    fed = load_case("patil/c2", [*settings(ALL), feed])
+    assert find_strange_temperature(fed, [{"min_temperature": 293.15, "max_temperature": 900.0}]) == 0.0

@@ -96,3 +96,5 @@ def test_an_ideal_gas_fluidizes_as_warm_as_the_particles_make_it():
     assert warm.meaning.endswith("gas that is as warm as the particles at the start.")
     thin = find([f"gas.density={1.165 / 2.0}"], "minimum fluidization")
     assert warm.value == pytest.approx(thin.value, rel=1e-9) and warm.value > cold.value
+    assert find(ideal, "DEM step").value < 0.7 * find(HEAT, "DEM step").value
+    assert find(ideal, "fluid step").value == pytest.approx(0.5 * find(HEAT, "fluid step").value, rel=1e-6)

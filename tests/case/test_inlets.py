@@ -280,3 +280,13 @@ def test_a_circle_on_the_floor_of_a_cylinder(tmp_path):
     assert case.gas.inlets[0].area == pytest.approx(np.pi * 0.012**2 / 4, rel=1e-12)
     problems = problems_of(tmp_path, JET.replace("[0.04, 0.01,", "[0.04, 0.074,"), text=text)
     assert [problem for problem in problems if "within the circle" in problem]
+
+
+def test_a_column_of_a_ramp_that_nothing_looks_at_is_refused(tmp_path):
+    (tmp_path / "jet.csv").write_text("time,velocity,temperature\n0,0,300\n0.05,10,500\n")
+    table = JET.replace("ramp = [[0.0, 0.0], [0.05, 10.0]]", 'ramp_file = "jet.csv"')
+    problems = problems_of(tmp_path, BACKGROUND, table)
+    assert any(
+        "inlet 2: " in one and 'jet.csv has the columns "temperature", which nothing looks at' in one
+        for one in problems
+    )

@@ -20,7 +20,7 @@ from tests.postproc.whole_run import write_whole
 NAMES = {"solids_fraction", "solids_flux", "flux_profile", "slices", "history", "cost"}
 """What the synthetic results allow; test_whole.py draws the others."""
 NOT_MEANT = {"fluidization_curve", "impact", "means_error", "measured_lines", "mixing", "probes"}
-NOT_MEANT |= {"radial_profiles", "sections", "throughput"}
+NOT_MEANT |= {"radial_profiles", "sections", "temperature", "throughput"}
 """What is for results of another kind, and is left out without a word."""
 
 

@@ -21,7 +21,7 @@ from tests.postproc.whole_run import write_whole
 
 LONG = "patil-c2-with-a-long-name-and-a-friction-of-0.25"
 LINE = "x,value,error\n0.02,-0.3,0.05\n0.04,0.0,0.05\n0.06,0.3,0.05\n"
-NOT_OF_A_BED = {"impact", "bed_views", "moment_slices", "radial_profiles", "throughput", "mixing"}
+NOT_OF_A_BED = {"impact", "bed_views", "moment_slices", "radial_profiles", "temperature", "throughput", "mixing"}
 
 
 @pytest.fixture(scope="module")

@@ -20,7 +20,16 @@ from fbcouple.results.writer import MeshTable, write_results
 from tests.postproc.whole_run import SIZE, write_whole
 
 CORNER = (-0.04, 2.0, 0.3)
-ALONE = ("impact", "bed_views", "moment_slices", "measured_lines", "radial_profiles", "throughput", "mixing")
+ALONE = (
+    "impact",
+    "bed_views",
+    "moment_slices",
+    "measured_lines",
+    "radial_profiles",
+    "temperature",
+    "throughput",
+    "mixing",
+)
 """Of frames, which these runs have not, of another case, and of measured lines, which this one has not."""
 
 

@@ -12,6 +12,7 @@ from fbcouple.case.bed.openings import find_stream_areas
 from fbcouple.case.bed.region import find_openings
 from fbcouple.case.bed.streams import find_area, find_opening, list_streams
 from fbcouple.case.companions import find_companion
+from fbcouple.case.problems import show
 from fbcouple.case.schema.inlets import Inlet
 from fbcouple.case.schema.sections import Case
 from fbcouple.errors import CaseError
@@ -81,7 +82,11 @@ def read_ramp(case: Case, inlet: Inlet, folder: Path) -> Rows:
 @lru_cache(maxsize=8)
 def _read_rows(path: Path, stamp: tuple[int, int]) -> Rows:
     """`stamp`: when the file was written, and its size; a load asks for it twice, to fill it in and to check it."""
-    table = read_table(path, _FORM).columns
+    read = read_table(path, _FORM)
+    if read.unread:
+        text = f"{path.name} has the columns {', '.join(map(show, read.unread))}, which nothing looks at"
+        raise CaseError([f"{text}; remove them (an inlet has one temperature all the time)."])
+    table = read.columns
     return tuple(zip(table["time"].tolist(), table["velocity"].tolist(), strict=True))
 
 

@@ -6,6 +6,7 @@ import math
 
 from fbcouple.case.bed.derived import cell_size, dem_step, fastest_inlet
 from fbcouple.case.bed.drag_balance import EXPANDED
+from fbcouple.case.bed.gas_heat import speed_up_gas
 from fbcouple.case.bed.step_limits import Limits, measure_limits
 from fbcouple.case.bed.streams import has_side_openings
 from fbcouple.case.schema.sections import Case
@@ -36,9 +37,11 @@ def fourier_step(case: Case, limits: Limits | None = None) -> float:
 
 
 def _find_fast_gas(case: Case, jet: float) -> float:
-    """Speed [m/s] of the gas in a bed at U_f/0.40, or of the fastest `jet` [m/s], which keeps its velocity."""
-    assert case.gas is not None
-    speed = fastest_inlet(case.gas) / (EXPANDED if case.particles else 1.0)
+    """Speed [m/s] of the gas in a bed at U_f/0.40, an ideal one as warm as the bed makes it, or of the fastest `jet`
+    [m/s], which keeps its velocity."""
+    gas = speed_up_gas(case).gas
+    assert case.gas is not None and gas is not None
+    speed = fastest_inlet(gas) / (EXPANDED if case.particles else 1.0)
     return max(speed, jet) if case.gas.inlets else speed
 
 

@@ -43,15 +43,13 @@ def has_inlet_temperatures(case: Case) -> bool:
     """Does gas come in by an inlet with a temperature of its own?"""
     if case.heat is None or case.gas is None:
         return False
-    own = [stream for stream in list_streams(case) if stream.temperature is not None]
-    return not all(stream.is_closed for stream in own)
+    return any(stream.temperature is not None and stream.comes_in for stream in list_streams(case))
 
 
 def list_inlet_temperatures(case: Case) -> list[float]:
     """Temperatures [K] of the gas of each inlet that ever lets gas in."""
     assert case.heat is not None and case.heat.gas_temperature is not None
-    moving = [stream for stream in list_streams(case) if not stream.is_closed]
-    return [stream.temperature or case.heat.gas_temperature for stream in moving]
+    return [stream.temperature or case.heat.gas_temperature for stream in list_streams(case) if stream.comes_in]
 
 
 def weigh_inlets(case: Case) -> Gas:
@@ -102,6 +100,24 @@ def list_wall_temperatures(heat: Heat) -> list[float]:
     """Temperatures [K] of the walls that have one."""
     given = heat.wall_temperature, *(wall.temperature for wall in heat.walls)
     return [temperature for temperature in given if temperature is not None]
+
+
+def speed_up_gas(case: Case) -> Case:
+    """The case with its gas as it comes in, or as warm as the particles are (`warm_gas`), whichever is faster."""
+    warm = warm_gas(case)
+    if case.gas is None or warm.gas is None or fastest_inlet(warm.gas) <= fastest_inlet(case.gas):
+        return case
+    return warm
+
+
+def list_temperatures(case: Case) -> list[float]:
+    """Temperatures [K] that a case with heat gives gas, inlets, particles, feeds and walls; without those in files."""
+    heat = case.heat
+    assert heat is not None
+    phases = heat.gas_temperature, heat.particle_temperature
+    fed = [feed.temperature for feed in (case.particles.feeds if case.particles else ())]
+    inlets = list_inlet_temperatures(case) if case.gas else []
+    return [one for one in (*phases, *fed, *inlets, *list_wall_temperatures(heat)) if one]
 
 
 def list_walls(heat: Heat) -> np.ndarray:

@@ -9,7 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
-from fbcouple.case.bed.gas_heat import find_conductivity, list_inlet_temperatures, list_wall_temperatures
+from fbcouple.case.bed.gas_heat import (
+    find_conductivity,
+    list_inlet_temperatures,
+    list_temperatures,
+    list_wall_temperatures,
+)
 from fbcouple.case.bed.number import Number, judge
 from fbcouple.case.bed.particle_types import find_ratio
 from fbcouple.case.bed.positions import start_temperatures
@@ -21,6 +26,8 @@ SMALL = 0.1
 """Conductivity that sharing adds, over that of the bed by Zehner and Schlunder, above which it is told."""
 STEADY = 0.05
 """Change of the gas's density by its temperature, over it, above which it is told."""
+COLD = 150.0
+"""Temperature [K] below which one is told: most are that of a bed in degrees Celsius."""
 _LIQUID = 100.0
 """Density [kg/m3] above which what flows is taken to be a liquid, no ideal gas."""
 _RESTING = 3.8
@@ -71,6 +78,16 @@ def describe_density(case: Case, folder: Path = Path()) -> Iterator[Number]:
     )
     allowed = f"{1.0 - STEADY:g} to {1.0 + STEADY:g}"
     yield Number("density of warm gas", ratio, "1", allowed, judge(abs(ratio - 1.0) <= STEADY), meaning)
+
+
+def describe_temperatures(case: Case) -> Iterator[Number]:
+    """The lowest temperature that the case gives, where it is so low that another unit is meant."""
+    if case.heat is None:
+        return
+    lowest = min(list_temperatures(case), default=math.inf)
+    if lowest < COLD:
+        meaning = f"Temperatures are in K; if {lowest:g} degrees Celsius are meant, give {lowest + 273.15:g}."
+        yield Number("lowest temperature", lowest, "K", f"at least {COLD:g}", "warn", meaning)
 
 
 def find_variance(case: Case, cell: float) -> float:

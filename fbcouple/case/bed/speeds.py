@@ -12,6 +12,7 @@ from fbcouple.case.bed.contact_coefficients import find_pair, find_wall
 from fbcouple.case.bed.derived import find_spring, hertz_modulus, hertz_overlap, inlet_ramp
 from fbcouple.case.bed.drag_balance import EXPANDED, find_balance, find_drag
 from fbcouple.case.bed.falls import Fall, list_falls
+from fbcouple.case.bed.gas_heat import speed_up_gas
 from fbcouple.case.bed.jets import find_jet_range
 from fbcouple.case.bed.number import Law, Number, judge
 from fbcouple.case.bed.particle_types import Kind, list_kinds, particle_count, solids_volume
@@ -129,6 +130,7 @@ def _carry(
     case: Case, kind: Kind, region: Region, bed: float, law: Law | None, jets: tuple[float, float]
 ) -> Iterator[Speed]:
     """What the fastest gas upwards, and downwards, can do."""
+    case = speed_up_gas(case)
     assert case.gas is not None
     velocities = [velocity for _, velocity in inlet_ramp(case.gas)]
     column = region.inlet / region.section

@@ -55,6 +55,11 @@ class Stream:
         """Does no gas ever pass?"""
         return not any(velocity for _, velocity in self.rows)
 
+    @property
+    def comes_in(self) -> bool:
+        """Does gas ever come in, not only leave?"""
+        return any(velocity > 0.0 for _, velocity in self.rows)
+
 
 def has_openings(case: Case) -> bool:
     """Does the case say where gas comes in, or leaves, other than by the whole floor, whole faces of it and the top?"""

@@ -71,7 +71,7 @@ def check_inlet_temperatures(case: Case, folder: Path) -> Iterator[Problem]:
         text = f"inlet {number}: temperature = {inlet.temperature:g} K is given and"
         if case.heat is None:
             yield Problem("gas.inlets", f"{text} the case has no [heat]; remove it, or add [heat].")
-        elif not any(velocity for _, velocity in inlet_rows(inlet)):
+        elif not any(velocity > 0.0 for _, velocity in inlet_rows(inlet)):
             mend = "remove it (the temperature of a wall is one of [[heat.walls]])"
             yield Problem("gas.inlets", f"{text} it lets no gas in; {mend}.")
 

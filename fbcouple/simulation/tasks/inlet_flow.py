@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from fbcouple.case.bed.derived import fastest_inlet, inlet_range
-from fbcouple.case.bed.gas_heat import weigh_inlets
 from fbcouple.case.bed.particle_types import solids_volume
 from fbcouple.case.bed.region import find_region
+from fbcouple.case.schema.gas import Gas
 from fbcouple.simulation.simulation import Simulation
 from fbcouple.simulation.tasks.gas_continuity import has_height_flux
 from fbcouple.solvers.openfoam.gas import GasReport
@@ -34,16 +34,13 @@ class InletFlow:
         self.area, volume = sim.comm.bcast(sizes)
         bed = sim.case.particles
         self._gas_volume = volume - (solids_volume(bed) if bed else 0.0)
-        self._gas = weigh_inlets(sim.case) if sim.case.gas else None
-        self._fastest = fastest_inlet(self._gas) if self._gas else 0.0
+        self._fastest = fastest_inlet(sim.case.gas) if sim.case.gas else 0.0
 
-    def judge(self, state: GasReport, time: float) -> dict[str, Any]:
-        """The superficial velocity [m/s], at the density of the case, that came in by the step's end at `time` [s], the
-        one asked for, and their difference over the fastest of the run; any gas is infinitely much where the case asks
-        for none."""
-        assert self._gas is not None
+    def judge(self, gas: Gas, state: GasReport, time: float) -> dict[str, Any]:
+        """The superficial velocity [m/s] that came in by the step's end at `time` [s], the one asked for, and their
+        difference over the fastest of the run; any gas is infinitely much where the case asks for none."""
         found = state.inflow / self.area
-        asked = float(np.clip(found, *inlet_range(self._gas, time * (1.0 - _NEAR), time * (1.0 + _NEAR))))
+        asked = float(np.clip(found, *inlet_range(gas, time * (1.0 - _NEAR), time * (1.0 + _NEAR))))
         error = abs(found - asked)
         error = error / self._fastest if self._fastest else math.inf if error else 0.0
         return {"inflow": found, "inflow_asked": asked, "inflow_error": error}

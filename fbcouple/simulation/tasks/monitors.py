@@ -35,7 +35,7 @@ class Monitors(Task):
         """Raise DivergedError if a number of the step breaks its limit (collective)."""
         numbers: Numbers = {}
         if sim.gas_report and sim.case.gas:
-            numbers = self.inlet.judge(sim.gas_report, sim.time)
+            numbers = self.inlet.judge(sim.case.gas, sim.gas_report, sim.time)
             numbers["courant_ratio"] = sim.gas_report.courant / sim.case.gas.max_courant
         self._lost.require_all(sim)
         if sim.is_coupled:

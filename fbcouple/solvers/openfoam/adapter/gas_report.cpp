@@ -66,8 +66,8 @@ void Gas::fields(double* state, double* pressure, double* voidage, double* total
     totals[7] = pressures;
 }
 
-// Courant and Fourier number of the last step, gas volume, at rho_0, that continuity lost in it [m3/s], and that came in
-// by the inlet [m3/s], pressure there [Pa], pressure iterations, gas displaced wrongly [m3], and the gas that went out by the
+// Courant and Fourier number of the last step, gas volume, at rho_0, that continuity lost in it [m3/s], and, as warm as
+// it is there, that came in by the inlet [m3/s], pressure there [Pa], pressure iterations, gas displaced wrongly [m3], and the gas that went out by the
 // outlet and that came in by it [m3/s]. The same on every rank.
 void Gas::measure(double* values) const
 {
@@ -92,7 +92,7 @@ void Gas::measure(double* values) const
         out += flux;
         if (isOutlet(patch)) back -= sum(min(epsPhi_.boundaryField()[patchi], scalar(0)));
         if (patch.name() != "inlet") continue;
-        in -= flux;
+        in -= expanded_.valid() ? sum(epsPhi_.boundaryField()[patchi]*eps_.boundaryField()[patchi]/held().boundaryField()[patchi]) : flux;
         const scalarField rise((gradP_.boundaryField()[patchi].patchInternalField() & patch.nf())/patch.deltaCoeffs());
         pIn += sum((p_.boundaryField()[patchi].patchInternalField() + rise)*patch.magSf());
         area += sum(patch.magSf());
