@@ -36,7 +36,7 @@ class Form:
     columns: name -> units that its head may say; needed: those that must be there; aliases: other heads -> name;
     unclear: heads that could mean one of the columns -> what to do about it; others: heads that may be
     one of them where a needed one is missing; largest: bytes that the file may have; rows: what a row stands for;
-    follows: name -> the column whose unit it has where its own head says none.
+    follows: name -> the column whose unit it has where its own head says none; is_all: other columns are a mistake.
     """
 
     columns: dict[str, dict[str, float]]
@@ -47,6 +47,7 @@ class Form:
     unclear: dict[str, str] = field(default_factory=dict)
     others: dict[str, str] = field(default_factory=dict)
     follows: dict[str, str] = field(default_factory=dict)
+    is_all: bool = False
 
     @property
     def first_line(self) -> str:
@@ -110,6 +111,9 @@ def _read_lines(file: str, lines: Lines, form: Form) -> Table:
         for (name, (_, factor)), column in zip(found.items(), rows, strict=True)
     }
     unread = tuple(name for index, name in enumerate(head.names) if index not in indices and name)
+    if unread and form.is_all:
+        text = f"{file} has the columns {', '.join(map(repr, unread))}, which nothing looks at"
+        raise CaseError([f"{text}; remove them: {', '.join(form.columns)} may be there."])
     return Table(columns, unread)
 
 

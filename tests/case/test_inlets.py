@@ -282,11 +282,15 @@ def test_a_circle_on_the_floor_of_a_cylinder(tmp_path):
     assert [problem for problem in problems if "within the circle" in problem]
 
 
-def test_a_column_of_a_ramp_that_nothing_looks_at_is_refused(tmp_path):
-    (tmp_path / "jet.csv").write_text("time,velocity,temperature\n0,0,300\n0.05,10,500\n")
-    table = JET.replace("ramp = [[0.0, 0.0], [0.05, 10.0]]", 'ramp_file = "jet.csv"')
-    problems = problems_of(tmp_path, BACKGROUND, table)
-    assert any(
-        "inlet 2: " in one and 'jet.csv has the columns "temperature", which nothing looks at' in one
-        for one in problems
-    )
+@pytest.mark.parametrize(
+    ("key", "file", "known"),
+    [
+        ("ramp_file", "time,velocity,temperature\n0,0,300\n0.05,10,500\n", "time, velocity"),
+        ("profile_file", "radius,velocity,temperature\n0,2,500\n0.006,1,400\n", "radius, velocity"),
+    ],
+)
+def test_a_column_of_a_file_of_an_inlet_that_nothing_looks_at_is_refused(tmp_path, key, file, known):
+    (tmp_path / "jet.csv").write_text(file)
+    table = JET.replace("ramp = [[0.0, 0.0], [0.05, 10.0]]", f'{key} = "jet.csv"')
+    text = f"jet.csv has the columns 'temperature', which nothing looks at; remove them: {known} may be there."
+    assert any(one.endswith(text) and "inlet 2: " in one for one in problems_of(tmp_path, BACKGROUND, table))

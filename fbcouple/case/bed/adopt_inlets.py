@@ -12,7 +12,6 @@ from fbcouple.case.bed.openings import find_stream_areas
 from fbcouple.case.bed.region import find_openings
 from fbcouple.case.bed.streams import find_area, find_opening, list_streams
 from fbcouple.case.companions import find_companion
-from fbcouple.case.problems import show
 from fbcouple.case.schema.inlets import Inlet
 from fbcouple.case.schema.sections import Case
 from fbcouple.errors import CaseError
@@ -26,6 +25,7 @@ _FORM = Form(
     rows="rows of an inlet",
     largest=20_000_000,
     aliases={"t": "time", "u": "velocity", "v": "velocity"},
+    is_all=True,
 )
 
 Rows = tuple[tuple[float, float], ...]
@@ -82,11 +82,7 @@ def read_ramp(case: Case, inlet: Inlet, folder: Path) -> Rows:
 @lru_cache(maxsize=8)
 def _read_rows(path: Path, stamp: tuple[int, int]) -> Rows:
     """`stamp`: when the file was written, and its size; a load asks for it twice, to fill it in and to check it."""
-    read = read_table(path, _FORM)
-    if read.unread:
-        text = f"{path.name} has the columns {', '.join(map(show, read.unread))}, which nothing looks at"
-        raise CaseError([f"{text}; remove them (an inlet has one temperature all the time)."])
-    table = read.columns
+    table = read_table(path, _FORM).columns
     return tuple(zip(table["time"].tolist(), table["velocity"].tolist(), strict=True))
 
 

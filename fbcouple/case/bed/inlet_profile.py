@@ -51,12 +51,14 @@ def _read(path: Path, stamp: tuple[int, int], opening: Opening) -> Profile:
     shape = opening.shape
     assert shape is not None
     if isinstance(shape, Circle):
-        columns = _read_columns(path, Form({"radius": LENGTHS, "velocity": SPEEDS}, ("radius", "velocity"), *_FORM))
+        columns = _read_columns(
+            path, Form({"radius": LENGTHS, "velocity": SPEEDS}, ("radius", "velocity"), *_FORM, is_all=True)
+        )
         _require_few(path, "circle", columns["velocity"])
         profile: Profile = _name(path, make_radial, shape, columns["radius"], columns["velocity"])
     else:
         names = ["xyz"[axis] for axis in find_axes(opening.face)]
-        form = Form({**dict.fromkeys(names, LENGTHS), "velocity": SPEEDS}, ("velocity",), *_FORM)
+        form = Form({**dict.fromkeys(names, LENGTHS), "velocity": SPEEDS}, ("velocity",), *_FORM, is_all=True)
         columns = _read_columns(path, form)
         _require_few(path, "rectangle", columns["velocity"])
         given = [name for name in names if name in columns]
