@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 import pytest
-from test_render import NO_GAS, build
+from test_render import CYLINDER, NO_GAS, build
 
 from fbcouple.case.bed.adopt_inlets import adopt_inlets
 from fbcouple.decks.needs import find_needs
@@ -98,3 +98,10 @@ def test_inlets_of_one_temperature_have_the_condition_of_openfoam():
     case = open_inlets(JET)
     assert not find_needs(case)["inlet_temperatures"]
     assert "mixedInletTemperature" not in render_decks(case)["CFD/0/T"]
+
+
+def test_gradients_of_the_temperature_are_limited_where_faces_are_oblique():
+    words = "grad(T)         cellLimited leastSquares 1;"
+    assert words in render_decks(build(heat=HEAT, **CYLINDER))["CFD/system/fvSchemes"]
+    assert words not in render_decks(build(heat=HEAT))["CFD/system/fvSchemes"]
+    assert words not in render_decks(build(**CYLINDER))["CFD/system/fvSchemes"]
