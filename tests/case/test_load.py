@@ -147,7 +147,7 @@ def test_tables_survive_writing_and_say_what_is_wrong_in_them(tmp_path):
     (problem,) = problems_of("patil/c2", "particles.feeds=[{low=[0.0,0.0,0.2],rate=5.0}]")
     assert "add `high = ...` under [[particles.feeds]]" in problem
     (problem,) = problems_of("patil/c2", f"particles.feeds=[{{{box},rate=5.0,species='a'}}]")
-    assert 'particles.feeds.species: "a" is given, a whole number' in problem
+    assert 'particles.feeds.species: [[particles.feeds]] 1: "a" is given, a whole number' in problem
 
 
 def test_written_case_says_every_default(tmp_path):
@@ -383,12 +383,14 @@ def test_several_mistakes_are_told_at_once(spoil):
 def test_spoiled_key_of_each_option_is_named():
     """No option is exempt: a table in its place is refused, and the text names key, kind and given value."""
     for key, option in list_options().items():
-        setting = f"{key}={{a=1}}"
+        setting, place = f"{key}={{a=1}}", ""
         if key in list_table_keys():
             table, _, name = key.rpartition(".")
-            setting = f"{table}=[{{{name}={{a=1}}}}]"
+            setting, place = f"{table}=[{{{name}={{a=1}}}}]", f"[[{table}]] 1: "
         problems = problems_of("patil/c2", setting)
-        assert [p for p in problems if p.startswith(f"--set: {key}: a table is given, {option.allowed}")], problems
+        assert [p for p in problems if p.startswith(f"--set: {key}: {place}a table is given, {option.allowed}")], (
+            problems
+        )
 
 
 @pytest.mark.parametrize("section", [name for name in list_sections() if name])
