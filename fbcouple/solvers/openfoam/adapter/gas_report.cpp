@@ -92,7 +92,8 @@ void Gas::measure(double* values) const
         out += flux;
         if (isOutlet(patch)) back -= sum(min(epsPhi_.boundaryField()[patchi], scalar(0)));
         if (patch.name() != "inlet") continue;
-        in -= expanded_.valid() ? sum(epsPhi_.boundaryField()[patchi]*eps_.boundaryField()[patchi]/held().boundaryField()[patchi]) : flux;
+        const scalarField thinned(eps_.boundaryField()[patchi]/held().boundaryField()[patchi]);
+        in -= expanded_.valid() ? sum(epsPhi_.boundaryField()[patchi]*thinned) : flux;
         const scalarField rise((gradP_.boundaryField()[patchi].patchInternalField() & patch.nf())/patch.deltaCoeffs());
         pIn += sum((p_.boundaryField()[patchi].patchInternalField() + rise)*patch.magSf());
         area += sum(patch.magSf());
