@@ -15,7 +15,7 @@ from fbcouple.case.load import load_case, write_case
 from fbcouple.case.preflight import estimate
 from fbcouple.decks.render import render_decks
 from fbcouple.errors import CaseError
-from fbcouple.results.inlet_speed import find_fastest, find_mean, is_constant, list_rows, sum_rows
+from fbcouple.results.inlet_speed import find_fastest, find_mean, is_constant, list_rows, sum_rows, weigh_inlets
 
 CASE = """
 title = "a jet in a background"
@@ -294,3 +294,17 @@ def test_a_column_of_a_file_of_an_inlet_that_nothing_looks_at_is_refused(tmp_pat
     table = JET.replace("ramp = [[0.0, 0.0], [0.05, 10.0]]", f'{key} = "jet.csv"')
     text = f"jet.csv has the columns 'temperature', which nothing looks at; remove them: {known} may be there."
     assert any(one.endswith(text) and "inlet 2: " in one for one in problems_of(tmp_path, BACKGROUND, table))
+
+
+def test_an_inlet_of_an_ideal_gas_weighs_with_the_density_of_its_temperature():
+    gas = {
+        "inlet_section": 2.0,
+        "inlets": [
+            {"area": 1.0, "velocity": 0.5, "ramp": None, "temperature": None},
+            {"area": 1.0, "velocity": 4.0, "ramp": None, "temperature": 600.0},
+        ],
+    }
+    assert find_fastest(gas, 0.0, 1.0) == 2.25
+    ideal = {"gas_density": "ideal", "gas_temperature": 300.0}
+    assert find_fastest(weigh_inlets(gas, ideal), 0.0, 1.0) == 1.25
+    assert weigh_inlets(gas, ideal | {"gas_density": "constant"}) is gas and weigh_inlets(gas, None) is gas
