@@ -38,6 +38,7 @@ def test_every_figure_of_a_bed_is_drawn(folder):
         "measured_lines",
         "radial_profiles",
         "mixing",
+        "temperature",
         "throughput",
     }
 
