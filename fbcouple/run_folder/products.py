@@ -29,6 +29,7 @@ PICTURES = (
     "sections",
     "voidage_snapshots",
     "spectrum",
+    "temperature",
     "throughput",
     "bed_views",
     "means_error",

@@ -17,7 +17,12 @@ TOML = "validation.toml"
     [
         (TOML, 'cost = "nothing"', "", "validation.toml: cost: is missing; add `cost = ...` at the top of the file"),
         (TOML, "wanted = 0.4", "wants = 0.4", r"measurements.wants: \[\[measurements\]\] has no such key.*`wanted`"),
-        (TOML, "wanted = 0.4", "wanted = 0.0", "measurements.wanted: 0.0 is given, a number above 0 is allowed"),
+        (
+            TOML,
+            "wanted = 0.4",
+            "wanted = 0.0",
+            r"measurements.wanted: \[\[measurements\]\] 1: 0.0 is given, a number above 0 is allowed",
+        ),
         (TOML, '"fluctuation"', '"fluctuations"', r"\(pulses\).compare: .* did you mean `fluctuation`"),
         (TOML, 'of = "bed_height"', 'of = "bed_heigth"', r"\(height\).of: .* did you mean `bed_height`"),
         (TOML, "velocity@0.0250", "velocity@0.26", r"\(velocity\).of: .* no line of the case's output.references"),

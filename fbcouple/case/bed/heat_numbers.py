@@ -26,8 +26,8 @@ SMALL = 0.1
 """Conductivity that sharing adds, over that of the bed by Zehner and Schlunder, above which it is told."""
 STEADY = 0.05
 """Change of the gas's density by its temperature, over it, above which it is told."""
-COLD = 150.0
-"""Temperature [K] below which one is told: most are that of a bed in degrees Celsius."""
+CELSIUS = 5.0, 150.0
+"""Temperatures [K] between which one is told: most are those of a bed in degrees Celsius."""
 _LIQUID = 100.0
 """Density [kg/m3] above which what flows is taken to be a liquid, no ideal gas."""
 _RESTING = 3.8
@@ -81,13 +81,12 @@ def describe_density(case: Case, folder: Path = Path()) -> Iterator[Number]:
 
 
 def describe_temperatures(case: Case) -> Iterator[Number]:
-    """The lowest temperature that the case gives, where it is so low that another unit is meant."""
-    if case.heat is None:
-        return
-    lowest = min(list_temperatures(case), default=math.inf)
-    if lowest < COLD:
+    """The lowest of the temperatures that the case gives, of those that are more likely ones in degrees Celsius."""
+    least, largest = CELSIUS
+    if doubtful := [one for one in list_temperatures(case) if least <= one < largest] if case.heat else []:
+        lowest = min(doubtful)
         meaning = f"Temperatures are in K; if {lowest:g} degrees Celsius are meant, give {lowest + 273.15:g}."
-        yield Number("lowest temperature", lowest, "K", f"at least {COLD:g}", "warn", meaning)
+        yield Number("lowest temperature", lowest, "K", f"at least {largest:g}", "warn", meaning)
 
 
 def find_variance(case: Case, cell: float) -> float:
