@@ -103,7 +103,7 @@ def format_errors(
         parts = [part for part in location if isinstance(part, str)]
         key = ".".join(parts)
         is_entry = len(location) < len(detail["loc"])
-        spoiled.add(_name_list(location))
+        spoiled.update((key, _name_list(location)))
         if detail["type"] == "extra_forbidden":
             wanted = _find_meant(parts, root) if len(found) < _MOST_MEANT else None
             meant.update([".".join([*parts[:-1], wanted])] if wanted else [])
@@ -111,13 +111,10 @@ def format_errors(
         elif detail["type"] == "missing" and not is_entry:
             missing[key] = _format_missing(key, root)
         else:
-            wrong = _format_wrong(key, _look_up(raw, location), root)
-            number = next((part + 1 for part in location if isinstance(part, int)), None)
-            table = f"{_write_head('.'.join(parts[:-1]), root)} {number}: " if number is not None else ""
-            spoiled.add(key)
-            found[f"{key}{number or ''}"] = wrong if number is None else Problem(wrong.key, f"{table}{wrong.text}")
+            table = _name_table(location, root)
+            found[table + key] = Problem(key, table + _format_wrong(key, _look_up(raw, location), root))
     told = {key: problem for key, problem in missing.items() if key not in meant}
-    return [*found.values(), *told.values()], {*found, *missing, *meant, *spoiled}
+    return [*found.values(), *told.values()], {*meant, *spoiled}
 
 
 def _cut_entry(location: Sequence[str | int]) -> list[str | int]:
@@ -130,6 +127,12 @@ def _name_list(location: Sequence[str | int]) -> str:
     """The key that `location` lies in: itself, or that of the list of tables around it."""
     tables = next((n for n, part in enumerate(location) if isinstance(part, int)), len(location))
     return ".".join(map(str, location[:tables]))
+
+
+def _name_table(location: Sequence[str | int], root: type[Section]) -> str:
+    """Which of a list of tables `location` lies in, counted from 1, for the front of a text; "" if in none."""
+    number = next((part + 1 for part in location if isinstance(part, int)), None)
+    return f"{_write_head(_name_list(location), root)} {number}: " if number is not None else ""
 
 
 def _look_up(raw: dict[str, Any], location: Sequence[str | int]) -> Any:
@@ -179,9 +182,9 @@ def _format_missing(key: str, root: type[Section]) -> Problem:
     return Problem(key, f"the section is missing; add [{key}] with {', '.join(needed)}.")
 
 
-def _format_wrong(key: str, value: Any, root: type[Section]) -> Problem:
+def _format_wrong(key: str, value: Any, root: type[Section]) -> str:
     if key not in list_options(root):
-        return Problem(key, f"{show(value)} is given, a section is allowed; write [{key}] and its keys below it.")
+        return f"{show(value)} is given, a section is allowed; write [{key}] and its keys below it."
     option = list_options(root)[key]
     unit = f" (in {option.unit})" if option.unit != "1" else ""
     if isinstance(value, str) and "list" in option.allowed and (entries := _split_list(value)):
@@ -198,7 +201,7 @@ def _format_wrong(key: str, value: Any, root: type[Section]) -> Problem:
         mend = f"fix the value, or leave the key out (default: {_format_default(option.default)})"
     else:
         mend = "fix the value"
-    return Problem(key, f"{show(value)} is given, {option.allowed}{unit} is allowed; {mend}. {option.sentence}")
+    return f"{show(value)} is given, {option.allowed}{unit} is allowed; {mend}. {option.sentence}"
 
 
 def _split_list(text: str) -> list[str]:

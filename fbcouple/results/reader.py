@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from shlex import quote
@@ -131,7 +131,7 @@ class Results:
         gas = self.case.get("gas")
         if gas is None:
             return None
-        return max(find_fastest(gas, *window) for window in self.windows or [self.span]) or None
+        return self._find_fastest(gas) or None
 
     @property
     def replicas(self) -> int:
@@ -160,11 +160,11 @@ class Results:
         gas = self.case.get("gas")
         if gas is None:
             return None
-        weighed = weigh_inlets(gas, self.case.get("heat"))
-        return (
-            float(gas["density"]) * max(find_fastest(weighed, *window) for window in self.windows or [self.span])
-            or None
-        )
+        return float(gas["density"]) * self._find_fastest(weigh_inlets(gas, self.case.get("heat"))) or None
+
+    def _find_fastest(self, gas: Mapping[str, Any]) -> float:
+        """Largest superficial speed [m s-1] at the inlet in the averaging window or, without one, the whole record."""
+        return max(find_fastest(gas, *window) for window in self.windows or [self.span])
 
     @property
     def weight_per_area(self) -> float | None:

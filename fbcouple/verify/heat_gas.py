@@ -14,7 +14,7 @@ from mpi4py import MPI
 
 from fbcouple.simulation.simulation import Simulation
 from fbcouple.verify.harness import GAS, GLASS, open_bench, take_same_step
-from fbcouple.verify.registry import Number, check
+from fbcouple.verify.registry import Number, check, name_variants
 
 HEAT: dict[str, Any] = {"gas_temperature": 300.0, "gas_specific_heat": 1000.0, "gas_conductivity": 0.026}
 WARM: dict[str, Any] = {"particle_temperature": 350.0, "particle_specific_heat": 800.0}
@@ -258,12 +258,7 @@ _MESHES: dict[str, dict[str, Any]] = {
 }
 
 
-def _name_meshes(measured: dict[str, list[Number]]) -> Iterator[Number]:
-    for mesh, numbers in measured.items():
-        yield from (replace(number, name=f"{mesh}: {number.name}") for number in numbers)
-
-
-@check("heat-ledger", ranks=(1, 2), fast=False, variants=tuple(_MESHES), judge=_name_meshes)
+@check("heat-ledger", ranks=(1, 2), fast=False, variants=tuple(_MESHES), judge=name_variants)
 def heat_ledger(folder: Path, comm: MPI.Comm, mesh: str) -> Iterator[Number]:
     """A fluidized bed that cools by gas, hot walls and a coefficient: in every step gas, particles, walls and openings
     add up."""

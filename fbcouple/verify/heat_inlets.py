@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,11 +12,11 @@ from mpi4py import MPI
 from fbcouple.case.bed.derived import inlet_rows
 from fbcouple.verify.harness import GAS, open_bench
 from fbcouple.verify.heat_gas import HEAT, hold
-from fbcouple.verify.registry import Number, check
+from fbcouple.verify.registry import Number, check, name_variants
 
 _START, _STEP, _STEPS = HEAT["gas_temperature"], 2e-3, 120
 _OPENS, _TURNS, _LEAVES = 0.02, 0.101, 0.161
-_LAWS = ("constant", "ideal")
+_LAWS = {"constant density": "constant", "ideal density": "ideal"}
 # The background has the gas's temperature; the jet cuts faces of it, and comes on; by the port gas leaves at last.
 _INLETS: list[dict[str, Any]] = [
     {"rectangle": [[0.0, 0.0], [0.08, 0.02]], "velocity": 0.5},
@@ -31,16 +30,12 @@ _INLETS: list[dict[str, Any]] = [
 ]
 
 
-def _name_laws(measured: dict[str, list[Number]]) -> Iterator[Number]:
-    for law, numbers in measured.items():
-        yield from (replace(number, name=f"{law} density: {number.name}") for number in numbers)
-
-
-@check("heat-inlets", ranks=(1, 2), variants=_LAWS, judge=_name_laws)
-def heat_inlets(folder: Path, comm: MPI.Comm, law: str) -> Iterator[Number]:
+@check("heat-inlets", ranks=(1, 2), variants=tuple(_LAWS), judge=name_variants)
+def heat_inlets(folder: Path, comm: MPI.Comm, variant: str) -> Iterator[Number]:
     """A cold background, a hot jet that comes on and cuts its faces, a colder port in the side, by which gas leaves at
     last: in every step the heat and the volume that come in are those of each inlet's velocity, area, density and
     temperature, together."""
+    law = _LAWS[variant]
     sections: dict[str, Any] = {
         "domain": {"size": [0.08, 0.02, 0.1], "cells": [9, 3, 10]},
         "gas": GAS | {"inlet_velocity": None, "inlets": _INLETS, "walls": "slip", "pressure_tolerance": 1e-12},

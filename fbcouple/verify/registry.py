@@ -7,7 +7,7 @@ the subset that every test run does.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from importlib import import_module
 from typing import Any
 
@@ -76,6 +76,12 @@ class Number:
         """A row of the `verify --json` table."""
         row = asdict(self) | {"name": f"{check}: {self.name}", "passed": self.passed, "seconds": seconds}
         return row | {"tolerance": self.tolerance * abs(self.expected) if self.relative else self.tolerance}
+
+
+def name_variants(measured: dict[str, list[Number]]) -> Iterator[Number]:
+    """For the judge of a check: the numbers of all variants, each with its variant in front."""
+    for variant, numbers in measured.items():
+        yield from (replace(number, name=f"{variant}: {number.name}") for number in numbers)
 
 
 Function = Callable[..., Iterator[Number]]

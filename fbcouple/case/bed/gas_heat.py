@@ -52,43 +52,33 @@ def list_inlet_temperatures(case: Case) -> list[float]:
     return [stream.temperature or case.heat.gas_temperature for stream in list_streams(case) if stream.comes_in]
 
 
-def weigh_inlets(case: Case) -> Gas:
-    """The gas with the areas of its inlets times the density of theirs over that of the case: what comes in by them is
-    then the volume that the same mass has at the density of the case."""
-    assert case.gas is not None
-    heat = case.heat
-    if heat is None or not heat.has_ideal_gas or not has_inlet_temperatures(case):
-        return case.gas
-    start = heat.gas_temperature
-    assert start is not None
-    areas = [(inlet.area or 0.0) * start / (inlet.temperature or start) for inlet in case.gas.inlets]
-    inlets = [inlet.model_copy(update={"area": area}) for inlet, area in zip(case.gas.inlets, areas, strict=True)]
-    return case.gas.model_copy(update={"inlets": tuple(inlets)})
-
-
 def warm_gas(case: Case) -> Case:
     """Of an ideal gas the case whose gas, its density and its inflow, is as warm as the particles are at the start,
     which it is soon after it has come in; any other case as it is."""
     heat, gas = case.heat, case.gas
-    if (
-        gas is None
-        or heat is None
-        or not heat.has_ideal_gas
-        or not (heat.gas_temperature and heat.particle_temperature)
-    ):
+    if gas is None or heat is None or not heat.has_ideal_gas:
         return case
-    ratio = heat.particle_temperature / heat.gas_temperature
-    update: dict[str, Any] = {"density": gas.density / ratio}
+    start, warm = heat.gas_temperature, heat.particle_temperature
+    if start is None or warm is None:
+        return case
+    update: dict[str, Any] = {"density": gas.density * start / warm}
     if gas.inlets:
-        weighed = weigh_inlets(case).inlets
-        areas = [(inlet.area or 0.0) * ratio for inlet in weighed]
-        update["inlets"] = tuple(
-            inlet.model_copy(update={"area": area}) for inlet, area in zip(weighed, areas, strict=True)
-        )
+        areas = [(inlet.area or 0.0) * warm / (inlet.temperature or start) for inlet in gas.inlets]
+        pairs = zip(gas.inlets, areas, strict=True)
+        update["inlets"] = tuple(inlet.model_copy(update={"area": area}) for inlet, area in pairs)
     else:
-        rows = tuple((time, velocity * ratio) for time, velocity in inlet_ramp(gas))
+        rows = tuple((time, velocity * warm / start) for time, velocity in inlet_ramp(gas))
         update |= {"inlet_velocity": None, "inlet_ramp": rows}
     return case.model_copy(update={"gas": gas.model_copy(update=update)})
+
+
+def speed_up_gas(case: Case) -> Case:
+    """The case with its gas as it comes in, or as warm as the particles are (`warm_gas`), whichever is faster."""
+    warm = warm_gas(case)
+    if warm is case:
+        return case
+    assert case.gas is not None and warm.gas is not None
+    return warm if fastest_inlet(warm.gas) > fastest_inlet(case.gas) else case
 
 
 def has_hot_walls(heat: Heat) -> bool:
@@ -100,14 +90,6 @@ def list_wall_temperatures(heat: Heat) -> list[float]:
     """Temperatures [K] of the walls that have one."""
     given = heat.wall_temperature, *(wall.temperature for wall in heat.walls)
     return [temperature for temperature in given if temperature is not None]
-
-
-def speed_up_gas(case: Case) -> Case:
-    """The case with its gas as it comes in, or as warm as the particles are (`warm_gas`), whichever is faster."""
-    warm = warm_gas(case)
-    if case.gas is None or warm.gas is None or fastest_inlet(warm.gas) <= fastest_inlet(case.gas):
-        return case
-    return warm
 
 
 def list_temperatures(case: Case) -> list[float]:

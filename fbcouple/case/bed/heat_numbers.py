@@ -82,8 +82,11 @@ def describe_density(case: Case, folder: Path = Path()) -> Iterator[Number]:
 
 def describe_temperatures(case: Case) -> Iterator[Number]:
     """The lowest of the temperatures that the case gives, of those that are more likely ones in degrees Celsius."""
+    if case.heat is None:
+        return
     least, largest = CELSIUS
-    if doubtful := [one for one in list_temperatures(case) if least <= one < largest] if case.heat else []:
+    doubtful = [one for one in list_temperatures(case) if least <= one < largest]
+    if doubtful:
         lowest = min(doubtful)
         meaning = f"Temperatures are in K; if {lowest:g} degrees Celsius are meant, give {lowest + 273.15:g}."
         yield Number("lowest temperature", lowest, "K", f"at least {largest:g}", "warn", meaning)

@@ -24,7 +24,6 @@ from fbcouple.input_files.units import LENGTHS, SPEEDS
 MOST_ROWS = {"rectangle": 5000, "circle": 1000}
 _ROWS, _LARGEST = "rows of a velocity over an inlet", 2_000_000
 _WORDS = {"r": "radius", "u": "velocity", "v": "velocity"}
-_FORM = (_ROWS, _LARGEST, _WORDS)
 
 
 def read_profile(case: Case, inlet: Inlet, folder: Path) -> Profile:
@@ -51,15 +50,12 @@ def _read(path: Path, stamp: tuple[int, int], opening: Opening) -> Profile:
     shape = opening.shape
     assert shape is not None
     if isinstance(shape, Circle):
-        columns = _read_columns(
-            path, Form({"radius": LENGTHS, "velocity": SPEEDS}, ("radius", "velocity"), *_FORM, is_all=True)
-        )
+        columns = _read_columns(path, {"radius": LENGTHS, "velocity": SPEEDS}, ("radius", "velocity"))
         _require_few(path, "circle", columns["velocity"])
         profile: Profile = _name(path, make_radial, shape, columns["radius"], columns["velocity"])
     else:
         names = ["xyz"[axis] for axis in find_axes(opening.face)]
-        form = Form({**dict.fromkeys(names, LENGTHS), "velocity": SPEEDS}, ("velocity",), *_FORM, is_all=True)
-        columns = _read_columns(path, form)
+        columns = _read_columns(path, {**dict.fromkeys(names, LENGTHS), "velocity": SPEEDS}, ("velocity",))
         _require_few(path, "rectangle", columns["velocity"])
         given = [name for name in names if name in columns]
         if len(given) == 2:
@@ -76,8 +72,8 @@ def _read(path: Path, stamp: tuple[int, int], opening: Opening) -> Profile:
     return profile
 
 
-def _read_columns(path: Path, form: Form) -> dict[str, np.ndarray]:
-    columns = read_table(path, form).columns
+def _read_columns(path: Path, known: dict[str, dict[str, float]], needed: tuple[str, ...]) -> dict[str, np.ndarray]:
+    columns = read_table(path, Form(known, needed, _ROWS, _LARGEST, _WORDS, is_all=True)).columns
     if (lowest := float(columns["velocity"].min())) < 0.0:
         text = f"{path.name} has a velocity of {lowest:g} m/s; a profile is of gas that comes in"
         raise CaseError([f"{text}: give it at or above 0, along the inward normal."])

@@ -9,9 +9,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from fbcouple.case.alternatives import word_removal
-from fbcouple.case.bed.derived import dem_step, effective, inlet_rows
+from fbcouple.case.bed.derived import dem_step, effective
 from fbcouple.case.bed.gas_heat import has_hot_walls
 from fbcouple.case.bed.particle_types import Kind, list_kinds, particle_count
+from fbcouple.case.bed.streams import list_streams
 from fbcouple.case.checks.contact import is_hertz
 from fbcouple.case.checks.registry import BED, COEFFICIENTS, check, check_law_file, has_bed
 from fbcouple.case.problems import Problem
@@ -65,13 +66,13 @@ def _find_idle(heat: Heat, phase: str, is_there: bool, keys: tuple[str, ...]) ->
 @check("heat", "gas", "gas.inlets")
 def check_inlet_temperatures(case: Case, folder: Path) -> Iterator[Problem]:
     """Somebody looks at the temperature of an inlet: the case has heat, and gas comes in by it."""
-    for number, inlet in enumerate(case.gas.inlets if case.gas else (), start=1):
-        if inlet.temperature is None:
+    for number, stream in enumerate(list_streams(case) if case.gas and case.gas.inlets else (), start=1):
+        if stream.temperature is None:
             continue
-        text = f"inlet {number}: temperature = {inlet.temperature:g} K is given and"
+        text = f"inlet {number}: temperature = {stream.temperature:g} K is given and"
         if case.heat is None:
             yield Problem("gas.inlets", f"{text} the case has no [heat]; remove it, or add [heat].")
-        elif not any(velocity > 0.0 for _, velocity in inlet_rows(inlet)):
+        elif not stream.comes_in:
             mend = "remove it (the temperature of a wall is one of [[heat.walls]])"
             yield Problem("gas.inlets", f"{text} it lets no gas in; {mend}.")
 
