@@ -27,8 +27,9 @@ from fbcouple.case.source import list_sets
 from fbcouple.decks import set_up
 from fbcouple.errors import CaseError, StoppedError
 from fbcouple.launcher.change_case import ask
-from fbcouple.launcher.launch import launch, look_at_results
+from fbcouple.launcher.launch import launch
 from fbcouple.launcher.progress import RunProgress
+from fbcouple.launcher.resume import look_at_results
 from fbcouple.launcher.stop_signals import Requests
 from fbcouple.machine.launchers import tell_crowd
 from fbcouple.paths import LOG

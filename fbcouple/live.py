@@ -14,8 +14,9 @@ from mpi4py import MPI
 from fbcouple.arguments import in_python
 from fbcouple.case.load import load_case
 from fbcouple.errors import CaseError, FbcoupleError, SolverError
-from fbcouple.launcher.launch import Choice, Start, make_ready, note_run
+from fbcouple.launcher.launch import make_ready, note_run
 from fbcouple.launcher.openfoam_mesh import Guard
+from fbcouple.launcher.resume import Choice, Start
 from fbcouple.launcher.stop_signals import Requests
 from fbcouple.machine.unexpected import describe as describe_error
 from fbcouple.run_folder.lock import hold

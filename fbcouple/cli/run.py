@@ -154,8 +154,9 @@ def run_on(
     from fbcouple.decks.unchanged import require_unchanged
     from fbcouple.errors import StoppedError
     from fbcouple.launcher.change_case import ask, changes_inlet
-    from fbcouple.launcher.launch import is_complete, launch
+    from fbcouple.launcher.launch import launch
     from fbcouple.launcher.progress import RunProgress
+    from fbcouple.launcher.resume import is_complete
 
     case, sets = load_case(str(run)), limits["sets"]
     require_trust(case, trusted)

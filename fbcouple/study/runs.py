@@ -20,7 +20,7 @@ from fbcouple.case.source import find_case
 from fbcouple.decks.set_up import lay_out
 from fbcouple.decks.starts import expect_start
 from fbcouple.errors import DivergedError, SolverError, StoppedError
-from fbcouple.launcher.launch import is_complete
+from fbcouple.launcher.resume import is_complete
 from fbcouple.launcher.stop_signals import Requests
 from fbcouple.machine.stop_signals import WALL_LIMIT
 from fbcouple.results.reader import open_results

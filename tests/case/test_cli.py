@@ -245,7 +245,7 @@ def test_run_hands_its_options_to_the_launcher(call, tmp_path, monkeypatch):
 def test_until_that_no_moment_for_a_checkpoint_follows_is_told(call, monkeypatch):
     monkeypatch.setattr("fbcouple.launcher.launch.launch", lambda *_, **__: None)
     before_and_after = iter([False, True])
-    monkeypatch.setattr("fbcouple.launcher.launch.is_complete", lambda *_: next(before_and_after, True))
+    monkeypatch.setattr("fbcouple.launcher.resume.is_complete", lambda *_: next(before_and_after, True))
     assert call("setup", "patil/demo", "-o", "run").exit_code == 0
     result = call("run", "run", "--until", 0.02)
     assert "no moment for a checkpoint came from --until 0.02 s to the end of the run" in result.stdout

@@ -20,7 +20,8 @@ from fbcouple.case.changes import list_values
 from fbcouple.case.load import load_case
 from fbcouple.cli.main import cli
 from fbcouple.errors import SolverError
-from fbcouple.launcher.launch import is_complete, launch
+from fbcouple.launcher.launch import launch
+from fbcouple.launcher.resume import is_complete
 from fbcouple.run_folder.checkpoint import list_checkpoints
 from fbcouple.run_folder.checkpoint_index import read_index, write_index
 from fbcouple.run_folder.manifest import hash_file, hash_text

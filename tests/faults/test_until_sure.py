@@ -9,7 +9,8 @@ from small_bed import find_differences, prepare, stop_at_next_moment
 
 from fbcouple.case.load import load_case
 from fbcouple.errors import CaseError
-from fbcouple.launcher.launch import is_complete, launch
+from fbcouple.launcher.launch import launch
+from fbcouple.launcher.resume import is_complete
 
 GAS_OF_SPHERES = """
 title = "an elastic gas of 60 spheres"
