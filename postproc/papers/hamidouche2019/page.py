@@ -92,7 +92,8 @@ class Page:
 def make_page(folder: Path, members: Sequence[Member]) -> Page:
     """Everything that the page shows of the `members` of the set in `folder`."""
     runs = [member.results for member in members if member.results is not None]
-    chosen = sort_runs(runs)[0][AS_PRINTED]
+    by_contacts, left_out = sort_runs(runs)
+    chosen = by_contacts[AS_PRINTED]
     uses = list_uses(runs)
     names = name_chosen(uses)
     claims = judge_claims(runs)
@@ -108,7 +109,7 @@ def make_page(folder: Path, members: Sequence[Member]) -> Page:
             "version": __version__,
             "made": time.strftime("%Y-%m-%d"),
             "numerics": tell_numerics(runs),
-            "missing": _list_missing(members, chosen),
+            "missing": _list_missing(members, chosen, left_out),
             "choices": tell_choices(uses),
             "warnings": list_warnings(runs),
             "figures": figures,
@@ -122,14 +123,14 @@ def make_page(folder: Path, members: Sequence[Member]) -> Page:
     )
 
 
-def _list_missing(members: Sequence[Member], chosen: dict[str, Results]) -> list[str]:
-    """Why beds of the paper are not shown, a sentence a reason, and for each member that is none or has none."""
+def _list_missing(members: Sequence[Member], chosen: dict[str, Results], left_out: dict[str, str]) -> list[str]:
+    """Why beds of the paper are not shown, a sentence a reason, and for each member that is none or has none;
+    `left_out` tells why a run of a bed is not `chosen`."""
     lacking = {bed: member.lack for member in members if member.results is None for bed in member.beds}
-    short = sort_runs(member.results for member in members if member.results is not None)[1]
     beds: dict[str, list[str]] = {}
     for bed in PRINTED_BEDS:
         if bed not in chosen:
-            reason = lacking.get(bed) or short.get(bed) or f"no run in this folder{BESIDE.get(bed, '')}"
+            reason = lacking.get(bed) or left_out.get(bed) or f"no run in this folder{BESIDE.get(bed, '')}"
             beds.setdefault(reason, []).append(bed)
     told = [f"{', '.join(names)}: {reason}" for reason, names in beds.items()]
     others = [f"{member.path.name}: {member.lack}" for member in members if member.results is None and not member.beds]
