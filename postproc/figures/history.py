@@ -33,6 +33,13 @@ PANELS: dict[str, Panel] = {}
 FAR = 1.5
 """Ranges of 98 of 100 rows beyond which the others do not set the axis."""
 OTHER: dict[str, Any] = {"color": GREY, "linestyle": ":", "linewidth": 1.0}
+HEAT_FLOWS = {
+    "heat_given": "gas to particles",
+    "heat_by_contacts": "walls to particles",
+    "heat_by_walls": "walls to gas",
+    "heat_by_inlets": "in by inlets",
+    "heat_by_outlets": "in by outlets",
+}
 
 
 def panel(function: Panel) -> Panel:
@@ -43,8 +50,8 @@ def panel(function: Panel) -> Panel:
 
 @figure
 def history(results: Results) -> Figure:
-    """Bed height, pressure drop, sub-steps, Courant number and temperatures against time; the averaging window is
-    shaded."""
+    """Bed height, pressure drop, sub-steps, Courant number, temperatures and heat flows against time; the averaging
+    window is shaded."""
     shown = [name for name in PANELS if name in results.data]
     if not shown or not results.data.sizes["time"]:
         raise NotDrawableError([f"{results.path} has none of the histories {', '.join(PANELS)}."])
@@ -153,6 +160,20 @@ def mean_particle_temperature(axes: Axes, results: Results) -> None:
     if "mean_gas_temperature" in results.data:
         _line(axes, results, "mean_gas_temperature", label="gas", **OTHER)
         axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=1.0, borderaxespad=0.3)
+
+
+@panel
+def heat_given(axes: Axes, results: Results) -> None:
+    """Heat that comes to gas and particles [W], each way that any takes, as the mean since the row before; by inlets
+    and outlets it counts from heat.gas_temperature."""
+    flows = {name: _after_a_step(results, name) for name in HEAT_FLOWS if name in results.data}
+    shown = [name for name, (_, heat) in flows.items() if np.any(heat)] or ["heat_given"]
+    for index, name in enumerate(shown):
+        look = {key: LINES[index][key] for key in ("color", "linestyle")}
+        axes.plot(*flows[name], linewidth=0.8, label=HEAT_FLOWS[name], **look)
+    keep_in_view(axes, *np.concatenate([flows[name] for name in shown], axis=1))
+    axes.set_ylabel("Heat\n[W]")
+    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=1.8, borderaxespad=0.3)
 
 
 def _line(axes: Axes, results: Results, name: str, factor: float = 1.0, **look: Any) -> None:

@@ -10,7 +10,7 @@ from fbcouple.results.reader import open_results
 
 def test_every_panel_shades_the_window_and_draws_its_variable(run):
     panels = {axes.get_ylabel(): axes for axes in history(open_results(run)).axes}
-    assert len(panels) == 4 and len(PANELS) == 5, "a bed without heat has no temperatures to show"
+    assert len(panels) == 4 and len(PANELS) == 6, "a bed without heat has no temperatures to show"
     assert panels["Bed height\n[mm]"].lines[0].get_ydata() == pytest.approx([50.0, 60.0])
     assert panels["Pressure drop\n[Pa]"].lines[1].get_ydata() == pytest.approx([612.8, 612.8], abs=0.1)
     assert panels["DEM steps\nper fluid step"].lines[0].get_ydata() == pytest.approx([7, 8])
@@ -33,6 +33,15 @@ def test_temperatures_of_both_phases_stand_in_one_panel(dataset, write):
     axes = panels["Mean temperature\n[K]"]
     assert [line.get_ydata().tolist() for line in axes.lines] == [[363.15, 360.0], [293.15, 341.0]]
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["particles", "gas"]
+
+
+def test_each_way_that_heat_takes_is_a_line_and_those_without_any_are_none(dataset, write):
+    rows = {"heat_given": [0.0, 3.0, 4.0], "heat_by_walls": [0.0] * 3, "heat_by_inlets": [0.0, 9.0, 8.0]}
+    rows |= {"heat_by_outlets": [0.0, -5.0, -4.0], "heat_by_contacts": [0.0] * 3}
+    (axes,) = history(open_results(write(with_rows(dataset, [np.nan, 600.0, 610.0], **rows)))).axes[:1]
+    assert axes.get_ylabel() == "Heat\n[W]"
+    drawn = {line.get_label(): line.get_ydata().tolist() for line in axes.lines}
+    assert drawn == {"gas to particles": [3.0, 4.0], "in by inlets": [9.0, 8.0], "in by outlets": [-5.0, -4.0]}
 
 
 def test_cost_is_the_sum_over_time_largest_first(run):
