@@ -53,7 +53,11 @@ MUTATIONS = {
                 "fvm::laplacian(conductance, p_)",
                 "fvm::laplacian(2.0*conductance, p_)",
             ),
-            ("fbcouple/solvers/openfoam/adapter/turbulence.cpp", "coarse(4.0*mag(Sf)*Sf)", "coarse(mag(Sf)*Sf)"),
+            (
+                "fbcouple/solvers/openfoam/adapter/turbulence.cpp",
+                "coarse(4.0*mag(Sf[i])*Sf[i])",
+                "coarse(mag(Sf[i])*Sf[i])",
+            ),
         ),
         ("fixed-bed-ergun", "turbulence-localized-dynamic"),
     ),

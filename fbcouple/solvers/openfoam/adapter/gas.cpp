@@ -216,9 +216,8 @@ void Gas::correctPressure(const fvVectorMatrix& UEqn)
     for (int corr = 0; corr < correctors_; ++corr)
     {
         const volVectorField H(UEqn.H());
-        const vectorField before(U_.primitiveField());
-        const surfaceScalarField ownFlux(oldFlux + transport*epsPhi_ - fvc::flux(carried*U_/eps_));
-        surfaceScalarField predicted("predicted", conductance*(fvc::flux(H/eps_) + ownFlux));
+        const volVectorField rest(H - carried*U_);
+        surfaceScalarField predicted("predicted", conductance*(fvc::flux(rest/eps_) + oldFlux + transport*epsPhi_));
         forAll(U_.boundaryField(), patchi)
         {
             const fvPatchVectorField& Up = U_.boundaryField()[patchi];
@@ -232,9 +231,8 @@ void Gas::correctPressure(const fvVectorMatrix& UEqn)
         epsPhi_ = predicted - pEqn.flux();
         setVelocity(A, H);
         if (!last) continue;
-        const scalarField& near = local.primitiveField();
         gradP_.primitiveFieldRef() =
-            (H.primitiveField() - carried.primitiveField()*before - near*U_.primitiveField())/eps_.primitiveField();
+            (rest.primitiveField() - local.primitiveField()*U_.primitiveField())/eps_.primitiveField();
     }
     phi_ = epsPhi_/heldf;
 }

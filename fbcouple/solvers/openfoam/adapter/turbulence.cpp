@@ -91,6 +91,29 @@ const scalar rounding = 1e-12;
 // L over what is left of M, a million times the rounding of u and another one on every number of ranks.
 const scalar least = 0.03;
 
+// L:M and M:M of cells, or of the faces of a patch, from test(u), Sf, test(|S| S) and test(u u).
+void contract
+(
+    scalarField& LM,
+    scalarField& MM,
+    const vectorField& Uf,
+    const symmTensorField& Sf,
+    const symmTensorField& fine,
+    const symmTensorField& squares,
+    const scalarField& delta
+)
+{
+    forAll(LM, i)
+    {
+        const symmTensor L(dev(squares[i] - sqr(Uf[i])));
+        const symmTensor coarse(4.0*mag(Sf[i])*Sf[i]);
+        const scalar twice = 2.0*sqr(delta[i]);
+        const symmTensor M(twice*(fine[i] - coarse));
+        LM[i] = mag(L) > rounding*tr(squares[i]) ? L && M : 0.0;
+        MM[i] = max(M && M, sqr(least*twice)*(magSqr(fine[i]) + magSqr(coarse)));
+    }
+}
+
 class localizedDynamic
 :
     public LESeddyViscosity<averagedModel>
@@ -104,14 +127,19 @@ protected:
         const volVectorField Uf(testFilter(U_));
         const volSymmTensorField Sf(dev(symm(fvc::grad(Uf))));
         const volSymmTensorField fine(testFilter(magS*S));
-        const volSymmTensorField coarse(4.0*mag(Sf)*Sf);
-        volSymmTensorField L(dev(testFilter(sqr(U_)) - sqr(Uf)));
-        L *= pos(mag(L) - rounding*testFilter(magSqr(U_)));
-        const volSymmTensorField M(2.0*sqr(delta())*(fine - coarse));
-        const volScalarField terms(sqr(2.0*sqr(delta()))*(magSqr(fine) + magSqr(coarse)));
-        const volScalarField LM(testFilter(L && M));
-        const volScalarField MM(testFilter(max(M && M, sqr(least)*terms)));
-        const volScalarField C(LM/max(MM, dimensionedScalar("least", MM.dimensions(), VSMALL)));
+        const volSymmTensorField squares(testFilter(sqr(U_)));
+        volScalarField LM(volScalarField::New("LM", mesh_, dimensionedScalar(dimless, Zero)));
+        volScalarField MM("MM", LM);
+        contract(LM.primitiveFieldRef(), MM.primitiveFieldRef(), Uf, Sf, fine, squares, delta().primitiveField());
+        forAll(LM.boundaryField(), i)
+        {
+            contract
+            (
+                LM.boundaryFieldRef()[i], MM.boundaryFieldRef()[i], Uf.boundaryField()[i], Sf.boundaryField()[i],
+                fine.boundaryField()[i], squares.boundaryField()[i], delta().boundaryField()[i]
+            );
+        }
+        const volScalarField C(testFilter(LM)/max(testFilter(MM), VSMALL));
         nut_ = min(max(C, scalar(0)), largest)*sqr(delta())*magS;
         nut_.correctBoundaryConditions();
         averagedModel::correctNut();
