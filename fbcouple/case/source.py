@@ -6,6 +6,7 @@ import codecs
 import re
 import tomllib
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -27,19 +28,18 @@ _DECIMAL_COMMA = re.compile(r"(?:=|\[|,\s)\s*([+-]?\d+,\d+(?:[eE][+-]?\d+)?)(?![
 
 def list_shipped() -> dict[str, Path]:
     """Return the case files that come with fbcouple, by name: patil/c2/case.toml and patil/c2.toml are `patil/c2`."""
-    others = (SETS_NAME, VALIDATION_NAME)
-    found = [path for path in paths.CASES.glob("**/*.toml") if path.name not in others and not _is_study(path)]
-    named = {_name_shipped(path): path for path in found}
+    return dict(_list_cases(paths.CASES))
+
+
+@cache
+def _list_cases(folder: Path) -> dict[str, Path]:
+    """What `list_shipped` gives of `folder`, looked up once."""
+    others, named = (SETS_NAME, VALIDATION_NAME), {}
+    for path in folder.glob("**/*.toml"):
+        inner = path.parent if path.name == FILE_NAME else path.with_suffix("")
+        if path.name not in others and path.relative_to(folder).parts[0] != STUDIES:
+            named[inner.relative_to(folder).as_posix()] = path
     return {name: named[name] for name in sorted(named)}
-
-
-def _is_study(path: Path) -> bool:
-    return path.relative_to(paths.CASES).parts[0] == STUDIES
-
-
-def _name_shipped(path: Path) -> str:
-    inner = path.parent if path.name == FILE_NAME else path.with_name(path.name.removesuffix(".toml"))
-    return inner.relative_to(paths.CASES).as_posix()
 
 
 def list_sets() -> dict[str, list[str]]:

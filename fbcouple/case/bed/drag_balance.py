@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from contextlib import suppress
+from functools import lru_cache
 
 import numpy as np
 
@@ -25,6 +26,7 @@ _SLOWEST = 1e-9
 _FAR = 1e7
 """Reynolds number from which on a search goes on only as long as the drag grows."""
 _THIRDS = 80
+_HALVINGS = 100
 
 
 def minimum_fluidization(case: Case, voidage: float = EXPANDED, law: Law | None = None) -> float:
@@ -71,23 +73,43 @@ def find_balance(case: Case, voidage: float, law: Law | None, kind: Kind) -> flo
     gas = case.gas
     assert gas is not None and case.exchange is not None
     weight = voidage * kind.volume * abs(kind.density - gas.density) * case.gravity
+    factor = _count_times(case, voidage, kind)
+    slip, most = _search(
+        law or _name_law(case), voidage, kind.grain_diameter, gas.density, gas.viscosity, factor, weight
+    )
+    if most >= weight:
+        return slip
+    reynolds = voidage * gas.density * kind.grain_diameter / gas.viscosity * slip
+    text = (
+        f"`{case.exchange.drag}` never carries a particle of {kind.diameter:.4g} m and {kind.density:.4g} kg/m3: "
+        f"at voidage {voidage:.3g} its drag is {most:.4g} N at most, at a slip of {slip:.4g} m/s (Re "
+        f"{reynolds:.3g}), at least {weight:.4g} N is needed"
+    )
+    raise CaseError([f"exchange.drag: {text}; take another law, or smaller or lighter particles."])
+
+
+@lru_cache(maxsize=1024)
+def _search(
+    law: Law, voidage: float, diameter: float, density: float, viscosity: float, factor: float, weight: float
+) -> tuple[float, float]:
+    """The slip [m/s] of a balance with `weight` [N], and the drag there; if there is none, of the largest drag.
+
+    Kept for those who ask again: each number of a bed does, and each of the many cases of a plan.
+    """
 
     def pull(slip: float) -> float:
-        return find_drag(case, voidage, slip, law, kind) * slip
+        return factor * float(law(voidage, slip, diameter, density, viscosity)) * slip
 
-    reynolds = voidage * gas.density * kind.grain_diameter / gas.viscosity
-    low, high = 0.0, _find_enough(pull, weight, _FAR / reynolds)
-    if not (most := pull(high)) >= weight:
-        text = (
-            f"`{case.exchange.drag}` never carries a particle of {kind.diameter:.4g} m and {kind.density:.4g} kg/m3: "
-            f"at voidage {voidage:.3g} its drag is {most:.4g} N at most, at a slip of {high:.4g} m/s (Re "
-            f"{reynolds * high:.3g}), at least {weight:.4g} N is needed"
-        )
-        raise CaseError([f"exchange.drag: {text}; take another law, or smaller or lighter particles."])
-    for _ in range(100):
+    high = _find_enough(pull, weight, _FAR * viscosity / (voidage * density * diameter))
+    low, most = 0.0, pull(high)
+    if not most >= weight:
+        return high, most
+    for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
+        if not low < middle < high:
+            break
         low, high = (middle, high) if pull(middle) < weight else (low, middle)
-    return high
+    return high, weight
 
 
 def _find_enough(pull: Callable[[float], float], weight: float, far: float) -> float:
@@ -115,10 +137,22 @@ def _find_enough(pull: Callable[[float], float], weight: float, far: float) -> f
 def find_drag(case: Case, voidage: float, slip: float, law: Law | None, kind: Kind) -> float:
     """Drag coefficient beta [kg/s] of one particle among its like by `law`, or by the case's law of the registry; of a
     parcel that of all its grains."""
+    assert case.gas is not None
+    law = law or _name_law(case)
+    beta = float(law(voidage, slip, kind.grain_diameter, case.gas.density, case.gas.viscosity))
+    return _count_times(case, voidage, kind) * beta
+
+
+def _name_law(case: Case) -> Law:
     from fbcouple.case.user_laws import DRAG_LAWS  # noqa: PLC0415  (loads numba)
+
+    assert case.exchange is not None
+    return DRAG_LAWS[case.exchange.drag]
+
+
+def _count_times(case: Case, voidage: float, kind: Kind) -> float:
+    """How often a particle of `kind` has the drag of its law: once for each grain, times what other sizes do."""
     from fbcouple.physics.drag.polydisperse import size_factor  # noqa: PLC0415  (loads numba)
 
-    assert case.gas is not None and case.exchange is not None
-    law = law or DRAG_LAWS[case.exchange.drag]
-    beta = kind.grains * float(law(voidage, slip, kind.grain_diameter, case.gas.density, case.gas.viscosity))
-    return beta * size_factor.py_func(voidage, 1.0) if case.exchange.polydisperse != "none" else beta
+    assert case.exchange is not None
+    return kind.grains * (size_factor.py_func(voidage, 1.0) if case.exchange.polydisperse != "none" else 1.0)
