@@ -263,7 +263,7 @@ def strong(
     "counts",
     type=click.IntRange(min=1),
     multiple=True,
-    help="Number of MPI ranks; may be given several times.",
+    help="Number of MPI ranks, with --traffic-only of ranks counted; may be given several times.",
 )
 @click.option("--steps", type=click.IntRange(min=1), default=20, show_default=True, help="Fluid steps a turn.")
 @take_turns
@@ -289,6 +289,6 @@ def scaling(
     if not traffic_only:
         tables["scaling"] = measure_scaling(cells, counts or (1, 2), steps, turns, tetrahedra)
         show(tables["scaling"])
-    tables["traffic"] = count_traffic(cells, (1, 2, 4, 8, 16, 32, 64))
+    tables["traffic"] = count_traffic(cells, (traffic_only and counts) or (1, 2, 4, 8, 16, 32, 64))
     show(tables["traffic"])
     write(file, tables, {"cells": TETRAHEDRA if tetrahedra else "hexahedra"})

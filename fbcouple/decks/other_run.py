@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,10 +16,12 @@ from fbcouple.case.schema.sections import Case
 from fbcouple.decks.alone import Particles, read_restart
 from fbcouple.errors import CaseError
 from fbcouple.paths import FRAMES
-from fbcouple.results.frames import Frame, read_frame
 from fbcouple.run_folder.checkpoint import list_checkpoints, read
 from fbcouple.run_folder.manifest import hash_file
 from fbcouple.run_folder.plain_files import require_plain
+
+if TYPE_CHECKING:
+    from fbcouple.results.frames import Frame
 
 _RESTART = "liggghts.restart"
 _ALMOST = 1e-6
@@ -76,6 +79,8 @@ def _look_into(folder: Path, case: Case) -> Source:
 
 
 def _open_frame(path: Path) -> Source:
+    from fbcouple.results.frames import read_frame  # noqa: PLC0415  (loads xarray)
+
     frame = read_frame(path)
     return Source(path, frame.time, frame)
 

@@ -6,8 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import xarray as xr
-
 import fbcouple.run_folder.checkpoint
 from fbcouple.case.bed.derived import dem_step
 from fbcouple.case.schema.sections import Case
@@ -66,6 +64,8 @@ def look_at_results(run: Path, case: Case) -> tuple[bool, str]:
     path = run / "results.nc"
     if not path.exists():
         return False, ""
+    import xarray as xr  # noqa: PLC0415  (loads pandas, which a run that begins has no use for)
+
     try:
         with xr.open_dataset(path, decode_times=False) as results:
             is_sure = results.attrs.get("ended_by") == "until_error"

@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
-from netCDF4 import Dataset
 
 if TYPE_CHECKING:  # a case names its probes without the readers of results
     import xarray as xr
+    from netCDF4 import Dataset
 
 # name -> unit, long name
 OF_GAS: dict[str, tuple[str, str]] = {
@@ -135,6 +135,8 @@ def append_probes(path: Path, sets: Sequence[ProbeSet]) -> None:
     """Add the variables of `sets` to the netCDF file `path`, which has the dimension `component`. Raises: OSError."""
     if not sets:
         return
+    from netCDF4 import Dataset  # noqa: PLC0415  (as above)
+
     with Dataset(str(path), "a") as file:
         for probes in sets:
             _append(file, probes)

@@ -113,9 +113,10 @@ def test_a_scaling_table_says_of_which_cells_it_is(tmp_path, monkeypatch, words,
 
 def test_folders_are_made_for_the_tables_of_a_measurement(tmp_path):
     file = tmp_path / "new/folder/x.json"
-    done = CliRunner().invoke(cli, ["bench", "scaling", "--traffic-only", "--cells", "10", "--json", str(file)])
+    done = CliRunner().invoke(cli, ["bench", "scaling", "--traffic-only", "-n", "2", "-n", "8", "--json", str(file)])
     assert done.exit_code == 0, done.output
-    assert json.loads(file.read_text())["traffic"] and not list(file.parent.glob("*.part"))
+    assert [row["ranks"] for row in json.loads(file.read_text())["traffic"]] == [2, 8, 2, 8]
+    assert not list(file.parent.glob("*.part"))
     file = tmp_path / "other/checks.json"
     done = CliRunner().invoke(cli, ["verify", "normal-impact", "--json", str(file)])
     assert done.exit_code == 0 and json.loads(file.read_text())["checks"], done.output

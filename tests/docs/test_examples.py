@@ -29,6 +29,8 @@ from fbcouple.validate.schema import Validation
 
 PAGES = {name_page(page): list(read_blocks(page.read_text(encoding="utf-8"))) for page in list_pages()}
 ANY_PROGRAM = ("pip", "pre-commit")
+LONG = ("docs/how-to/move-run-folder.md", "docs/how-to/replicas.md", "docs/how-to/validate.md")
+"""Pages whose examples run for most of a minute each: with the slow tests, but for their syntax."""
 LIMIT = 600.0
 """Wall time [s] of a command; the slowest takes some seconds of a machine with nothing else to do."""
 
@@ -37,6 +39,9 @@ def is_run(block: Block) -> bool:
     if block.language not in ("console", "python") or block.mark in ("syntax", "later"):
         return False
     return block.mark != "needs" or block.word in cli.commands
+
+
+RUN = [name for name, blocks in PAGES.items() if any(map(is_run, blocks))]
 
 
 def check_syntax(command: str) -> None:
@@ -87,7 +92,7 @@ def run_block(block: Block, folder: Path) -> None:
         assert done.returncode == 0, f"{command[-1]}\n{done.stdout[-2000:]}\n{done.stderr[-2000:]}"
 
 
-@pytest.mark.parametrize("page", [name for name, blocks in PAGES.items() if any(map(is_run, blocks))])
+@pytest.mark.parametrize("page", [pytest.param(name, marks=pytest.mark.slow) if name in LONG else name for name in RUN])
 def test_examples_run(page, tmp_path):
     for block in PAGES[page]:
         if block.mark == "file":
