@@ -74,7 +74,7 @@ def load_case(name: str, sets: Sequence[str] = (), say: Callable[[str], None] | 
     if not spoiled:
         case = drop_idle(case, set_keys)
     if not any(key.split(".")[0] == "particles" for key in spoiled):
-        case, unfit = adopt_parcels(case)
+        case, unfit = adopt_parcels(case, path.parent)
         problems += unfit
         case = adopt_sizes(case, path.parent)
     if not any(key.split(".")[0] in ("gas", "domain") for key in spoiled):

@@ -10,7 +10,7 @@ import numpy as np
 
 from fbcouple.case.bed.particle_types import find_ratio, list_kinds
 from fbcouple.case.bed.start_file import StartFile
-from fbcouple.case.bed.start_sizes import SizesError, is_coarse, match_kinds, tell_ratios
+from fbcouple.case.bed.start_sizes import is_coarse, match_kinds, tell_ratios
 from fbcouple.case.load import load_case
 from fbcouple.case.schema.sections import Case
 from fbcouple.decks.alone import Particles, read_restart
@@ -111,12 +111,9 @@ def read_particles(case: Case, run: Path, other: Case, source: Source) -> Partic
         densities=np.array([kind.density for kind in known])[held.kinds],
     )
     theirs, ours = find_ratio(other.particles), find_ratio(case.particles)
-    try:
-        kinds = match_kinds(case.particles, start)
-    except SizesError:
-        if not is_coarse(theirs / ours):
-            raise
-        raise CaseError([f"{run}: {tell_ratios(theirs, ours)}"]) from None
+    if is_coarse(theirs / ours):
+        raise CaseError([f"{run}: {tell_ratios(theirs, ours)}"])
+    kinds = match_kinds(case.particles, start)
     assert kinds is not None
     return Particles(held.positions, held.motion, kinds, held.temperatures)
 

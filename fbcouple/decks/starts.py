@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fbcouple.case.bed.particle_types import word_count
 from fbcouple.case.bed.region import read_mesh
 from fbcouple.case.checks.registry import list_problems
 from fbcouple.case.problems import Problem
@@ -127,8 +128,10 @@ def _pour(case: Case, folder: Path, scratch: Path, say: Say) -> tuple[str, Path]
     say("start: the bed is poured and settles, once (one process; the result is kept)")
     poured = pour(case, folder, say)
     count, height = len(poured.particles.kinds), poured.particles.positions[:, 2].max()
-    about = f"poured bed of {count} particles at rest after {poured.time:.4g} s (speed {poured.speed:.2g} m/s, "
-    about += f"{poured.parts} part{'s' if poured.parts > 1 else ''}), highest centre at {height:.6g} m"
+    assert case.particles is not None
+    about = f"poured bed of {word_count(case.particles, count, 10)} at rest after {poured.time:.4g} s (speed "
+    about += f"{poured.speed:.2g} m/s, {poured.parts} part{'s' if poured.parts > 1 else ''}), highest centre at "
+    about += f"{height:.6g} m"
     make_folder(table_folder)
     write_whole(table_folder / name, "".join(_write_table(poured.particles, about)))
     say(f"start: {about}; kept as {table_folder / name}")

@@ -39,7 +39,8 @@ class Frame:
     without gas.
 
     `species` and `feeds` (n,): which species each particle is of, and by which feed it came in, 0 of those of the
-    start; None where there is one species, or no particles come or go. `temperatures` [K] (n,) of the particles and
+    start; None where there is one species, or no particles come or go. `grain_diameters` [m] (n,): of the grains that
+    parcels stand for; None where it has no parcels. `temperatures` [K] (n,) of the particles and
     `gas_temperature` [K] (z, y, x): None in a case without heat.
     """
 
@@ -54,6 +55,7 @@ class Frame:
     feeds: np.ndarray | None = None
     temperatures: np.ndarray | None = None
     gas_temperature: np.ndarray | None = None
+    grain_diameters: np.ndarray | None = None
 
     @property
     def speeds(self) -> np.ndarray:
@@ -75,9 +77,9 @@ def read_frame(path: Path) -> Frame:
     numbers = data["number"].values if "number" in data else np.arange(1, data.sizes["particle"] + 1)
     species, feeds, temperatures = (data[name].values if name in data else None for name in _MARKS)
     positions, velocities, diameters = (data[name].values for name in _PARTICLES)
-    diameters = data[_PARCEL].values if _PARCEL in data else diameters
+    diameters, grains = (data[_PARCEL].values, diameters) if _PARCEL in data else (diameters, None)
     moment = float(data["time"]), positions, velocities, diameters
-    return Frame(*moment, voidage, velocity, numbers, species, feeds, temperatures, warmth)
+    return Frame(*moment, voidage, velocity, numbers, species, feeds, temperatures, warmth, grains)
 
 
 def _has(data: xr.Dataset, name: str, dims: tuple[str, ...]) -> bool:

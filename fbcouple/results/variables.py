@@ -119,6 +119,6 @@ EXITS: dict[str, tuple[str, str]] = {
     "feed": ("1", "feed by which a particle that left had come in, counted from 1; 0: it was there at the start"),
     "time": ("s", "time at which a particle left"),
     "outlet": ("1", "outlet by which a particle left, counted from 1"),
-    "mass": ("kg", "mass of a particle that left"),
+    "mass": ("kg", "mass of a particle, or parcel, that left"),
 }
 """Of each particle that left, in the order of leaving: variables `exit_...` over the dimension `exit`."""

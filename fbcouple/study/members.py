@@ -59,7 +59,7 @@ def list_members(study: Study, source: Source) -> list[Member]:
         raise CaseError(problems)
     if mistakes := find_mistakes(base, common, f"{source.label}: base"):
         raise CaseError(mistakes)
-    usual = {key: _look_up(load_case(base, format_settings(common)), key) for key in knobs}
+    usual = {key: _find_value(load_case(base, format_settings(common)), common, key) for key in knobs}
     members: list[Member] = []
     for values in _combine(study.design, usual, knobs):
         if all(member.knobs != values for member in members):

@@ -30,7 +30,7 @@ def throughput(results: Results) -> Figure:
     if "mass_fed" not in results.data:
         raise NotMeantError([f"{results.path} has no particles that come or go."])
     residence = find_residence(results)
-    picture = new_figure(results.title, PAGE, 2.5, _describe(residence))
+    picture = new_figure(results.title, PAGE, 2.5, _describe(residence, _name(results)))
     many = len(residence) >= FEWEST
     width = (PAGE - 1.9) / 2 if many else PAGE - 1.0
     _draw_mass(inset_axes(picture, 0.7, 0.45, width, 1.95), results)
@@ -52,8 +52,12 @@ def _draw_mass(axes: Axes, results: Results) -> None:
     axes.legend(loc="upper left")
 
 
-def _describe(residence: np.ndarray) -> str:
+def _name(results: Results) -> str:
+    return "parcels" if results.case["particles"].get("coarse_graining") else "particles"
+
+
+def _describe(residence: np.ndarray, what: str) -> str:
     if not len(residence):
-        return "no particle that a feed brought has left yet"
-    mean = f"{len(residence)} particles that feeds brought have left, after {residence.mean():.4g} s in the mean"
+        return f"no {what[:-1]} that a feed brought has left yet"
+    mean = f"{len(residence)} {what} that feeds brought have left, after {residence.mean():.4g} s in the mean"
     return f"{mean} (standard deviation {residence.std():.3g} s)"

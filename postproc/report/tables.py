@@ -51,7 +51,8 @@ def tabulate_solved(results: Results) -> Rows:
         given = ("mass", " [kg]") if particles.get("mass") is not None else ("count", "")
         rows += [("particles: diameter [m], density [kg m-3]", f"{particles['diameter']:g}, {particles['density']:g}")]
         text = "; ".join(f"{count} of {d:g} m, {density:g} kg m-3" for d, density, count in sizes)
-        rows += [("particles: sizes of the start file, in place of these", text)] if sizes else []
+        what = "parcels" if ratio > 1.0 else "particles"
+        rows += [(f"{what}: sizes of the start file, in place of these", text)] if sizes else []
         text = "; ".join(f"{d:g} m, {density:g} kg m-3: {fraction:g}" for d, density, fraction in mixture)
         rows += (
             [(f"particles: further species, parts by {particles.get('fractions', 'mass')}", text)] if mixture else []
@@ -60,7 +61,7 @@ def tabulate_solved(results: Results) -> Rows:
         rows += [("particles: coarse graining, diameter of a parcel over theirs", f"{ratio:g}")] if ratio > 1.0 else []
         rows += [
             (
-                "cell size over largest diameter" if sizes or mixture else "cell size over diameter",
+                f"cell size over {'largest ' if sizes or mixture else ''}diameter{' of parcels' * (ratio > 1.0)}",
                 " x ".join(f"{ratio:.3g}" for ratio in spacing),
             )
         ]

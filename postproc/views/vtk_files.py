@@ -115,6 +115,8 @@ def _write_frames(folder: Path, results: Results, frames: list[Path]) -> list[Pa
         frame, number = read_frame(path), number_of(path)
         cloud = PolyData(frame.positions)
         cloud.point_data["velocity"], cloud.point_data["diameter"] = frame.velocities, frame.diameters
+        if frame.grain_diameters is not None:  # as the frame files have them
+            cloud.point_data["diameter"], cloud.point_data["parcel_diameter"] = frame.grain_diameters, frame.diameters
         for name, column in (("species", frame.species), ("feed", frame.feeds), ("temperature", frame.temperatures)):
             if column is not None:
                 cloud.point_data[name] = column

@@ -328,3 +328,37 @@ def test_contacts_conduct_through_a_bed_of_parcels_as_through_one_of_grains():
     folder = find_case(BED).parent
     found = find_radius_factor(grains, folder)
     assert found < 1.0 and find_radius_factor(parcels, folder) == pytest.approx(found, rel=1e-12)
+
+
+def test_sizes_of_a_file_and_a_mass_give_no_ratio(tmp_path):
+    """The diameter of the case does not count then: no number of grains follows from the mass."""
+    text = find_case(BED).read_text(encoding="utf-8").partition("[start]")[0]
+    sizes = [2.2e-3, 2.2e-3, 2.0e-3, 2.0e-3, 2.0e-3]
+    rows = [f"{0.004 + 0.006 * n},0.005,0.01,{size}" for n, size in enumerate(sizes)]
+    (tmp_path / "p.csv").write_text("\n".join(["x,y,z,diameter", *rows]), encoding="utf-8")
+    mass = sum(1000.0 * math.pi / 6.0 * size**3 for size in sizes)
+    given = f'mass = {mass!r}\nparcels = 5\npositions = "p.csv"'
+    (tmp_path / "case.toml").write_text(text.replace("count = 9240", given) + "[exchange]\n", encoding="utf-8")
+    with pytest.raises(CaseError) as caught:
+        load_case(str(tmp_path))
+    (problem,) = caught.value.problems
+    assert "particles.parcels: 5 is given and the file of positions says how large each parcel is" in problem
+    assert "give coarse_graining, or count" in problem
+    by_count = load_case(str(tmp_path), ["particles.count=40"]).particles
+    assert by_count.coarse_graining == pytest.approx(2.0) and len(by_count.sizes) == 2
+
+
+def test_the_least_restitution_is_of_contacts_that_there_are():
+    """That of two species counts, and one that rows of all species have taken the place of does not."""
+    across = find_number(load(*MIXTURE, "contact.pairs=[[1, 2, 0.6, 0.3]]", ratio=1.5), "parcel restitution")
+    assert across.value == pytest.approx(math.sqrt(1.0 - 1.5 * (1.0 - 0.36)))
+    rows = ["contact.pairs=[[1, 1, 0.9, 0.3], [1, 2, 0.9, 0.3], [2, 2, 0.9, 0.3]]", "contact.wall_restitution=0.9"]
+    replaced = load(*MIXTURE, "contact.restitution=0.5", *rows, ratio=2.0)
+    assert find_number(replaced, "parcel restitution").value == pytest.approx(math.sqrt(1.0 - 2.0 * 0.19))
+    (problem,) = problems_of(*MIXTURE, "contact.restitution=0.5", *rows[1:], "particles.coarse_graining=2.0")
+    assert "grains of restitution 0.5 lose more" in problem
+
+
+def test_a_ratio_of_1_loses_what_its_grains_do():
+    assert find_number(load(ratio=1.0), "coarse graining").meaning == "Length ratio l, with the restitution of grains."
+    assert "l times less" in find_number(load("contact.scale_restitution=false", ratio=2.0), "coarse graining").meaning

@@ -20,7 +20,7 @@ from fbcouple.case.new_case import write_new_case
 from fbcouple.case.plan.candidates import LIMIT, Pricing, list_averages, list_splits, make_member
 from fbcouple.case.plan.case_file import write_case_file
 from fbcouple.case.plan.choice import make_plan
-from fbcouple.case.plan.knobs import KNOBS, Value, list_numerics
+from fbcouple.case.plan.knobs import KNOBS, Value, list_numerics, list_parcels
 from fbcouple.case.plan.measured_errors import (
     MESH,
     NUMERICS,
@@ -47,6 +47,21 @@ def own(tmp_path_factory) -> Path:
 
 def plan(name: str, own: Path, error: float, **wanted):
     return make_plan(str(own) if name == "own" else name, error, found=SHIPPED, **wanted)
+
+
+@pytest.mark.parametrize("key", ["run", "restart"])
+def test_what_another_run_has_stays_what_it_is(own, key):
+    """A start of particles starts no parcels: a plan that chose them could not be set up."""
+    case = load_case(str(own))
+    assert len(list_parcels(case, own.parent, ())) > 1
+    follows = case.model_copy(update={"start": case.start.model_copy(update={key: "other"})})
+    (value,) = list_parcels(follows, own.parent, ())
+    assert (value.words, value.settings) == ("particles", {})
+
+
+def test_blocks_that_end_no_run_are_refused_before_anything_is_chosen(own):
+    with pytest.raises(CaseError, match="blocks: 4 is given, at least 8 are allowed"):
+        plan("own", own, 0.5, sets=["averages.start=1.0", "averages.blocks=4"])
 
 
 @pytest.mark.parametrize("name", BEDS)

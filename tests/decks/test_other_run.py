@@ -186,6 +186,9 @@ def test_a_run_of_parcels_starts_no_bed_of_particles(tmp_path):
     source = other_run.Source(tmp_path / "frame-000001.nc", 0.0, frame)
     with pytest.raises(CaseError, match=r"run: it holds parcels of l = 1.2 and the case has particles \(l = 1\)"):
         other_run.read_particles(case, tmp_path / "run", other, source)
+    alike = load_case(str(tmp_path), ["particles.diameter=0.6e-3", "particles.coarse_graining=2.0"])
+    with pytest.raises(CaseError, match=r"run: it holds parcels of l = 1.2 and the case has parcels of l = 2 "):
+        other_run.read_particles(alike, tmp_path / "run", other, source)  # spheres as large, of other grains
 
 
 def test_damaged_restart_file_is_refused(bed, copy):

@@ -45,6 +45,13 @@ def test_figure(open_traffic, exits, panels):
     assert len(picture.axes) == panels and len(picture.axes[0].lines) == 3
 
 
+@pytest.mark.parametrize(("ratio", "what"), [(None, "75 particles"), (2.0, "75 parcels")])
+def test_what_left_is_counted_as_what_it_is(open_traffic, ratio, what):
+    results = open_traffic(101)
+    results.case["particles"]["coarse_graining"] = ratio
+    assert any(f"{what} that feeds brought have left" in text.get_text() for text in throughput(results).texts)
+
+
 def test_no_figure_where_nothing_comes_or_goes(dataset, write):
     with pytest.raises(NotMeantError):
         throughput(open_results(write(dataset)))

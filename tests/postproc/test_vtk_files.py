@@ -50,6 +50,17 @@ def test_frames_are_a_collection_over_time(run):
     assert np.allclose(gas["voidage"].reshape(frames[-1].voidage.shape), frames[-1].voidage)
 
 
+def test_diameters_of_parcels_and_of_their_grains_are_told_apart(tmp_path):
+    """As in the files of the frames: `diameter` is the grain's."""
+    run = write_whole(tmp_path / "run")
+    write_frames(run, SIZE, count=1, grain=0.5e-3)
+    export(run)
+    cloud = pyvista.read(run / "vtk/particles-000000.vtp")
+    assert np.allclose(cloud["diameter"], 0.5e-3) and np.allclose(cloud["parcel_diameter"], 1e-3)
+    (frame,) = map(read_frame, list_frames(open_results(run)))
+    assert np.allclose(frame.diameters, 1e-3) and np.allclose(frame.grain_diameters, 0.5e-3)
+
+
 def test_temperatures_stand_beside_what_they_are_of(tmp_path):
     run = write_whole(tmp_path / "run")
     write_frames(run, SIZE, count=1, heat=True)

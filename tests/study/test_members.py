@@ -92,6 +92,16 @@ def test_a_knob_takes_the_place_of_what_the_set_says_in_another_way(write):
     assert found["base"] == {"particles.parcels": 300} and found["reference"] == {"particles.coarse_graining": 1.5}
 
 
+def test_a_ratio_of_1_is_the_bed_without_parcels(write):
+    """The dearest member of all is not run twice."""
+    path = write(text="")
+    (path.parent / "case.toml").write_text(BED)
+    text = PARCELS.replace("coarse_graining = 2.0", "diameter = 1e-3")
+    path.write_text(text.replace("parcels = [200, 800]", "coarse_graining = [1.0, 2.0]"))
+    found = {member.name: member.knobs["particles.coarse_graining"] for member in plan(path)}
+    assert list(found.values()) == [1.0, 2.0, 1.5] and "base" in found
+
+
 def test_a_scene_takes_the_place_of_what_the_set_says_in_another_way(write):
     text = 'title = "s"\nbase = "case.toml"\nspan = "fall"\n[set]\nparticles.coarse_graining = 2.0\n'
     path = write(text=f"{text}[scenes.few]\nparticles.parcels = [200, 400]\n")

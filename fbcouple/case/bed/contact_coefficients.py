@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 
 from fbcouple.case.bed.particle_types import Kind
-from fbcouple.case.schema.particles import Contact
+from fbcouple.case.schema.particles import Contact, Particles
 
 LEAST_OF_PARCELS = {"hooke": 0.01, "hertz": 0.0501}
 """Contact model -> least restitution of parcels: of hooke the steps of a contact grow without end below, of hertz
@@ -24,19 +25,27 @@ class Coefficients:
 def find_pair(contact: Contact, one: Kind, other: Kind) -> Coefficients:
     """Coefficients between two kinds: the row of their species in `contact.pairs`, else the common ones, of parcels
     scaled."""
-    for first, second, restitution, friction in contact.pairs:
-        if {first, second} == {one.species, other.species}:
-            return _scale(contact, one, Coefficients(restitution, friction))
-    return _scale(contact, one, Coefficients(contact.restitution, contact.friction))
+    return _scale(contact, one, _find_grains(contact, one.species, other.species))
 
 
 def find_wall(contact: Contact, kind: Kind) -> Coefficients:
     """Coefficients between a kind and the walls: the row of its species in `contact.walls`, else the common ones, of
     parcels scaled."""
+    return _scale(contact, kind, _find_grains_at_wall(contact, kind.species))
+
+
+def _find_grains(contact: Contact, one: int, other: int) -> Coefficients:
+    for first, second, restitution, friction in contact.pairs:
+        if {first, second} == {one, other}:
+            return Coefficients(restitution, friction)
+    return Coefficients(contact.restitution, contact.friction)
+
+
+def _find_grains_at_wall(contact: Contact, one: int) -> Coefficients:
     for species, restitution, friction in contact.walls:
-        if species == kind.species:
-            return _scale(contact, kind, Coefficients(restitution, friction))
-    return _scale(contact, kind, Coefficients(contact.wall_restitution, contact.wall_friction))
+        if species == one:
+            return Coefficients(restitution, friction)
+    return Coefficients(contact.wall_restitution, contact.wall_friction)
 
 
 def _scale(contact: Contact, kind: Kind, grains: Coefficients) -> Coefficients:
@@ -58,10 +67,16 @@ def scale_restitution(restitution: float, ratio: float) -> float:
     return math.sqrt(square)
 
 
-def find_largest_ratio(contact: Contact) -> float:
-    """The ratio of parcels to grains at which the least elastic contact of a case has `LEAST_OF_PARCELS`."""
-    pairs, walls = list_coefficients(contact)
-    least = min(one.restitution for one in pairs + walls)
+def find_least_restitution(contact: Contact, particles: Particles) -> float:
+    """Of all contacts that a bed can have, between its species and of each with a wall, as grains."""
+    species = range(1, 2 + len(particles.mixture))
+    pairs = [_find_grains(contact, *pair) for pair in itertools.combinations_with_replacement(species, 2)]
+    return min(one.restitution for one in [*pairs, *(_find_grains_at_wall(contact, one) for one in species)])
+
+
+def find_largest_ratio(contact: Contact, particles: Particles) -> float:
+    """The ratio of parcels to grains at which the least elastic contact of a bed has `LEAST_OF_PARCELS`."""
+    least = find_least_restitution(contact, particles)
     return (1.0 - LEAST_OF_PARCELS[contact.model] ** 2) / (1.0 - least**2) if least < 1.0 else math.inf
 
 

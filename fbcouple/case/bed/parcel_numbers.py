@@ -7,9 +7,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fbcouple.case.bed.contact_coefficients import find_largest_ratio, find_pair, find_wall
+from fbcouple.case.bed.contact_coefficients import find_largest_ratio, find_least_restitution, scale_restitution
 from fbcouple.case.bed.number import Number, judge
-from fbcouple.case.bed.particle_types import find_ratio, largest_diameter, list_kinds, particle_count, solids_volume
+from fbcouple.case.bed.particle_types import find_ratio, largest_diameter, particle_count, solids_volume
 from fbcouple.case.bed.region import Region
 from fbcouple.case.bed.speeds import SETTLED
 from fbcouple.case.schema.gas import Domain
@@ -32,16 +32,16 @@ def describe_parcels(case: Case, region: Region) -> Iterator[Number]:
     meaning = "What LIGGGHTS has; the largest is {:.4g} m."
     yield Number("parcels", particle_count(particles), "1", None, None, meaning.format(diameter))
     if contact and contact.scale_restitution and ratio > 1.0:
-        limit = find_largest_ratio(contact)
+        limit = find_largest_ratio(contact, particles)
         meaning = "Length ratio l: from 1/(1 - e^2) on parcels cannot lose as much as their grains do."
         wanted = f"below {limit:.4g}" if np.isfinite(limit) else None
         yield Number("coarse graining", ratio, "1", wanted, judge(ratio <= limit) if wanted else None, meaning)
-        kinds = list_kinds(particles)
-        least = min(min(find_pair(contact, k, k).restitution, find_wall(contact, k).restitution) for k in kinds)
+        least = scale_restitution(find_least_restitution(contact, particles), ratio)
         meaning = "Restitution of parcels, e_l^2 = 1 - l (1 - e^2), the least; low ones want more DEM steps a contact."
         yield Number("parcel restitution", least, "1", None, None, meaning)
     elif contact:
-        meaning = "Length ratio l, with the restitution of grains: the bed loses l times less than it should."
+        meaning = "Length ratio l, with the restitution of grains"
+        meaning += ": the bed loses l times less than it should." if ratio > 1.0 else "."
         yield Number("coarse graining", ratio, "1", None, None, meaning)
     yield from _measure_bed(case, region, diameter)
 

@@ -134,7 +134,7 @@ def _check_kinds(case: Case, start: StartFile) -> Iterator[Problem]:
     if len(found) == sum(counts) and held != counts:
         what = f"{word_one(particles)}s of each kind"
         text = f"{particles.positions} holds {show(held)} {what} and the case {show(counts)}"
-        yield Problem(_KEY, f"{text}; fix the column `kind` (or sizes or types), or the fractions of the mixture.")
+        yield Problem(_KEY, f"{text}; fix the fractions of the mixture, or fix the file.")
 
 
 def _find_outside(case: Case, folder: Path, positions: np.ndarray, diameters: np.ndarray) -> Iterator[Problem]:

@@ -130,6 +130,7 @@ def make_plan(
     _require_bed(case, held)
     sets = (*sets, *list_averages(case, held))
     case = load_case(name, sets)
+    load_case(name, [*sets, f"averages.until_error={WORST:g}"])  # what a plan ends its runs by, which asks for more
     _require_known(case, folder)
     members, left_out = _make_members(name, sets, case, folder, held)
     pricing, splits = Pricing(found, folder), list(list_splits(case, ranks, folder))

@@ -136,10 +136,16 @@ def _find_diameter(case: Case) -> float:
     return largest_diameter(case.particles)
 
 
+_WHOLE = Value("particles", {}, 0.0)
+
+
 def list_parcels(case: Case, folder: Path, held: Collection[str]) -> list[Value]:
-    """The particles themselves, and parcels of them as large as fit between the walls; of a case in parcels its own."""
+    """The particles themselves, and parcels of them as large as fit between the walls; of a case in parcels, and of one
+    that starts from what another run has, its own."""
     assert case.particles is not None
     own, known = find_ratio(case.particles), list_ratios()
+    if own == 1.0 and case.start and (case.start.run is not None or case.start.restart is not None):
+        return [_WHOLE]
     if own > 1.0 or any(key in held for key in _PARCEL_KEYS):
         return [Value(f"parcels of {own:.3g} d", {}, interpolate(_PARCEL_KEYS[0], known, own))]
     largest = find_width(case.domain) / FEWEST_ACROSS / _find_diameter(case)
@@ -148,7 +154,7 @@ def list_parcels(case: Case, folder: Path, held: Collection[str]) -> list[Value]
         for ratio, error in known.items()
         if 1.0 < ratio <= largest
     ]
-    return [Value("particles", {}, 0.0), *parcels]
+    return [_WHOLE, *parcels]
 
 
 KNOBS: dict[str, Callable[[Case, Path, Collection[str]], list[Value]]] = {
