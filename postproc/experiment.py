@@ -225,8 +225,10 @@ def _leave_outside(results: Results, reference: Reference, line: np.ndarray) -> 
 
 
 def find_zeros(x: np.ndarray, values: np.ndarray) -> list[float]:
-    """Places where the straight lines between the points change sign; shape (n,) each."""
+    """Places where the straight lines between the points change sign, or a point is 0 between two of different signs;
+    shape (n,) each."""
     before, after = values[:-1], values[1:]
     changes = np.flatnonzero(before * after < 0.0)
     part = before[changes] / (before[changes] - after[changes])
-    return (x[changes] + part * (x[changes + 1] - x[changes])).tolist()
+    points = 1 + np.flatnonzero((values[1:-1] == 0.0) & (values[:-2] * values[2:] < 0.0))
+    return sorted([*(x[changes] + part * (x[changes + 1] - x[changes])).tolist(), *x[points].tolist()])

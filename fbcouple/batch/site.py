@@ -35,7 +35,7 @@ def read_site(name: str, allowed: Mapping[str, bool]) -> dict[str, Any]:
         text = f"is given and there is no {file or 'home folder'}; write it there as a table"
         raise CaseError([f"--site: {show(name)} {text}."])
     try:
-        tables = tomllib.loads(file.read_text(encoding="utf-8"))
+        tables = tomllib.loads(file.read_text(encoding="utf-8-sig"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise CaseError([f"{file}: cannot be read: {error}."]) from error
     sites = {key: table for key, table in tables.items() if isinstance(table, dict)}

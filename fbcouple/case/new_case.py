@@ -17,6 +17,7 @@ from fbcouple.case.bed.number import Number
 from fbcouple.case.checks.registry import list_problems
 from fbcouple.case.kinds.registry import KINDS, Wanted
 from fbcouple.case.preflight import estimate
+from fbcouple.case.presets import apply_preset
 from fbcouple.case.problems import show
 from fbcouple.case.schema.sections import Case
 from fbcouple.case.source import FILE_NAME
@@ -50,7 +51,9 @@ def _write_text(kind: str, wanted: Wanted) -> tuple[str, list[Number]]:
     """The text of the case, and its pre-flight numbers."""
     try:
         text = KINDS[kind](wanted)
-        case = adopt_inlets(Case.model_validate(tomllib.loads(text)))
+        raw = tomllib.loads(text)
+        apply_preset(raw)
+        case = adopt_inlets(Case.model_validate(raw))
         problems = list_problems(case, Path(), set())
         if not problems and case.contact and case.contact.max_overlap is not None:
             case, problems = adopt_spring(case, Path())

@@ -54,6 +54,14 @@ def require_place(ctx: click.Context, parameter: click.Parameter, value: Path | 
     return value
 
 
+def require_json(ctx: click.Context, parameter: click.Parameter, value: Path | None) -> Path | None:
+    """As `require_place`, of a name that says what is in it: no results or case are replaced by a slip."""
+    if value is not None and not ctx.resilient_parsing and value.suffix.lower() != ".json":
+        text = f"{value} is given, a name that ends in .json is allowed; add it."
+        raise click.BadParameter(text, ctx=ctx, param=parameter)
+    return require_place(ctx, parameter, value)
+
+
 take_case = click.argument("case", shell_complete=complete_case)
 take_case_or_set = click.argument("case", shell_complete=complete_case_or_set)
 take_ranks = click.option("-n", "--ranks", type=click.IntRange(min=1), default=1, show_default=True, help="MPI ranks.")
@@ -61,8 +69,8 @@ take_json = click.option(
     "--json",
     "file",
     type=click.Path(path_type=Path, dir_okay=False),
-    callback=require_place,
-    help="Write the tables to FILE.",
+    callback=require_json,
+    help="Write the tables to FILE.json.",
 )
 take_ranks_or_none = click.option(
     "-n", "--ranks", type=click.IntRange(min=1), help="MPI ranks; by default those that `check` proposes."

@@ -95,7 +95,7 @@ def init(
     for number in numbers:
         if number.verdict in (None, "fit"):
             continue
-        click.echo(f"{number.verdict}: {number.name} is {number.value:.3g} {number.unit}, wanted {number.limit}")
+        click.echo(f"{number.verdict}: {number.name} is {number.format()}, wanted {number.limit}")
     case, run = quote(str(folder)), quote(f"runs/{name_run(str(folder), folder / 'case.toml')}")
     count = next(int(number.value) for number in numbers if number.name == "particles")
     bed = f"{count} particles" if count else "starts empty, fed with particles"

@@ -25,6 +25,9 @@ from fbcouple.input_files.units import DENSITIES, LENGTHS, SPEEDS, TIMES, find_s
 _LACKING = re.compile(r"#(N/A|NV|N/D|[^\s;,]+[!?])\s*([;,\t]|$)")
 """First entry of a row that a spreadsheet could not compute, in any language; other lines with `#` are comments."""
 _BRACKETS = " []()\t"
+_FRACTION = re.compile(r"\s*0\d+\s*")
+"""Digits that no whole number begins with: what a decimal comma leaves of 0,05 where commas separate columns."""
+_COMMAS = "commas cannot separate columns and decimals: write decimal points, or `;` between the columns."
 _LONGEST_HEAD = 100_000
 _SHOWN = 60
 
@@ -244,6 +247,9 @@ def _read_numbers(file: str, lines: Iterable[tuple[int, str]], head: _Head, indi
                 signs.see_comma(number, entry, head.names[index])
             elif not signs.point and "." in entry:
                 signs.see_point(number)
+            elif separator == "," and _FRACTION.fullmatch(entry):
+                told = f"{file}: line {number}, `{_shorten(text)}`, has `{entry}` for {head.names[index]}"
+                raise CaseError([f"{told}; {_COMMAS}"])
             yield _read_number(file, number, entry, head.names[index])
     signs.require_clear()
 
@@ -282,7 +288,7 @@ def _format_width(file: str, line: int, text: str, found: int, head: _Head) -> s
         f"{file}: line {line}, `{_shorten(text)}`, has {found} columns and the header, `{_shorten(head.line)}`, {width}"
     )
     if head.separator == "," and found == 2 * width:
-        return f"{told}; commas cannot separate columns and decimals: write decimal points, or `;` between the columns."
+        return f"{told}; {_COMMAS}"
     return f"{told}; give every row the columns of the header."
 
 

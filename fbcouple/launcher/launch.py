@@ -159,6 +159,7 @@ def _read_run(run: Path, fresh: bool, resume: bool) -> Case:
 def _clear(run: Path, checkpoint: Checkpoint | None) -> None:
     """Remove what an earlier run left; of one that is resumed only what came after the checkpoint."""
     log = run / LOG
+    log.parent.mkdir(exist_ok=True)
     for old in (log, run / HEARTBEAT, *(run / "logs" / name for name in SOLVER_LOGS)):
         old.unlink(missing_ok=True)
     if checkpoint:

@@ -52,7 +52,7 @@ def follow_error(results: Results, column: int) -> Growing:
         part = blocks[:count].reshape(count, -1, 1)
         found.append(compare_with_map(part.mean(axis=0), estimate_errors(part)))
     error, ends = np.array(found), ends[_FEWEST - 1 :]
-    known = np.isfinite(error) & (ends > results.span[0])
+    known = np.isfinite(error) & (error > 0.0) & (ends > results.span[0])  # blocks that are all alike tell none
     if not known.any():
         raise NotDrawableError([f"{results.path}: the window is too short against the correlation to tell an error."])
     return Growing(error[known], _count_core_hours(results, ends[known]), ends[known])

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from fbcouple.postproc.figures.cost import stage_seconds
 from fbcouple.postproc.report.monitors import find_flux_error
 from fbcouple.results.reader import NotDrawableError, Results
 
@@ -21,7 +20,7 @@ def tabulate_predicted(results: Results) -> Rows:
     rows = []
     end, reached = (_read(results, name) for name in ("predicted_end", "time"))
     if end > 0.0 and reached > 0.0:
-        told, found = _read(results, "predicted_seconds") * reached / end, sum(stage_seconds(results).values())
+        told, found = _read(results, "predicted_seconds") * reached / end, _sum_steps(results)
         rows.append(_compare("wall time of the steps [s]", told, _read(results, "predicted_factor"), found))
     told = _read(results, "predicted_error")
     if math.isfinite(told) and (results.complete or reached >= end):
@@ -31,6 +30,12 @@ def tabulate_predicted(results: Results) -> Rows:
             found = math.nan
         rows.append(_compare("error of the means", told, _read(results, "predicted_error_factor"), found))
     return [row for row in rows if math.isfinite(row["predicted"])]
+
+
+def _sum_steps(results: Results) -> float:
+    """Wall time [s] of the steps: without the row of the start, which a prediction leaves out."""
+    walls = results.history("wall_seconds")
+    return float(walls.where(walls["time"] > 0.0).sum())
 
 
 def _read(results: Results, name: str) -> float:

@@ -221,3 +221,10 @@ def test_values_of_a_site_are_judged_as_those_of_the_command_line(run: Path, sit
     assert call(run, "--site", "box").exit_code == 2
     site.write_text('[box]\nscheduler = "slurm"\ntime = "01:00:00"\nqueue = "a b"\n')
     assert call(run, "--site", "box").exit_code == 1
+
+
+def test_site_file_of_an_editor_that_marks_utf_8(run, site):
+    site.write_bytes(b'\xef\xbb\xbf[big]\nscheduler = "slurm"\nqueue = "long"\n')
+    done = CliRunner().invoke(cli, ["batch", str(run), "--site", "big", "--time", "12:00:00"])
+    assert done.exit_code == 0, done.output
+    assert "long" in read(run)

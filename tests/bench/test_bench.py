@@ -122,6 +122,15 @@ def test_folders_are_made_for_the_tables_of_a_measurement(tmp_path):
     assert done.exit_code == 0 and json.loads(file.read_text())["checks"], done.output
 
 
+@pytest.mark.parametrize("name", ["results.nc", "case.toml"])
+def test_tables_replace_no_other_file(tmp_path, name):
+    file = tmp_path / name
+    file.write_text("kept")
+    done = CliRunner().invoke(cli, ["verify", "normal-impact", "--json", str(file)])
+    assert done.exit_code == 2 and "a name that ends in .json is allowed" in done.output
+    assert file.read_text() == "kept"
+
+
 def test_overhead_on_two_ranks(tmp_path):
     (tmp_path / "case.toml").write_text(BED)
     file = tmp_path / "found.json"

@@ -75,6 +75,15 @@ def test_what_is_unfit_is_reported(call):
     assert result.exit_code == 0 and "warn: minimum fluidization is 0.56 m s-1" in result.stdout
 
 
+def test_what_is_told_is_what_check_tells(call):
+    """By the preset that the new case stands on."""
+    told = call("init", "fine", "--diameter", 3e-5).stdout
+    checked = {number.name: number for number in estimate(load_case("fine"), None, Path("fine"))}
+    warned = {name for name, number in checked.items() if number.verdict not in (None, "fit")}
+    assert set(re.findall(r"^(?:warn|unfit): (.*?) is ", told, re.MULTILINE)) == warned
+    assert "DEM steps per fluid step" not in told
+
+
 def test_next_commands_are_printed_and_are_right(call):
     result = call("init", "my beds/one")
     commands = [line.strip() for line in result.stdout.splitlines() if line.startswith("  fbcouple ")]

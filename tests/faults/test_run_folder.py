@@ -52,6 +52,13 @@ def stopped(part_way: Path, tmp_path: Path) -> Path:
     return Path(shutil.copytree(part_way, tmp_path / "stopped"))
 
 
+def test_a_run_goes_on_without_its_logs(stopped: Path) -> None:
+    shutil.rmtree(stopped / "logs")
+    launch(stopped, 1, lambda row: None, resume=True)
+    with xr.open_dataset(stopped / "results.nc") as results:
+        assert results.attrs["complete"] and float(results["time"][0]) == 0.0
+
+
 @pytest.fixture
 def no_solver(monkeypatch: pytest.MonkeyPatch) -> None:
     """Fail the test if a mesh tool or a solver would be started."""

@@ -66,6 +66,7 @@ def test_columns_that_are_not_read_are_named(tmp_path):
     ("content", "told"),
     [
         ("x,y\n0,25,1,5\n", "line 2, `0,25,1,5`, has 4 columns and the header, `x,y`, 2; commas cannot separate"),
+        ("x,y,size\n5,0,05\n", "line 2, `5,0,05`, has `05` for size; commas cannot separate columns and decimals"),
         ("x,y\n1,2\n1,2,3\n", "line 3, `1,2,3`, has 3 columns and the header, `x,y`, 2; give every row"),
         ("x;y\n1,2\n", "line 2, `1,2`, has 1 columns"),
         ("x;y\n1,5;2\n1.5;2\n", "line 2 has a decimal comma and line 3 a decimal point"),

@@ -242,3 +242,5 @@ def test_all_lines_that_cannot_be_read_are_told(results):
 def test_zeros_lie_on_the_straight_lines():
     assert find_zeros(np.array([0.0, 1.0, 2.0, 3.0]), np.array([-1.0, 3.0, 1.0, -1.0])) == pytest.approx([0.25, 2.5])
     assert find_zeros(np.array([0.0, 1.0]), np.array([1.0, 2.0])) == []
+    assert find_zeros(np.array([5.0, 15.0, 25.0]), np.array([-0.1, 0.0, 0.1])) == [15.0]
+    assert find_zeros(np.arange(4.0), np.array([0.0, 1.0, 0.0, 1.0])) == []  # at a wall, and touched only

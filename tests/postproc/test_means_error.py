@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from whole_run import write_whole
 
 from fbcouple.postproc import FIGURES
@@ -50,6 +51,13 @@ def test_what_has_none_is_left_out(run):
     for results in (bare, Results(run.path, pooled, run.case)):
         with pytest.raises(NotMeantError, match="no blocks of one run"):
             FIGURES["means_error"](results)
+
+
+def test_blocks_that_are_all_alike_tell_no_error(run):
+    """An error of nothing is no point on a logarithmic axis."""
+    fields = {name: xr.full_like(run.data[name], 0.25) for name in BLOCKS}
+    with pytest.raises(NotDrawableError, match="to tell an error"):
+        FIGURES["means_error"](Results(run.path, run.data.assign(fields), run.case))
 
 
 def test_a_window_that_turns_round_once_tells_none(run):
