@@ -55,9 +55,8 @@ def at_height(field: xr.DataArray, height: float) -> xr.DataArray:
     """
     z = field["z"].values.astype(float)
     if z.size < 2 or not z[0] <= height <= z[-1]:
-        raise NotDrawableError(
-            [f"height z = {height:g} m is outside the cell centres ({z[0]:g} to {z[-1]:g} m); use a finer mesh in z."]
-        )
+        told = f"height z = {height:g} m is outside the cell centres ({z[0]:g} to {z[-1]:g} m)"
+        raise NotDrawableError([f"{told}; give a height between them, or use a finer mesh in z."])
     upper = min(max(int(np.searchsorted(z, height)), 1), z.size - 1)
     weight = (height - z[upper - 1]) / (z[upper] - z[upper - 1])
     return (1.0 - weight) * field.isel(z=upper - 1, drop=True) + weight * field.isel(z=upper, drop=True)

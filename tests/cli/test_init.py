@@ -72,7 +72,7 @@ def test_options_reach_the_case(call):
 
 def test_what_is_unfit_is_reported(call):
     result = call("init", "mine", "--velocity", 0.2)
-    assert result.exit_code == 0 and "warn: minimum fluidization is 0.56 m s-1" in result.stdout
+    assert result.exit_code == 0 and "warn: minimum fluidization is 0.5601 m s-1" in result.stdout
 
 
 def test_what_is_told_is_what_check_tells(call):
