@@ -37,6 +37,7 @@ from fbcouple.results.line_log import read_log
 from fbcouple.run_folder.checkpoint import list_checkpoints
 from fbcouple.run_folder.failure import read_note
 from fbcouple.run_folder.lock import is_held
+from fbcouple.run_folder.manifest import NAME as MANIFEST
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -133,8 +134,9 @@ class Run:
     def __init__(self, path: str | os.PathLike[str]) -> None:
         """Raises: CaseError if `path` is no run folder."""
         self.path = Path(path).absolute()
-        if not (self.path / "case.toml").is_file():
-            raise CaseError([f"{self.path}: is not a run folder (no case.toml); write one with fbcouple.setup."])
+        for file, what in (("case.toml", "is not a run folder"), (MANIFEST, "is a case, and no run folder")):
+            if not (self.path / file).is_file():
+                raise CaseError([f"{self.path}: {what} (no {file}); write one with fbcouple.setup."])
 
     def __fspath__(self) -> str:
         return str(self.path)
@@ -272,7 +274,13 @@ def report(runs: Sequence[Run | str | os.PathLike[str]], path: str | os.PathLike
     """
     from fbcouple.postproc.report.report import write_report  # noqa: PLC0415  (loads matplotlib)
 
-    return write_report([Path(run) for run in runs], Path(path))
+    return write_report(_list_paths(runs), Path(path))
+
+
+def _list_paths(runs: Sequence[Run | str | os.PathLike[str]]) -> list[Path]:
+    if isinstance(runs, str | os.PathLike):
+        raise CaseError([f"runs: {os.fspath(runs)} is given, a list of runs is allowed; give [{runs!r}]."])
+    return [Path(run) for run in runs]
 
 
 @in_python()
@@ -292,4 +300,4 @@ def pool(
     """
     from fbcouple.results.pools import write_pool  # noqa: PLC0415  (loads xarray)
 
-    return write_pool([Path(run) for run in runs], Path(path), reduced, start, list_defaults())
+    return write_pool(_list_paths(runs), Path(path), reduced, start, list_defaults())

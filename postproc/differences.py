@@ -9,14 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter
 
 from fbcouple.postproc.common_grid import bring_together
 from fbcouple.postproc.figures.heights import list_heights
 from fbcouple.postproc.scales import velocity_scale
-from fbcouple.postproc.style import GREY, LINES, PAGE, lay_out, wrap_label
+from fbcouple.postproc.style import GREY, LINES, PAGE, lay_out, mark_logarithm, wrap_label
 from fbcouple.results.depth_means import at_height, depth_average
 from fbcouple.results.reader import NotDrawableError, Results
 
@@ -181,20 +179,12 @@ def draw_error_against_time(points: Sequence[Point], base: float | None) -> Figu
     axes.margins(x=0.12, y=0.08)
     axes.grid(which="major", linewidth=0.4)
     for axis in (axes.xaxis, axes.yaxis):
-        _mark_decades(axis)
+        mark_logarithm(axis)
     _name_runs(axes, costs)
     if base is not None:
         axes.axvline(base, color=GREY, linestyle=":", linewidth=1.0)
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=1.8)
     return picture
-
-
-def _mark_decades(axis: Axis) -> None:
-    """Ticks at 1, 2 and 5, of a long axis at each ten only, so that their numbers keep clear of each other."""
-    low, high = axis.get_view_interval()
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 30.0 * low else (1.0,)))
-    axis.set_major_formatter("{x:g}")
-    axis.set_minor_formatter(NullFormatter())
 
 
 def _name_runs(axes: Axes, costs: dict[str, float]) -> None:

@@ -117,6 +117,16 @@ def tell_given(runs: Sequence[Results], lines: Sequence[Measured]) -> list[str]:
     ]
 
 
+def tell_unread(lines: Sequence[Measured]) -> list[str]:
+    """Remarks on columns of files of measured lines that are not looked at."""
+    return [
+        f"{line.reference}: its columns {', '.join(map(repr, line.points.unread))[:200]} are not looked at; half "
+        "widths of error bars are read from a column `error`."
+        for line in lines
+        if line.points.unread
+    ]
+
+
 def line_of(results: Results, reference: Reference, suffix: str = "") -> np.ndarray:
     """The run's time mean along the reference's line, at its cell centres in x, averaged over the depth, or its part;
     shape (nx,).

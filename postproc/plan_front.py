@@ -6,18 +6,15 @@ from pathlib import Path
 from typing import Any
 
 from matplotlib.axes import Axes
-from matplotlib.ticker import LogLocator, NullFormatter
 
 from fbcouple.errors import CaseError
-from fbcouple.postproc.style import INK, LINES, PAGE, VERMILION, journal_style, lay_out, save
+from fbcouple.postproc.style import INK, LINES, PAGE, VERMILION, journal_style, lay_out, mark_logarithm, save
 
 FORMATS = (".png", ".svg", ".pdf")
 COSTS = {"wall_seconds": "wall time [s]", "core_hours": "core-hours [h]"}
 """What a plan without a time counts as cost, and one with a time."""
 _BODY = 3.2
 """Height of the axes [in]."""
-_NARROW = 20.0
-"""Span of an axis below which more than powers of ten is marked."""
 _KNOBS = ("preset and fluid step", "overlap", "cells over d", "parcels")
 
 
@@ -64,10 +61,7 @@ def _draw_curves(axes: Axes, plan: dict[str, Any]) -> None:
     axes.set_ylabel("error over the map [-]")
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     for axis in (axes.xaxis, axes.yaxis):
-        low, high = axis.get_view_interval()
-        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high / low < _NARROW else (1.0,)))
-        axis.set_major_formatter("{x:g}")
-        axis.set_minor_formatter(NullFormatter())
+        mark_logarithm(axis)
 
 
 def _list_points(rows: list[dict[str, Any]], cost: str) -> tuple[list[float], list[float]]:

@@ -18,7 +18,7 @@ from matplotlib.colors import Colormap
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.textpath import TextPath
-from matplotlib.ticker import ScalarFormatter
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, ScalarFormatter
 
 from fbcouple.postproc.files import write_whole
 
@@ -41,6 +41,10 @@ _FORMULA = "\ue000"
 ROUNDING = 1e-9
 """Part of a colour scale: the mean square about a mean, of what does not move, is -1e-17."""
 WINDOW_SHADE = "#E9EEF4"
+_MARKS = ((10.0, (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)), (100.0, (1.0, 2.0, 5.0)), (1e4, (1.0, 3.0)))
+"""Span of a logarithmic axis, and what is marked on a shorter one; on a longer one powers of ten alone."""
+_LINEAR = 3.0
+"""Span of a logarithmic axis below which it is marked as a linear one is."""
 # Lines that are told apart by colour, dash and mark; beyond eight they repeat.
 LINES: list[dict[str, Any]] = [
     {"color": BLUE, "linestyle": "-", "marker": "o"},
@@ -148,6 +152,15 @@ def shorten_numbers(axis: Axis) -> None:
     formatter = ScalarFormatter(useMathText=True)
     formatter.set_powerlimits((-4, 5))
     axis.set_major_formatter(formatter)
+
+
+def mark_logarithm(axis: Axis) -> None:
+    """Marks of a logarithmic axis, three at least, whose numbers keep clear of each other; called when it is drawn."""
+    low, high = axis.get_view_interval()
+    subs = next((marks for span, marks in _MARKS if high < span * low), (1.0,))
+    axis.set_major_locator(MaxNLocator(4) if high < _LINEAR * low else LogLocator(subs=subs))
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter(NullFormatter())
 
 
 def measure(text: str) -> float:

@@ -118,6 +118,10 @@ def test_mistakes_are_those_of_the_command_line(case_file, tmp_path):
         fbcouple.load_case(case_file, {"gas.inlet_velocty": 0.5})
     with pytest.raises(CaseError, match="is not a run folder"):
         fbcouple.Run(tmp_path)
+    with pytest.raises(CaseError, match=r"is a case, and no run folder \(no manifest\.json\)"):
+        fbcouple.Run(case_file.parent)
+    with pytest.raises(CaseError, match=r"runs: a run is given, a list of runs is allowed; give \['a run'\]"):
+        fbcouple.report("a run", tmp_path / "page.html")
     with pytest.raises(CaseError, match="is a set of cases"):
         fbcouple.setup("patil/all", tmp_path / "run")
     with pytest.raises(AttributeError, match="no attribute 'lod_case'"):

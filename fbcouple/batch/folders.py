@@ -30,14 +30,21 @@ def find_runs(folder: Path, say: Say = lambda text: None) -> list[Path]:
 
     Raises: CaseError if it is none and holds none.
     """
+    quoted = shlex.quote(str(folder))
+    if folder.is_file():
+        mend = f"give the folder of a run (what a results file holds is shown by `fbcouple report {quoted}`)"
+        raise CaseError([f"{folder}: is a file and no run folder; {mend}."])
     if (folder / FILE_NAME).is_file():
+        if not (folder / MANIFEST).exists():
+            mend = f"make a run of it with `fbcouple setup {quoted} -o RUN`"
+            raise CaseError([f"{folder}: is a case, and no run folder; {mend}, and give that."])
         return [folder.resolve()]
     found = sorted(path.parent.resolve() for path in folder.glob(f"*/{FILE_NAME}")) if folder.is_dir() else []
     runs = [run for run in found if (run / MANIFEST).exists()]
     if not runs:
         cases = f"; {found[0].name} in it is a case that was not set up" if found else ""
         text = f"is neither a run folder nor a folder of runs{cases}"
-        raise CaseError([f"{folder}: {text}; write one with `fbcouple setup CASE -o {shlex.quote(str(folder))}`."])
+        raise CaseError([f"{folder}: {text}; write one with `fbcouple setup CASE -o {quoted}`."])
     for case in found:
         if case not in runs:
             shown = format_path(case)

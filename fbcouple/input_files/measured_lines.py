@@ -42,10 +42,14 @@ _VALUE_UNITS: dict[str, dict[str, float]] = {
     "kg m-2 s-1": {"kg m-2 s-1": 1.0, "kg/m2s": 1.0, "kg/(m2 s)": 1.0, "kg/m2/s": 1.0, "kg/m^2/s": 1.0},
     "Pa": {"Pa": 1.0, "kPa": 1e3},
 }
-_UNCLEAR = {
+UNCLEAR = {
     word: "if it is the half width of an error bar call it `error`, else remove it"
-    for word in ("err", "errors", "std", "sd", "sigma", "stderr", "uncertainty", "dev", "deviation")
+    for word in (
+        *("err", "errors", "error bar", "std", "sd", "sigma", "stderr", "std err", "std error", "standard error"),
+        *("stdev", "std dev", "standard deviation", "uncertainty", "dev", "deviation", "value error", "rms"),
+    )
 }
+"""Words in a head that could mean `error`, and what to do about it."""
 
 LARGEST = 10_000_000
 """Bytes that a file of measured points may have."""
@@ -80,11 +84,15 @@ class Reference:
 
 @dataclass(frozen=True)
 class Points:
-    """Measured points: `x`, or r, [m], `value` and, if the file has them, `error` in SI units; shape (n,) each."""
+    """Measured points: `x`, or r, [m], `value` and, if the file has them, `error` in SI units; shape (n,) each.
+
+    `unread`: heads of columns of the file that are not looked at.
+    """
 
     x: np.ndarray
     value: np.ndarray
     error: np.ndarray | None
+    unread: tuple[str, ...] = ()
 
 
 def parse_reference(text: str) -> Reference:
@@ -136,16 +144,17 @@ def read_points(path: Path, quantity: str, axis: str = "x") -> Points:
     values = _VALUE_UNITS[QUANTITIES[quantity]]
     names = {quantity: "value", quantity.replace("_", " "): "value"}
     mend = f"this line is of {quantity}: name its column `value` or `{quantity}`, or give the line as {{}}@height=file"
-    others = {word: mend.format(word.replace(" ", "_")) for word in _list_words() if word not in names}
+    others = {name.replace("_", " "): mend.format(name) for name in QUANTITIES if name != quantity}
     units = {axis: LENGTHS, "value": values, "error": values}
-    form = Form(units, (axis, "value"), "points", LARGEST, names, _UNCLEAR, others, {"error": "value"})
-    columns = read_table(path, form).columns
+    form = Form(units, (axis, "value"), "points", LARGEST, names, UNCLEAR, others, {"error": "value"})
+    table = read_table(path, form)
+    columns = table.columns
     order = np.argsort(columns[axis], kind="stable")
     x, value, error = (columns[name][order] if name in columns else None for name in form.columns)
     assert x is not None and value is not None
     if error is not None and error.min() < 0.0:
         raise CaseError([f"{path.name} holds an error below zero; give half widths in the unit of the value."])
-    return Points(x, value, error)
+    return Points(x, value, error, table.unread)
 
 
 def _require_radii(file: str, low: float, high: float, largest: float) -> None:
@@ -153,11 +162,6 @@ def _require_radii(file: str, low: float, high: float, largest: float) -> None:
         guess = guess_frame([low], [high], [largest]) if low >= 0.0 else ""
         mend = "give the distance from the middle in m (another unit in the head, as `r [mm]`)."
         raise CaseError([f"{file} has r from {low:g} to {high:g} m, 0 to {largest:g} m is allowed{guess}; {mend}"])
-
-
-def _list_words() -> list[str]:
-    """Names of the quantities as a head may have them."""
-    return [word for name in QUANTITIES for word in (name, name.replace("_", " "))]
 
 
 def read_line(

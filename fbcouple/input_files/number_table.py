@@ -182,8 +182,9 @@ def _understand(name: str, form: Form) -> tuple[str | None, str | None]:
 
 
 def _find_word(name: str) -> str:
-    """A head without its unit."""
-    return name.lower().partition("[")[0].partition("(")[0].partition("/")[0].strip()
+    """A head without its unit, dots, dashes and underscores."""
+    word = name.lower().partition("[")[0].partition("(")[0].partition("/")[0]
+    return " ".join(re.sub(r"[._-]", " ", word).split())
 
 
 def _place_columns(file: str, head: _Head, form: Form) -> dict[str, tuple[int, float]]:

@@ -307,10 +307,13 @@ def sample(data: xr.Dataset) -> xr.Dataset:
 def open_runs(folders: Sequence[Path]) -> list[Results]:
     """Open several runs; runs of one name get their place in the list added to their label.
 
-    Raises: CaseError with every run that cannot be opened.
+    Raises: CaseError with every run that cannot be opened, or is given twice.
     """
-    runs, problems = [], []
-    for folder in folders:
+    runs, problems, places = [], [], [folder.resolve() for folder in folders]
+    for number, folder in enumerate(folders):
+        if places[number] in places[:number]:
+            problems.append(f"{folder} is given twice, and a run is compared with others; leave one out.")
+            continue
         try:
             runs.append(open_results(folder))
         except CaseError as error:

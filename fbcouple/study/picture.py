@@ -11,9 +11,21 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter
 
-from fbcouple.postproc.style import BLUE, DPI, GREEN, GREY, INK, ORANGE, PAGE, SKY, VERMILION, journal_style, save
+from fbcouple.postproc.style import (
+    BLUE,
+    DPI,
+    GREEN,
+    GREY,
+    INK,
+    ORANGE,
+    PAGE,
+    SKY,
+    VERMILION,
+    journal_style,
+    mark_logarithm,
+    save,
+)
 
 _COLOURS = (BLUE, VERMILION, GREEN, ORANGE, SKY, GREY)
 _MARKERS = "os^DvPX*<>hp"
@@ -21,8 +33,6 @@ _PANEL = 2.9
 """Height of a panel [in]."""
 _ROOM = 4.6, 2.2
 """About the size of its axes [in]."""
-_SHORT, _LONG = 5.0, 1e5
-"""Spans of an axis below which more is marked than 1, 2 and 5, and from which on only powers of ten."""
 _OFFSETS = ((7.0, 5.0), (-7.0, 5.0), (7.0, -6.0), (-7.0, -6.0), (0.0, 9.0), (0.0, -9.0), (11.0, 0.0), (-11.0, 0.0))
 """Where the number of a point can stand [pt], the best first."""
 _CLEAR = 7.0
@@ -70,10 +80,7 @@ def _draw_panel(axes: Axes, rows: list[dict[str, Any]], knobs: list[str]) -> Non
     _name_members(axes, rows)
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     for axis in (axes.xaxis, axes.yaxis):
-        low, high = axis.get_view_interval()
-        axis.set_major_locator(LogLocator(subs=_choose_marks(high / low)))
-        axis.set_major_formatter("{x:g}")
-        axis.set_minor_formatter(NullFormatter())
+        mark_logarithm(axis)
 
 
 def _draw_point(axes: Axes, row: dict[str, Any], which: int, label: str | None) -> None:
@@ -94,13 +101,6 @@ def _draw_point(axes: Axes, row: dict[str, Any], which: int, label: str | None) 
 def _is_unsure(row: dict[str, Any]) -> bool:
     """Does chance play a part in the error of a row that nothing tells?"""
     return row["stderr"] is not None and math.isnan(row["stderr"])
-
-
-def _choose_marks(span: float) -> tuple[float, ...]:
-    """What is marked between two powers of ten on an axis from its least value to `span` times that."""
-    if span < _SHORT:
-        return 1.0, 1.2, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0
-    return (1.0, 2.0, 5.0) if span < _LONG else (1.0,)
 
 
 def _name_members(axes: Axes, rows: list[dict[str, Any]]) -> None:

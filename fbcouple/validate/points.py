@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from fbcouple.errors import CaseError
-from fbcouple.input_files.measured_lines import LARGEST, Points
+from fbcouple.input_files.measured_lines import LARGEST, UNCLEAR, Points
 from fbcouple.input_files.number_table import Form, read_table
 from fbcouple.input_files.units import LENGTHS
 
@@ -33,7 +33,7 @@ def read_series(path: Path, axis: str, axis_unit: str, unit: str) -> Points:
     word = axis.split(maxsplit=1)[0]
     values = _UNITS.get(unit, {unit: 1.0})
     units = {word: _UNITS[axis_unit], "value": values, "error": values}
-    form = Form(units, (word, "value"), "points", LARGEST, follows={"error": "value"})
+    form = Form(units, (word, "value"), "points", LARGEST, unclear=UNCLEAR, follows={"error": "value"})
     columns = read_table(path, form).columns
     order = np.argsort(columns[word], kind="stable")
     error = columns["error"][order] if "error" in columns else None

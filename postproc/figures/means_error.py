@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter
 
 from fbcouple.postproc.figures.registry import comparison, figure
-from fbcouple.postproc.style import COLUMN, GREY, LINES, lay_out, wrap_label
+from fbcouple.postproc.style import COLUMN, GREY, LINES, lay_out, mark_logarithm, wrap_label
 from fbcouple.results.block_errors import compare_with_map, estimate_errors
 from fbcouple.results.block_means import SAMPLES, START, has_blocks, pack_blocks
 from fbcouple.results.reader import NotDrawableError, NotMeantError, Results
@@ -129,6 +128,5 @@ def _draw(axes: Axes, line: Growing, name: str, style: dict[str, object], result
 def _finish(picture: Figure, axes: Axes, columns: int = 2) -> None:
     axes.set(xlabel="Core-hours", ylabel="Standard error over the mean")
     for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        axis.set_minor_formatter(FuncFormatter(lambda value, _: f"{value:.2g}" if f"{value:e}"[0] in "25" else ""))
+        mark_logarithm(axis)
     picture.legend(loc="outside lower center", ncols=columns, handlelength=2.4)

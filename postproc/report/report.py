@@ -13,7 +13,7 @@ from typing import Any
 
 from fbcouple.postproc.averaging import averaging_text, list_warnings
 from fbcouple.postproc.differences import Difference, Point, compare, core_hours, draw_error_against_time
-from fbcouple.postproc.experiment import Comparison, Measured, compare_with, gather_references, tell_given
+from fbcouple.postproc.experiment import Comparison, Measured, compare_with, gather_references, tell_given, tell_unread
 from fbcouple.postproc.figures.heights import format_height, list_heights
 from fbcouple.postproc.figures.measured_lines import draw_measured_lines
 from fbcouple.postproc.figures.registry import COMPARISONS, FIGURES
@@ -135,7 +135,7 @@ def _try(tabulate: Callable[[Results], tables.Rows], run: Results) -> tables.Row
 
 
 def _describe_comparison(runs: Sequence[Results], lines: Sequence[Measured]) -> Content:
-    remarks: list[str] = tell_given(runs, lines)
+    remarks: list[str] = tell_given(runs, lines) + tell_unread(lines)
     several = len(runs) > 1
     made = [
         make_picture(lambda make=make: make(runs), name, make.__doc__, "", remarks)  # type: ignore[misc]

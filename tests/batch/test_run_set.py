@@ -238,3 +238,13 @@ def test_a_folder_without_runs_is_told(tmp_path: Path):
     with pytest.raises(CaseError, match="is neither a run folder nor a folder of runs"):
         find_runs(tmp_path)
     assert call("status", tmp_path).exit_code == 1
+
+
+def test_a_case_and_a_file_are_told_from_runs(tmp_path: Path):
+    case = tmp_path / "bed" / "case.toml"
+    case.parent.mkdir()
+    case.write_text("")
+    told = call("status", case.parent)
+    assert told.exit_code == 1 and f"fbcouple setup {case.parent} -o RUN" in told.stderr.replace("\n", "")
+    told = call("status", case)
+    assert told.exit_code == 1 and "is a file and no run folder; give the folder of a run" in told.stderr

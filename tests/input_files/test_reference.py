@@ -83,6 +83,8 @@ def test_errors_are_read_where_there_are_some(tmp_path):
         ("x,value\n1,two\n", "line 2 has `two` for value; give a number"),
         ("x,value\n1,nan\n", "line 2 has `nan` for value; give a finite number"),
         ("x,value,error\n1,2,-1\n", "error below zero"),
+        ("x,value,Std. Dev.\n1,2,1\n", "has a column `Std. Dev.`; if it is the half width of an error bar call it"),
+        ("x;value;standard_error [m]\n1;2;1\n", "has a column `standard_error \\[m\\]`; if it is the half width"),
     ],
 )
 def test_what_is_wrong_with_a_file_is_told(tmp_path, text, told):

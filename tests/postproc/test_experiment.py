@@ -14,6 +14,7 @@ from fbcouple.postproc.experiment import (
     gather_references,
     line_of,
     tell_given,
+    tell_unread,
 )
 from fbcouple.postproc.figures.measured_lines import draw_measured_lines
 from fbcouple.postproc.report import report
@@ -178,6 +179,18 @@ def test_a_line_given_for_all_runs_is_told(results, tmp_path):
     assert remark.startswith(f"voidage@0.03={file}: given by --reference, so all 2 runs are compared with it")
     assert remark in report.describe([results, plain], lines)["remarks_on_comparison"]
     assert tell_given([results], lines) == []
+
+
+@pytest.mark.usefixtures("without_figures")
+def test_columns_that_are_not_looked_at_are_named(results, tmp_path):
+    write_line(results.path.parent / "line.csv", velocity(X).tolist())
+    file = write_line(tmp_path / "voidage.csv", [0.7] * 4)
+    text = file.read_text().replace("\n", ",7\n").replace(",7\n", ",runs\n", 1)
+    file.write_text(text)
+    lines = gather_references([results], [f"voidage@0.03={file}"])
+    (remark,) = tell_unread(lines)  # and none of the case's own line
+    assert remark.startswith(f"voidage@0.03={file}: its columns 'runs' are not looked at")
+    assert remark in report.describe([results], lines)["remarks_on_comparison"]
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from fbcouple.postproc import COMPARISONS, FIGURES
 from fbcouple.postproc.differences import Point, draw_error_against_time
 from fbcouple.postproc.experiment import gather_references
 from fbcouple.postproc.figures.measured_lines import draw_measured_lines, measured_lines
-from fbcouple.postproc.style import journal_style
+from fbcouple.postproc.style import journal_style, mark_logarithm
 from fbcouple.postproc.symbols import SYMBOLS
 from fbcouple.results.reader import open_runs
 from tests.postproc.whole_run import write_whole
@@ -132,3 +132,14 @@ def test_a_cut_label_is_seen(runs):
     figure = measured_lines(runs[0])
     figure.text(0.9, 0.5, "a label that does not fit into the figure")
     assert list_cut(figure) == ["a label that does not fit into the figure"]
+
+
+@pytest.mark.parametrize("span", [1.05, 1.4, 2.9, 3.1, 6.0, 9.9, 11.0, 60.0, 110.0, 3e3, 2e4, 1e6])
+@pytest.mark.parametrize("low", [1.1e-3, 2.6, 4.4, 8.2e2])
+def test_logarithmic_axes_have_three_marks_at_least(low, span):
+    axes = Figure().subplots()
+    axes.set(xscale="log", xlim=(low, low * span))
+    mark_logarithm(axes.xaxis)
+    marks = [mark for mark in axes.xaxis.get_majorticklocs() if low <= mark <= low * span]
+    assert 3 <= len(marks) <= 9
+    assert len(set(axes.xaxis.get_major_formatter().format_ticks(marks))) == len(marks)

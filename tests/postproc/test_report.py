@@ -332,6 +332,12 @@ def test_nothing_is_written_if_a_run_is_missing(tmp_path):
     assert not (tmp_path / "page.html").exists() and not (tmp_path / "page.json").exists()
 
 
+def test_a_run_that_is_given_twice_is_told(tmp_path):
+    run = write_whole(tmp_path / "run")
+    with pytest.raises(CaseError, match=r"run is given twice, .*; leave one out"):
+        write_report([run, tmp_path / "x" / ".." / "run"], tmp_path / "page.html")
+
+
 @pytest.mark.parametrize("name", ["page.json", "page", "page.JSON", "page.nc"])
 def test_a_page_of_another_ending_is_refused(tmp_path, name):
     run = write_whole(tmp_path / "run")

@@ -35,13 +35,13 @@ def _name_parts(columns: tuple[str, ...], *vectors: str) -> dict[str, str]:
 
 
 _UNCLEAR = {
-    "phase_id": "MFIX writes so, and its y points up where here z does; name the columns by what they are here, as a "
+    "phase id": "MFIX writes so, and its y points up where here z does; name the columns by what they are here, as a "
     "rule `x,z,y,kind,diameter,density,vx,vz,vy` (kinds as the case numbers them)",
     "type": "if it is the kind of the particle, as the case numbers them, call it `kind`, else remove it",
     "mass": "the mass of a particle follows from `diameter` and `density`; give these",
-    **{word: "if it is the diameter call it `diameter`, else remove it" for word in ("d", "dp", "size", "d_p")},
+    **{word: "if it is the diameter call it `diameter`, else remove it" for word in ("d", "dp", "size", "d p")},
     **{word: "if it is the radius of the particle call it `radius`, else remove it" for word in ("r", "rad", "rp")},
-    **{word: "if it is the density of the particle call it `density`, else remove it" for word in ("rho", "rho_p")},
+    **{word: "if it is the density of the particle call it `density`, else remove it" for word in ("rho", "rho p")},
     **{
         word: f"if it is the velocity along {axis} call it `v{axis}`, else remove it"
         for axis, words in zip("xyz", (("u", "ux"), ("v", "uy"), ("w", "uz")), strict=True)
