@@ -154,9 +154,9 @@ def name_line(reference: Reference) -> str:
 def name_place(reference: Reference) -> str:
     """Where a line lies: "z = 25 mm", with "y = 0 to 5 mm" of a part of the depth."""
     if reference.is_radial:
-        return f"z = {1e3 * reference.height:.3g} mm, over the radius"
-    part = f", y = {1e3 * reference.depth[0]:.3g} to {1e3 * reference.depth[1]:.3g} mm" if reference.depth else ""
-    return f"z = {1e3 * reference.height:.3g} mm{part}"
+        return f"z = {1e3 * reference.height:.6g} mm, over the radius"
+    part = f", y = {1e3 * reference.depth[0]:.6g} to {1e3 * reference.depth[1]:.6g} mm" if reference.depth else ""
+    return f"z = {1e3 * reference.height:.6g} mm{part}"
 
 
 def compare_with(results: Results, measured: Measured) -> Comparison:

@@ -20,7 +20,7 @@ from fbcouple.case.bed.gas_heat import warm_gas
 from fbcouple.case.bed.heat_numbers import describe_conduction, describe_density, describe_temperatures
 from fbcouple.case.bed.number import Law, Number
 from fbcouple.case.bed.number import judge as _judge
-from fbcouple.case.bed.opening_numbers import describe_openings
+from fbcouple.case.bed.opening_numbers import describe_openings, describe_ways_out
 from fbcouple.case.bed.parcel_numbers import describe_parcels, measure_bubbles
 from fbcouple.case.bed.particle_types import (
     grain_count,
@@ -65,6 +65,7 @@ def estimate(case: Case, law: Law | None = None, folder: Path = Path()) -> list[
     parts: list[Callable[[Case], Iterator[Number]]] = [partial(_size_up, folder=folder)]
     if case.particles:
         parts += [partial(describe_parcels, region=region), partial(_tell_start, folder=folder)]
+        parts.append(partial(describe_ways_out, folder=folder))
     if case.particles and case.contact:
         parts += [time_contacts, partial(estimate_overlap, region=region, law=law, folder=folder)]
     if case.particles and case.gravity > 0.0:

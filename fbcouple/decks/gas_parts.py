@@ -70,7 +70,7 @@ def _openings(case: Case) -> tuple[bool, str]:
 @_part
 def _lid(case: Case) -> tuple[bool, str]:
     closed = case.gas is not None and case.gas.top == "closed"
-    return closed, "gas.top = closed" if closed else "gas leaves at the top"
+    return closed, "gas.top = closed" if closed else "gas.top is open"
 
 
 @_part

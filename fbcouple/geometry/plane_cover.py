@@ -17,6 +17,8 @@ _GAUSS = (
     (0.09157621350977074, 0.10995174365532187),
 )
 """Places and weights of the rule of six points on a triangle, exact to the fourth degree (Dunavant 1985)."""
+_ROUNDING = 1e-9
+"""Part of the width of a shape by which a point may lie beyond its edge and is on it."""
 
 
 @dataclass(frozen=True)
@@ -37,8 +39,9 @@ class Rectangle:
         return np.array([self.low, self.high])
 
     def has(self, points: np.ndarray) -> np.ndarray:
-        """Which of `points` (n, 2) are in it or on its edge."""
-        return np.asarray(np.all((points >= self.low) & (points <= self.high), axis=1))
+        """Which of `points` (n, 2) are in it or, but for rounding, on its edge."""
+        low, high = self.bounds + _ROUNDING * np.array([[-1.0], [1.0]]) * math.sqrt(self.area)
+        return np.asarray(np.all((points >= low) & (points <= high), axis=1))
 
 
 @dataclass(frozen=True)
@@ -59,8 +62,8 @@ class Circle:
         return np.array([np.array(self.centre) - self.radius, np.array(self.centre) + self.radius])
 
     def has(self, points: np.ndarray) -> np.ndarray:
-        """Which of `points` (n, 2) are in it or on its edge."""
-        return np.asarray(((points - self.centre) ** 2).sum(axis=1) <= self.radius**2)
+        """Which of `points` (n, 2) are in it or, but for rounding, on its edge."""
+        return np.asarray(((points - self.centre) ** 2).sum(axis=1) <= ((1.0 + _ROUNDING) * self.radius) ** 2)
 
 
 Shape = Rectangle | Circle

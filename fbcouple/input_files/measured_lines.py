@@ -113,8 +113,8 @@ def parse_reference(text: str) -> Reference:
     if quantity.strip() not in QUANTITIES:
         raise CaseError([f"`{quantity[:40]}` in `{text[:80]}` is given, allowed are: {', '.join(QUANTITIES)}; {shape}"])
     metres = _read_number(height)
-    if not 0.0 <= metres < math.inf:
-        raise CaseError([f"`{height[:40]}` in `{text[:80]}` is given, a height in m from 0 is allowed; {shape}"])
+    if not math.isfinite(metres):
+        raise CaseError([f"`{height[:40]}` in `{text[:80]}` is given, a height in m is allowed; {shape}"])
     if not comma:
         return Reference(quantity.strip(), metres, file.strip())
     if part.strip() == RADIAL:
@@ -176,9 +176,11 @@ def read_line(
     points = read_points(path, reference.quantity, reference.axis)
     width, depth, height = size
     (left, front, floor), top = corner, corner[2] + height
-    if reference.height > top:
-        where = f"the box is {height:g} m high" if not floor else f"the mesh goes from {floor:g} to {top:g} m"
-        raise CaseError([f"{reference} is at {reference.height:g} m, {where}; give m."])
+    if not floor <= reference.height <= top:
+        mend = f"the box is {height:g} m high; give m."
+        if floor:
+            mend = f"the mesh goes from {floor:g} to {top:g} m; give m, as the mesh has them."
+        raise CaseError([f"{reference} is at {reference.height:g} m, {mend}"])
     if reference.depth and not (front <= reference.depth[0] and reference.depth[1] <= front + depth):
         given = f"{reference} is from y = {reference.depth[0]:g} to {reference.depth[1]:g} m"
         raise CaseError([f"{given}, {front:g} to {front + depth:g} m is allowed (domain.size); give m."])

@@ -22,6 +22,8 @@ from fbcouple.results.told import list_told
 from fbcouple.results.view import BED, View
 
 RESULTS = "results.nc"
+MESH_CELLS = "mesh_cells"
+"""Attribute of data that were sampled on a regular grid: how many cells the mesh has."""
 _ROUNDING = 1e-9
 
 
@@ -116,6 +118,11 @@ class Results:
     def inlet_changes(self) -> list[float]:
         """When [s] the inlet was changed as the run went on from a checkpoint."""
         return [float(time) for time in np.atleast_1d(self.data.attrs.get("inlet_changed_at", []))]
+
+    @property
+    def cells(self) -> int:
+        """Cells that the gas was solved on."""
+        return int(self.data.attrs.get(MESH_CELLS, math.prod(self.case["domain"]["cells"])))
 
     @property
     def is_box(self) -> bool:
@@ -270,6 +277,8 @@ def format_without(results: Results, name: str, option: str) -> str:
     none."""
     if results.data.attrs.get(REDUCED):
         return f"{results.path} has no `{name}`: a reduced file keeps none; take the runs that are in it."
+    if not results.case.get("particles"):
+        return f"{results.path} has no `{name}`: it is of gas alone."
     return f"{results.path} has no `{name}` (ask for them by {option})."
 
 
@@ -301,7 +310,7 @@ def sample(data: xr.Dataset) -> xr.Dataset:
     for name in names:
         values = data[name].reset_coords(drop=True).isel(cell=cells.clip(min=0))
         sampled[name] = values.where(inside).transpose(..., "z", "y", "x")
-    return kept.assign(sampled).assign_coords(inside=inside)
+    return kept.assign(sampled).assign_coords(inside=inside).assign_attrs({MESH_CELLS: data.sizes["cell"]})
 
 
 def open_runs(folders: Sequence[Path]) -> list[Results]:

@@ -50,9 +50,9 @@ def panel(function: Panel) -> Panel:
 
 @figure
 def history(results: Results) -> Figure:
-    """Bed height, pressure drop, sub-steps, Courant number, temperatures and heat flows against time; the averaging
-    window is shaded."""
-    shown = [name for name in PANELS if name in results.data]
+    """Bed height, inlet velocity, pressure drop, sub-steps, Courant number, temperatures and heat flows against time;
+    the averaging window is shaded."""
+    shown = [name for name in PANELS if name in results.data and (name != "substeps" or results.case.get("particles"))]
     if not shown or not results.data.sizes["time"]:
         raise NotDrawableError([f"{results.path} has none of the histories {', '.join(PANELS)}."])
     left, right, bottom, top, each, gap = 0.72, 1.15, 0.42, 0.1, 1.05, 0.14
@@ -117,6 +117,13 @@ def bed_height(axes: Axes, results: Results) -> None:
     if "solids_centre_z" in results.data:
         _line(axes, results, "solids_centre_z", factor=2e3, label="twice the height\nof the centre\nof mass", **OTHER)
         axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=1.0, borderaxespad=0.3)
+
+
+@panel
+def inlet_velocity(axes: Axes, results: Results) -> None:
+    """Superficial velocity of the gas that comes in [m/s], where it changes."""
+    axes.plot(*_after_a_step(results, "inlet_velocity"), color=BLUE, linewidth=0.8)
+    axes.set_ylabel("Superficial\nvelocity [m s$^{-1}$]")
 
 
 @panel

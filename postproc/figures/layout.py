@@ -92,9 +92,10 @@ def draw_panels(
     full = max(LEFT + columns * across + (columns - 1) * gap + BAR_GAP + BAR + right, 2.6)
     each = up + above + GAP
     handles = _list_handles(panels, tops, limits, line, empty)
-    beside = max(int(full / (LETTER * max((len(handle.get_label()) for handle in handles), default=1) + 0.5)), 1)
+    lines = [handle.get_label().split("\n") for handle in handles]
+    beside = max(int(full / (LETTER * max((len(line) for label in lines for line in label), default=1) + 0.5)), 1)
     longest = max(map(measure, folded.split("\n")))
-    below = max(BOTTOM + ENTRY * -(-len(handles) // beside), longest - up + GAP)
+    below = max(BOTTOM + ENTRY * -(-sum(map(len, lines)) // beside), longest - up + GAP)
     words = "; ".join(filter(None, [_tell_top(note, panels, tops), explain(label, "x/L", "z/H", known=note)]))
     picture = new_figure(heading, full, below + rows * each - GAP + TOP, words)
     meshes = []
@@ -162,7 +163,7 @@ def _list_handles(
         handles.append(Patch(color=SKY, label=f"above {limits[1]:.3g}, the end of the scale"))
     if any(not np.isfinite(values).all() for values in shown):
         is_box = all(panel.results.is_box for panel in panels)
-        handles.append(Patch(color=EMPTY, label=empty if is_box else f"{empty}, or outside of the mesh"))
+        handles.append(Patch(color=EMPTY, label=empty if is_box else f"{empty},\nor outside of the mesh"))
     return handles
 
 

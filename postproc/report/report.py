@@ -225,7 +225,7 @@ def _tell_cost(run: Results) -> Content:
         "core-hours per simulated second": _cost_of(run),
         "ranks": None if ranks is None else int(ranks),
         "simulated [s]": float(run.data["time"].values[-1]) if run.data.sizes.get("time") else math.nan,
-        "cells": math.prod(run.case["domain"]["cells"]),
+        "cells": run.cells,
         "title": run.title,
     }
 

@@ -27,15 +27,26 @@ NOT_REACHED = "not reached"
 STEADY = ("bed_height", "solids_centre_z", "pressure_drop", "gas_support", "min_voidage", "substeps")
 
 
+def _format_cells(results: Results, diameter: float) -> str:
+    """Edges of the cells over `diameter` [m]; of a mesh the edge of a cube as large as its mean cell."""
+    if results.is_box:
+        edges = [length / n for length, n in zip(results.size, results.case["domain"]["cells"], strict=True)]
+        return " x ".join(f"{edge / diameter:.3g}" for edge in edges)
+    volume = math.prod(results.size) * float(results.data["inside"].mean())
+    return f"{(volume / results.cells) ** (1 / 3) / diameter:.3g} (a cube as large as the mean cell)"
+
+
 def tabulate_solved(results: Results) -> Rows:
     """What the run is of: the numbers that tell one case from another."""
     case = results.case
     gas, particles, contact = (case.get(section) or {} for section in ("gas", "particles", "contact"))
     exchange, cells = case.get("exchange") or {}, case["domain"]["cells"]
+    shape = case["domain"].get("shape", "box")
+    region = {"box": "box", "file": f"box around the mesh {case['domain'].get('mesh')}"}.get(shape, shape)
     rows: list[tuple[str, Any]] = [
-        ("box, width x depth x height [m]", " x ".join(f"{length:g}" for length in results.size))
+        (f"{region}, width x depth x height [m]", " x ".join(f"{length:g}" for length in results.size))
     ]
-    rows += [("cells", " x ".join(map(str, cells)))]
+    rows += [("cells", " x ".join(map(str, cells)))] if shape == "box" else [("cells of the mesh", results.cells)]
     if gas:
         rows += [("gas: density [kg m-3], viscosity [Pa s]", f"{gas['density']:g}, {gas['viscosity']:g}")]
         rows += [
@@ -47,7 +58,6 @@ def tabulate_solved(results: Results) -> Rows:
         largest = max([d for d, *_ in sizes] or [particles["diameter"], *(d for d, *_ in mixture)])
         ratio = particles.get("coarse_graining") or 1.0
         parcel = largest * (1.0 if sizes else ratio)
-        spacing = [length / n / parcel for length, n in zip(results.size, cells, strict=True)]
         given = ("mass", " [kg]") if particles.get("mass") is not None else ("count", "")
         rows += [("particles: diameter [m], density [kg m-3]", f"{particles['diameter']:g}, {particles['density']:g}")]
         text = "; ".join(f"{count} of {d:g} m, {density:g} kg m-3" for d, density, count in sizes)
@@ -59,12 +69,8 @@ def tabulate_solved(results: Results) -> Rows:
         )
         rows += [(f"particles: {given[0]}{given[1]}", particles.get(given[0]))]
         rows += [("particles: coarse graining, diameter of a parcel over theirs", f"{ratio:g}")] if ratio > 1.0 else []
-        rows += [
-            (
-                f"cell size over {'largest ' if sizes or mixture else ''}diameter{' of parcels' * (ratio > 1.0)}",
-                " x ".join(f"{ratio:.3g}" for ratio in spacing),
-            )
-        ]
+        diameter = f"{'largest ' if sizes or mixture else ''}diameter{' of parcels' * (ratio > 1.0)}"
+        rows += [(f"cell size over {diameter}", _format_cells(results, parcel))]
     if contact:
         rows += [(f"contact: {_TELLING[key]}", value) for key, value in contact.items() if key in _TELLING]
     if exchange:

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import math
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from fbcouple.case.bed import adopt_inlets, derived
 from fbcouple.case.bed.gas_heat import is_inlet_closed
+from fbcouple.case.bed.openings import find_outlet_faces
+from fbcouple.case.bed.streams import Opening
 from fbcouple.case.cost.work import count_fluid_steps
 from fbcouple.case.load import load_case, write_case
 from fbcouple.case.preflight import estimate
 from fbcouple.decks.render import render_decks
 from fbcouple.errors import CaseError
+from fbcouple.geometry.plane_cover import Rectangle
 from fbcouple.results.inlet_speed import find_fastest, find_mean, is_constant, list_rows, sum_rows, weigh_inlets
 
 CASE = """
@@ -169,7 +173,7 @@ MISTAKES = {
     "outlet": (
         HALF + "[[gas.outlets]]\ncircle = [0.04, 0.01, 0.001]\n",
         CASE,
-        "outlet 1 holds the centre of no face of the mesh on top",
+        "outlet 1: it holds the centre of no face of the mesh on top",
     ),
     "cylinder": (
         JET.replace("[0.04, 0.01,", "[0.04, 0.04,") + 'face = "left"\n',
@@ -280,6 +284,23 @@ def test_a_circle_on_the_floor_of_a_cylinder(tmp_path):
     assert case.gas.inlets[0].area == pytest.approx(np.pi * 0.012**2 / 4, rel=1e-12)
     problems = problems_of(tmp_path, JET.replace("[0.04, 0.01,", "[0.04, 0.074,"), text=text)
     assert [problem for problem in problems if "within the circle" in problem]
+
+
+def test_what_an_outlet_lacks_names_the_outlet_and_the_option(tmp_path):
+    mesh = {"Inlet": [0], "OUTLET": [1], "walls": [2]}
+    found = SimpleNamespace(surfaces=mesh, inner={}, loose={}, others=())
+    given, usual = Opening(patches=("outlet",)), Opening(patches=("outlet",), key="domain.outlet")
+    with pytest.raises(CaseError, match=r"outlet 2: there is no patch outlet with faces; give patches = one of: Inlet"):
+        find_outlet_faces(None, given, 2, found)
+    with pytest.raises(CaseError, match=r"give domain\.outlet = one of: Inlet, OUTLET, walls"):
+        find_outlet_faces(None, usual, 1, found)
+
+
+@pytest.mark.parametrize("shift", [0.0, 3.0, 1.99])
+def test_rounding_does_not_decide_which_points_are_in_a_shape(shift):
+    points = np.array([[0.001, 0.0035], [0.007, 0.0075], [0.0070001, 0.005]]) + shift
+    rectangle = Rectangle((0.001 + shift, 0.0035 + shift), (0.007 + shift, 0.0075 + shift))
+    assert rectangle.has(points).tolist() == [True, True, False]
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ from fbcouple.case.checks.registry import find_problems
 from fbcouple.case.cost.coefficients import SHIPPED
 from fbcouple.case.cost.memory import find_memory
 from fbcouple.case.load import load_case
+from fbcouple.case.preflight import estimate
 from fbcouple.errors import CaseError
 
 BOX = "low=[0.0,0.0,0.1],high=[0.12,0.0056,0.15]"
@@ -65,6 +66,14 @@ def test_feeds(feed, words):
 def test_outlets(outlet, case, words):
     (problem,) = problems_of(f"particles.outlets=[{{{outlet}}}]", case=case)
     assert problem.startswith("--set: particles.outlets: ") and words in problem
+
+
+@pytest.mark.parametrize(("diameter", "verdict"), [(0.02, "warn"), (0.1, "fit")])
+def test_what_an_opening_has_of_the_faces_of_a_cylinder_is_told(diameter, verdict):
+    sets = [f"particles.outlets=[{{face='floor',circle=[0.05,0.05,{diameter}]}}]"]
+    case = load_case("verma/1.02", sets)
+    (number,) = [one for one in estimate(case) if one.name == "area of particles.outlets 1"]
+    assert number.verdict == verdict and number.limit.endswith("within 10 %")
 
 
 @pytest.mark.parametrize("other", ["circle=[0.03,0.0028,0.005],", "rectangle=[[0.01,0.0],[0.03,0.003]],", ""])

@@ -45,7 +45,6 @@ def test_every_quantity_is_a_mean_of_results_in_its_unit(quantity):
         ("porosity@0.1=a.csv", "`porosity` in .* allowed are: solids_fraction, "),
         ("voidage@high=a.csv", "`high` in .*height in m"),
         ("voidage@nan=a.csv", "`nan`"),
-        ("voidage@-0.1=a.csv", "`-0.1`"),
         ("voidage@0.1,=a.csv", "`` in .* two places y in m, the lower first, or r are"),
         ("voidage@0.1,0.005=a.csv", "`0.005` in .* two places y in m"),
         ("voidage@0.1,0.01:0.01=a.csv", "the lower first"),

@@ -1,5 +1,7 @@
 """History panels and cost bars."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,7 +12,7 @@ from fbcouple.results.reader import open_results
 
 def test_every_panel_shades_the_window_and_draws_its_variable(run):
     panels = {axes.get_ylabel(): axes for axes in history(open_results(run)).axes}
-    assert len(panels) == 4 and len(PANELS) == 6, "a bed without heat has no temperatures to show"
+    assert len(panels) == 4 and len(PANELS) == 7, "a bed without heat has no temperatures to show"
     assert panels["Bed height\n[mm]"].lines[0].get_ydata() == pytest.approx([50.0, 60.0])
     assert panels["Pressure drop\n[Pa]"].lines[1].get_ydata() == pytest.approx([612.8, 612.8], abs=0.1)
     assert panels["DEM steps\nper fluid step"].lines[0].get_ydata() == pytest.approx([7, 8])
@@ -84,6 +86,14 @@ def test_the_row_before_any_step_has_no_steps_to_show(dataset, write):
     panels = {axes.get_ylabel(): axes for axes in history(open_results(write(data))).axes}
     assert panels["DEM steps\nper fluid step"].lines[0].get_ydata() == pytest.approx([7, 8])
     assert panels["Largest Courant\nnumber [–]"].lines[0].get_xdata() == pytest.approx([0.01, 0.02])
+
+
+def test_the_velocity_at_the_inlet_is_shown_and_gas_alone_has_no_steps_of_particles(dataset, write):
+    data = with_rows(dataset, [600.0, 610.0], substeps=[7, 8], inlet_velocity=[np.nan, 0.2])
+    panels = {axes.get_ylabel(): axes for axes in history(open_results(write(data))).axes}
+    assert panels["Superficial\nvelocity [m s$^{-1}$]"].lines[0].get_ydata().tolist() == [0.2]
+    alone = replace(open_results(write(data)), case={"title": "air", "gas": {}})
+    assert not any("DEM" in axes.get_ylabel() for axes in history(alone).axes)
 
 
 def test_twice_the_centre_of_mass_stands_beside_the_bed_height(dataset, write):

@@ -12,8 +12,10 @@ from fbcouple.errors import CaseError
 from fbcouple.geometry.grid import Grid
 from fbcouple.input_files.measured_lines import parse_reference, read_line
 from fbcouple.postproc.experiment import compare_with, gather_references, read_run
+from fbcouple.postproc.figures.bubbles import bubbles
 from fbcouple.postproc.figures.measured_lines import draw_measured_lines
 from fbcouple.postproc.report.monitors import MONITORS
+from fbcouple.postproc.report.tables import tabulate_solved
 from fbcouple.results.depth_means import depth_average
 from fbcouple.results.reader import NotDrawableError, open_results
 from fbcouple.results.writer import MeshTable, write_results
@@ -140,3 +142,20 @@ def test_a_line_beyond_the_mesh_is_refused_in_its_coordinates(run, tmp_path):
         read_line(parse_reference("pressure@0.1=line.csv"), tmp_path / "line.csv", SIZE, (-0.05, 0.0, 0.0))
     with pytest.raises(CaseError, match=r"the mesh goes from -0.2 to 0.05 m"):
         read_line(parse_reference("pressure@0.1=line.csv"), tmp_path / "line.csv", SIZE, (0.0, 0.0, -0.2))
+    with pytest.raises(CaseError, match=r"is at 0\.1 m, the mesh goes from 1 to 1\.25 m; give m, as the mesh has them"):
+        read_line(parse_reference("pressure@0.1=line.csv"), tmp_path / "line.csv", SIZE, (0.0, 0.0, 1.0))
+    (tmp_path / "line.csv").write_text("x,value\n0.07,1.25\n")
+    below = parse_reference("pressure@-0.1=line.csv")
+    assert read_line(below, tmp_path / "line.csv", SIZE, (0.0, 0.0, -0.2)).value.tolist() == [1.25]
+    with pytest.raises(CaseError, match=r"is at -0\.1 m, the box is 0\.25 m high"):
+        read_line(below, tmp_path / "line.csv", SIZE)
+
+
+def test_a_report_tells_the_cells_of_the_mesh_and_not_of_the_grid(run):
+    solved = {row["what"]: row["value"] for row in tabulate_solved(open_results(run))}
+    assert solved["cells of the mesh"] == 60 and "cylinder, width x depth x height [m]" in solved
+
+
+def test_a_run_of_gas_alone_does_not_ask_for_what_it_cannot_have(run):
+    with pytest.raises(NotDrawableError, match="has no `voidage_snapshots`: it is of gas alone"):
+        bubbles(open_results(run))

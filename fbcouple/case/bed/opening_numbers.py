@@ -14,13 +14,16 @@ from fbcouple.case.bed.inlet_profile import read_profiles
 from fbcouple.case.bed.jets import compare_momentum, count_across
 from fbcouple.case.bed.number import Number, judge
 from fbcouple.case.bed.openings import Openings, describe, find_stream_areas
+from fbcouple.case.bed.outlets import find_open_faces, is_opening, list_openings, read_wall_mesh
 from fbcouple.case.bed.region import Region, find_openings
-from fbcouple.case.bed.streams import Stream, list_outlets, list_streams
+from fbcouple.case.bed.streams import Opening, Stream, find_opening, list_outlets, list_streams
 from fbcouple.case.schema.sections import Case
 from fbcouple.geometry.imported import list_outlets as list_outlet_patches
 
 WIDE = 3.0
 """Cells across an inlet from which on the mesh has the most of its jet: the faces at its edges are a part of it."""
+_AWAY = 0.1
+"""Part of the area of an outlet that the faces of the mesh may be off it."""
 _EDGE = 1e-3
 """Part of the edge of a square as large as an inlet by which points may go beyond it untold."""
 
@@ -35,9 +38,8 @@ def describe_openings(case: Case, region: Region, folder: Path) -> Iterator[Numb
         velocity = float(velocities[np.abs(velocities).argmax()])
         when = f"at most, over {len(times)} rows of time" if len(times) > 1 else "all the time"
         warm = "" if stream.temperature is None else f", {stream.temperature:g} K"
-        meaning = (
-            f"{describe(stream.opening).capitalize()}: {area:.7g} m2 of the mesh, {velocity:g} m s-1 {when}{warm}."
-        )
+        where = describe(stream.opening)
+        meaning = f"{where[0].upper()}{where[1:]}: {area:.7g} m2 of the mesh, {velocity:g} m s-1 {when}{warm}."
         yield Number(f"inlet {number}", area * velocity, "m3 s-1", None, None, meaning)
         beyond = 0.0 if isinstance(stream.profile, str) else stream.profile.beyond
         if stream.opening.shape is not None and not stream.is_closed:
@@ -54,8 +56,30 @@ def describe_openings(case: Case, region: Region, folder: Path) -> Iterator[Numb
     if case.gas.outlets:
         patches = list_outlet_patches(openings.mesh)
         for number, (outlet, patch) in enumerate(zip(list_outlets(case), patches, strict=True), start=1):
-            meaning = f"{describe(outlet).capitalize()}: whole faces of the mesh, whose centres lie in it."
-            yield Number(f"area of outlet {number}", openings.mesh.find_area(patch), "m2", None, None, meaning)
+            yield _measure_outlet(f"area of outlet {number}", outlet, openings.mesh.find_area(patch))
+
+
+def describe_ways_out(case: Case, folder: Path) -> Iterator[Number]:
+    """The area of each opening in the walls of a region that is no box, by which particles leave."""
+    assert case.particles is not None
+    if case.domain.shape == "box" or not list_openings(case):
+        return  # a box is cut as the case has it
+    mesh = read_wall_mesh(case, folder)
+    for number, outlet in enumerate(case.particles.outlets, start=1):
+        if is_opening(outlet):
+            area = float(np.linalg.norm(mesh.find_vectors(find_open_faces(case, [outlet], folder)), axis=1).sum())
+            yield _measure_outlet(f"area of particles.outlets {number}", find_opening(outlet), area)
+
+
+def _measure_outlet(name: str, outlet: Opening, area: float) -> Number:
+    """What the whole faces that an outlet has are together, beside what its shape is."""
+    where = describe(outlet)
+    if outlet.shape is None:
+        return Number(name, area, "m2", None, None, f"{where[0].upper()}{where[1:]}: whole faces of the mesh.")
+    meaning = f"{where[0].upper()}{where[1:]}, opened by the whole faces whose centres lie in it: smaller cells, or "
+    meaning += "edges where faces have theirs, make it the one that is given."
+    asked, away = outlet.shape.area, abs(area / outlet.shape.area - 1.0)
+    return Number(name, area, "m2", f"{asked:.4g} within {100 * _AWAY:g} %", judge(away <= _AWAY), meaning)
 
 
 def _count_cells(case: Case, streams: tuple[Stream, ...], openings: Openings, number: int) -> Iterator[Number]:

@@ -63,7 +63,7 @@ def _cover(
     """Faces on the side of stream `number`, or of its patches, and its part of each."""
     stream, opening = streams[number], streams[number].opening
     if found is not None:
-        faces = take_surfaces(found, "patches", opening.patches)
+        faces = _take_patches(found, opening, f"inlet {number + 1}")
         return faces, np.ones(len(faces))
     faces = list_side(mesh, opening.face)
     polygons = list_polygons(mesh, faces, opening.face)
@@ -87,7 +87,7 @@ def _list_outlet_faces(mesh: PolyMesh, outlets: tuple[Opening, ...], found: Impo
     for number, outlet in enumerate(outlets, start=1):
         faces = np.setdiff1d(find_outlet_faces(mesh, outlet, number, found), np.concatenate([_NONE, *parts]))
         if not len(faces):
-            raise CaseError([f"outlet {number} has no face that earlier ones have not; remove it, or move it."])
+            raise CaseError([f"outlet {number}: it has no face that earlier ones have not; remove it, or move it."])
         parts.append(faces)
     return parts or [_NONE]
 
@@ -99,15 +99,23 @@ def find_outlet_faces(mesh: PolyMesh, outlet: Opening, number: int, found: Impor
     Raises: CaseError (one text) if there are none.
     """
     if found is not None and outlet.patches:
-        return take_surfaces(found, "patches", outlet.patches)
+        return _take_patches(found, outlet, f"outlet {number}")
     faces = list_side(mesh, outlet.face)
     if outlet.shape is not None:
         centres = np.array([polygon.mean(axis=0) for polygon in list_polygons(mesh, faces, outlet.face)])
         faces = faces[outlet.shape.has(centres.reshape(-1, 2))]
     if not len(faces):
-        text = f"outlet {number} holds the centre of no face of the mesh on {outlet.face}"
+        text = f"outlet {number}: it holds the centre of no face of the mesh on {outlet.face}"
         raise CaseError([f"{text}; make it larger, or the cells smaller."])
     return faces
+
+
+def _take_patches(found: ImportedMesh, opening: Opening, name: str) -> np.ndarray:
+    """Faces of the patches of an opening. Raises: CaseError (one text that begins with its `name`)."""
+    try:
+        return take_surfaces(found, opening.key, opening.patches)
+    except CaseError as error:
+        raise CaseError([f"{name}: {problem}" for problem in error.problems]) from None
 
 
 def find_stream_areas(openings: Openings) -> np.ndarray:

@@ -27,11 +27,12 @@ Rows = tuple[tuple[float, float], ...]
 @dataclass(frozen=True)
 class Opening:
     """Where gas passes: a `shape` on a `face`, all of the face, or, of a mesh from a file, the patches that `patches`
-    name."""
+    name, which the option `key` gives."""
 
     face: str = FLOOR
     shape: Shape | None = None
     patches: tuple[str, ...] = ()
+    key: str = "patches"
 
 
 @dataclass(frozen=True)
@@ -119,7 +120,7 @@ def list_outlets(case: Case) -> tuple[Opening, ...]:
     if case.gas.top == "closed":
         return ()
     if case.domain.shape == "file":
-        return (Opening(patches=(case.domain.outlet or OUTLET,)),)
+        return (Opening(patches=(case.domain.outlet or OUTLET,), key="domain.outlet (or patches of [[gas.outlets]])"),)
     return (Opening(face=TOP),)
 
 

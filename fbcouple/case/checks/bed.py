@@ -102,7 +102,8 @@ def check_packing(case: Case, folder: Path) -> Iterator[Problem]:
             few = f"{case.particles.count:g} is given"
             if case.particles.count:
                 few = f"{few}, less than half a parcel of {grains_per_parcel(case.particles):g} particles,"
-            given = f"{few} and no particles.feeds, by which some would come; give a number, or a feed"
+            given = f"{few} and no particles.feeds, by which some would come; give a number, or a feed, or for gas "
+            given += "alone leave [particles] and what goes with them out"
         yield Problem(key, f"{given}.")
     elif count > most:
         heaviest = most * mean_volume(case.particles) * mean_density(case.particles)

@@ -66,7 +66,9 @@ def _check_other_words(case: Case, gas: Gas) -> Iterator[Problem]:
         width, depth = domain.size[:2]
         along, across = gas.closed_nozzle_size
         if domain.shape != "box":
-            yield Problem("gas.closed_nozzle_size", f"domain.shape is {show(domain.shape)}; only a box has it.")
+            text = f"{show(gas.closed_nozzle_size)} is given and domain.shape is {show(domain.shape)}"
+            mend = "only a box has it: give [[gas.inlets]], the last of them in its place with velocity = 0."
+            yield Problem("gas.closed_nozzle_size", f"{text}; {mend}")
         elif along > width * (1 + _ROUNDING) or across > depth * (1 + _ROUNDING) or along * across >= width * depth:
             text = f"{show(gas.closed_nozzle_size)} is given on a floor of {width:g} x {depth:g} m"
             yield Problem("gas.closed_nozzle_size", f"{text} and leaves nothing open or sticks out; give less.")
@@ -173,11 +175,17 @@ def _check_together(case: Case, gas: Gas, folder: Path) -> Iterator[Problem]:
         find_openings(case, folder)
         areas = find_areas(case, folder)
     except CaseError as error:
-        key = "gas.inlets" if gas.inlets else "gas.outlets"
-        yield from (Problem(key, problem) for problem in error.problems)
+        yield from (Problem(_find_key(gas, problem), problem) for problem in error.problems)
         return
     if gas.inlets:
         yield from _check_areas(case, gas, areas)
+
+
+def _find_key(gas: Gas, problem: str) -> str:
+    """The option that a text about openings is of."""
+    if problem.startswith("outlet "):
+        return "gas.outlets" if gas.outlets else "domain.outlet"
+    return "gas.inlets" if gas.inlets else "gas.outlets"
 
 
 def _overlap(one: Shape, other: Shape) -> bool:

@@ -60,14 +60,15 @@ def check_box_only(case: Case, folder: Path) -> Iterator[Problem]:
     if case.gas is None:
         text = f"the case has none and {region}, no box of hexahedra"
         yield Problem("gas", f"{text}; add [gas] (its solver holds the mesh).")
-    asked = {
-        "domain.periodic": bool(domain.periodic),
-        "gas.closed_nozzle": case.gas is not None and case.gas.closed_nozzle is not None,
-        "exchange.diffusion_width": exchange is not None and exchange.diffusion_width is not None,
-        "gas.top": case.gas is not None and case.gas.top != "open",
+    given = {
+        "domain.periodic": domain.periodic or None,
+        "gas.closed_nozzle": case.gas.closed_nozzle if case.gas else None,
+        "exchange.diffusion_width": exchange.diffusion_width if exchange else None,
+        "gas.top": case.gas.top if case.gas and case.gas.top != "open" else None,
     }
-    for key in (key for key, is_asked in asked.items() if is_asked):
-        yield Problem(key, f"is given and {region}; only a box of hexahedra has it: remove it.")
+    for key, value in given.items():
+        if value is not None:
+            yield Problem(key, f"{show(value)} is given and {region}; only a box of hexahedra has it: remove it.")
     if exchange is not None and exchange.voidage not in ("trilinear", "centre"):
         text = f'{show(exchange.voidage)} is given, on such a mesh "trilinear" and "centre" are allowed'
         yield Problem("exchange.voidage", f"{text}; give one of them.")
