@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import math
+from pathlib import Path
+
+import numpy as np
 import pytest
 
 from fbcouple.case.bed.feeds import count_fed
 from fbcouple.case.bed.outlets import find_longest_step, find_reach, find_thickness
+from fbcouple.case.bed.passing import find_in_openings
 from fbcouple.case.checks.registry import find_problems
 from fbcouple.case.cost.coefficients import SHIPPED
 from fbcouple.case.cost.memory import find_memory
@@ -121,3 +126,19 @@ def test_step_is_short_enough_for_the_thinnest_outlet():
     assert find_thickness(case, outlet) == pytest.approx(7.5 * 2.24e-3)
     assert find_longest_step(case) * (2 * 9.81 * 0.162) ** 0.5 == pytest.approx(0.5 * 7.5 * 2.24e-3)
     assert find_longest_step(load_case("patil/c2")) == float("inf")
+
+
+@pytest.mark.parametrize("shape", ["box", "cylinder"])
+def test_particles_in_an_opening_are_about_to_leave_and_those_at_its_wall_are_not(shape):
+    """0.2 mm over the floor, which the margin of 0.4 mm forbids: over the opening, beside it, below the floor."""
+    sets = ["domain.shape=cylinder", "domain.size=[0.1,0.1,0.36]", "domain.cells=[16,16,58]"]
+    outlet = "particles.outlets=[{face='floor',rectangle=[[0.04,0.04],[0.06,0.06]]}]"
+    if shape == "box":
+        sets = ["domain.shape=box", "domain.size=[0.1,0.1,0.36]", "domain.cells=[16,16,58]"]
+    case = load_case("verma/1.02", [*sets, outlet])
+    positions = np.array([[0.05, 0.05, 2e-4], [0.02, 0.05, 2e-4], [0.05, 0.05, -2e-4], [0.05, 0.05, 1e-2]])
+    found = find_in_openings(case, Path(), positions, np.full(4, 4e-4))
+    assert found.tolist() == [True, False, False, True]
+    shut = load_case("verma/1.02", [*sets, outlet.replace("}]", ",start=1.0}]")])
+    assert not find_in_openings(shut, Path(), positions, np.full(4, 4e-4)).any()
+    assert find_in_openings(shut, Path(), positions, np.full(4, 4e-4), math.inf).tolist() == [True, False, False, True]

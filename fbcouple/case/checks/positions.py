@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from fbcouple.case.bed.particle_types import (
     particle_count,
     word_one,
 )
+from fbcouple.case.bed.passing import find_in_openings
 from fbcouple.case.bed.positions import bring_in, start_kinds
 from fbcouple.case.bed.region import read_mesh
 from fbcouple.case.bed.start_file import ENDINGS, StartFile, read_start
@@ -148,6 +150,7 @@ def _find_outside(case: Case, folder: Path, positions: np.ndarray, diameters: np
         return  # told by check_mesh
     else:
         outside = _find_outside_mesh(case, folder, positions, margins)
+    outside = outside[~find_in_openings(case, folder, positions[outside], margins[outside])]
     if not outside.size:
         return
     assert case.particles is not None
@@ -159,6 +162,8 @@ def _find_outside(case: Case, folder: Path, positions: np.ndarray, diameters: np
         end += f", and lie up to {largest_diameter(case.particles):g} m over a periodic side"
     end += ", coordinates are in m"
     guess = guess_frame(positions.min(axis=0).tolist(), positions.max(axis=0).tolist(), size.tolist())
+    if find_in_openings(case, folder, positions[outside], margins[outside], math.inf).all():
+        guess = "; they are in an opening that is shut at first: give its row of particles.outlets start = 0"
     yield Problem(_KEY, f"{text}, first is {_format_particle(positions, row)}; {end}{guess}.")
 
 
