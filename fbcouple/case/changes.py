@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,7 +35,23 @@ class Change:
     now: Any
 
     def __str__(self) -> str:
-        return f"{self.key} was {_word(self.before)} and is {_word(self.now)} now"
+        parts = list(self._list_parts())
+        return ", ".join(f"{key} was {_word(before)} and is {_word(now)} now" for key, before, now in parts)
+
+    def _list_parts(self) -> Iterator[tuple[str, Any, Any]]:
+        """Of as many tables as before what is another in each, counted from 1; else the option as a whole."""
+        both = [value if isinstance(value, list | tuple) else () for value in (self.before, self.now)]
+        if (
+            len(both[0]) != len(both[1])
+            or not all(isinstance(one, dict) for one in (*both[0], *both[1]))
+            or not both[0]
+        ):
+            yield self.key, self.before, self.now
+            return
+        for number, (before, now) in enumerate(zip(*both, strict=True), start=1):
+            for name in before | now:
+                if before.get(name) != now.get(name):
+                    yield f"{self.key}.{number}.{name}", before.get(name), now.get(name)
 
 
 def list_values(case: Case) -> Values:

@@ -20,12 +20,13 @@ from fbcouple.case.bed.gas_heat import warm_gas
 from fbcouple.case.bed.heat_numbers import describe_conduction, describe_density, describe_temperatures
 from fbcouple.case.bed.number import Law, Number
 from fbcouple.case.bed.number import judge as _judge
-from fbcouple.case.bed.opening_numbers import describe_openings, describe_ways_out
+from fbcouple.case.bed.opening_numbers import describe_openings, describe_traffic
 from fbcouple.case.bed.parcel_numbers import describe_parcels, measure_bubbles
 from fbcouple.case.bed.particle_types import (
     grain_count,
     grains_per_parcel,
     mean_density,
+    mean_volume,
     solids_volume,
 )
 from fbcouple.case.bed.region import Region, count_baffles, find_region, list_inner_surfaces
@@ -65,7 +66,7 @@ def estimate(case: Case, law: Law | None = None, folder: Path = Path()) -> list[
     parts: list[Callable[[Case], Iterator[Number]]] = [partial(_size_up, folder=folder)]
     if case.particles:
         parts += [partial(describe_parcels, region=region), partial(_tell_start, folder=folder)]
-        parts.append(partial(describe_ways_out, folder=folder))
+        parts.append(partial(describe_traffic, folder=folder))
     if case.particles and case.contact:
         parts += [time_contacts, partial(estimate_overlap, region=region, law=law, folder=folder)]
     if case.particles and case.gravity > 0.0:
@@ -168,8 +169,15 @@ def _tell_start(case: Case, folder: Path) -> Iterator[Number]:
 def _weigh_bed(case: Case, region: Region) -> Iterator[Number]:
     assert case.particles is not None
     solids = solids_volume(case.particles)
+    verdict, meaning = None, "Bed at rest, solids fraction 0.60."
+    if case.particles.feeds:
+        solids += count_fed(case) * mean_volume(case.particles)
+        meaning = "Bed at rest, solids fraction 0.60, with all that the feeds bring, as if none left."
     height = region.find_level(solids / SETTLED)
-    verdict, meaning = _judge(height < region.height, "unfit"), "Bed at rest, solids fraction 0.60."
+    if not case.particles.feeds or height < region.height:
+        verdict = _judge(height < region.height, "unfit")
+    elif not case.particles.outlets:
+        verdict, meaning = "warn", f"{meaning} There is no room for all of it: the feeds will owe the rest."
     yield Number("settled height", height, "m", f"below {region.height:g}", verdict, meaning)
     if case.gas:
         meaning = (

@@ -12,6 +12,7 @@ import click
 from fbcouple.cli.arguments import JSON_ELSEWHERE, complete_case, take_case, take_json, take_ranks, take_settings
 from fbcouple.cli.group import WholeSentences
 from fbcouple.cli.table import print_table
+from fbcouple.errors import CaseError
 
 Row = dict[str, Any]
 take_warm = click.option(
@@ -66,7 +67,12 @@ def calibrate(fresh: bool, file: Path | None) -> None:
     from fbcouple.bench.calibrate import tabulate
     from fbcouple.case.cost.coefficients import find_file, load_coefficients, save_coefficients
 
-    if not fresh and not (kept := load_coefficients()).is_shipped:
+    try:
+        kept = None if fresh else load_coefficients()
+    except CaseError as error:
+        click.echo(f"warning: {error} It is written anew.", err=True)
+        kept = None
+    if kept and not kept.is_shipped:
         show(tabulate(kept))
         click.echo(f"{find_file()}: the costs of {kept.measured}; --fresh measures again")
         return

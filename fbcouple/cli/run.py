@@ -88,7 +88,7 @@ def read_duration(ctx: click.Context, parameter: click.Parameter, value: str | N
     multiple=True,
     metavar="KEY=VALUE",
     help="With --resume: another value from the checkpoint on, as gas.inlet_velocity=1.2 or end_time=4; may be given "
-    "several times. It is noted in the results.",
+    "several times. Another inlet is noted in the results.",
 )
 @take_trust
 @outlive_output

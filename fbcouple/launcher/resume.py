@@ -80,6 +80,9 @@ def choose_start(run: Path, case: Case, choice: Choice) -> Start | None:
     """Where a run that is resumed goes on; None if there is nothing left to do."""
     say, until = choice.say, choice.until
     if is_complete(run, case, say):
+        if choice.sets:
+            text = f"the run has come to its end, {case.end_time:g} s, from which on nothing could be another"
+            raise CaseError([f"--set: {run}: {text}; give a later end_time, too, or set up another run."])
         say(f"{run}: is complete: nothing is left to do")
         return None
     for stray in fbcouple.run_folder.checkpoint.list_strays(run):

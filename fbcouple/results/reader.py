@@ -175,26 +175,44 @@ class Results:
 
     @property
     def weight_per_area(self) -> float | None:
-        """Weight of the bed less its buoyancy over its cross-section [Pa], the pressure drop of a fluidized bed.
+        """Weight of the bed less its buoyancy over its cross-section [Pa], the pressure drop of a fluidized bed; where
+        particles come and go its mean over the averaging window or, without one, the whole record.
 
-        (m - rho V) g over the mean horizontal cross-section of the bed at rest, with mass and volume as the run wrote
-        them down, in older results as the case tells them;
-        None if the case has no gas or does not tell the mass.
+        None if the case has no gas or does not tell the mass, or there is no bed.
+        """
+        rows = self.weight_history
+        if rows is None:
+            return None
+        if len(rows) > 1:
+            (begin, end), time = self.span, self.data["time"].values
+            rows = rows[(time >= begin) & (time <= end)]
+        return float(rows.mean()) or None if len(rows) else None
+
+    @property
+    def weight_history(self) -> np.ndarray | None:
+        """The same, (m - rho V) g over the mean horizontal cross-section of the bed at rest, in each row of the history
+        where particles come and go, else once; None as above.
+
+        Mass and volume are as the run wrote them down at its end, in older results as the case tells them.
         """
         gas, particles = self.case.get("gas"), self.case.get("particles")
         if gas is None or particles is None:
             return None
         width, depth, _ = self.size
         section = self.data.attrs.get("bed_section", width * depth)
-        if "solids_mass" in self.data.attrs:
-            buoyant = self.data.attrs["solids_mass"] - gas["density"] * self.data.attrs["solids_volume"]
-            return float(buoyant * self.case["gravity"] / section)
-        mass = particles.get("mass")
+        density, mass = particles["density"], particles.get("mass")
         if particles.get("count") is not None:
-            mass = particles["count"] * particles["density"] * math.pi / 6.0 * particles["diameter"] ** 3
+            mass = particles["count"] * density * math.pi / 6.0 * particles["diameter"] ** 3
+        if "solids_mass" in self.data.attrs:
+            mass, volume = float(self.data.attrs["solids_mass"]), float(self.data.attrs["solids_volume"])
+            density = mass / volume if volume else density
         if mass is None:
             return None
-        return float(mass * self.case["gravity"] * (1.0 - gas["density"] / particles["density"]) / section)
+        masses = np.array([mass])
+        if {"mass_fed", "mass_removed"} <= set(self.data.data_vars):
+            came = self.data["mass_fed"].values - self.data["mass_removed"].values
+            masses = mass + came - came[-1] if len(came) else masses
+        return np.asarray(masses * (self.case["gravity"] * (1.0 - gas["density"] / density) / section))
 
     def window_mean(self, name: str) -> tuple[float, float] | None:
         """Mean over the averaging windows of all replicas of the history `name`, and its standard error; None of a

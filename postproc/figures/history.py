@@ -132,9 +132,14 @@ def pressure_drop(axes: Axes, results: Results) -> None:
     _line(axes, results, "pressure_drop")
     axes.set_ylabel("Pressure drop\n[Pa]")
     keep_in_view(axes, results.data["time"].values, results.history("pressure_drop").values)
-    if results.weight_per_area is not None:
-        label = f"weight − buoyancy\nover cross-section\n{results.weight_per_area:.1f} Pa"
-        _limit(axes, results.weight_per_area, label)
+    weight = results.weight_history
+    if weight is not None and len(weight) > 1:
+        label = "weight less\nbuoyancy over\ncross-section"
+        look: dict[str, Any] = {"color": VERMILION, "linestyle": "--", "linewidth": 1.0, "label": label}
+        axes.plot(results.data["time"].values, weight, **look)
+        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=1.4)
+    elif weight is not None:
+        _limit(axes, float(weight[0]), f"weight − buoyancy\nover cross-section\n{weight[0]:.1f} Pa")
 
 
 @panel

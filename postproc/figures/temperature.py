@@ -11,7 +11,7 @@ from fbcouple.postproc.figures.layout import Panel, draw_panels
 from fbcouple.postproc.figures.maps import HARDLY_ANY
 from fbcouple.postproc.figures.registry import figure
 from fbcouple.results.depth_means import depth_average, mass_average
-from fbcouple.results.reader import NotMeantError, Results
+from fbcouple.results.reader import NotDrawableError, NotMeantError, Results
 
 _LEAST = 1e-3
 """Range of the scale [K] where all is at one temperature."""
@@ -24,8 +24,11 @@ def temperature(results: Results) -> Figure:
     fields = {name: find(results) for name, find in _FIELDS.items() if f"{name}_temperature" in results.data}
     if not fields:
         raise NotMeantError([f"{results.path} has no mean temperatures."])
+    if not any(bool(np.isfinite(field).any()) for field in fields.values()):
+        raise NotDrawableError([f"{results.path} has mean temperatures nowhere: no particles were there."])
     panels = [Panel(results, field, _TITLES[name], None) for name, field in fields.items()]
-    least, largest = (float(reach([reach(field) for field in fields.values()])) for reach in (np.nanmin, np.nanmax))
+    values = np.concatenate([field.values.ravel() for field in fields.values()])
+    least, largest = float(np.nanmin(values)), float(np.nanmax(values))
     empty = f"hardly any particles, solids fraction below {HARDLY_ANY:g}"
     limits = least, max(largest, least + _LEAST)
     return draw_panels(

@@ -75,6 +75,8 @@ def temperature(plotter: pyvista.Plotter, frame: Frame, request: Request) -> Non
 def _add_particles(
     plotter: pyvista.Plotter, frame: Frame, values: np.ndarray, colours: str, limits: tuple[float, float]
 ) -> None:
+    if not len(frame.positions):
+        return  # a bed that drained
     cloud = pyvista.PolyData(frame.positions)
     cloud["value"], cloud["radius"] = values, 0.5 * frame.diameters
     look: dict[str, Any] = {"style": "points_gaussian", "render_points_as_spheres": True, "emissive": False}

@@ -76,7 +76,7 @@ def bed_views(results: Results) -> Figure:
         pictures = [imread(file) for file in render(results, wanted, scales, round(HEIGHT * DPI), Path(folder))]
     names = [f"{name.capitalize()}, t = {read_frame(path).time:.3f} s" for path, name in wanted]
     box = " x ".join(f"{1e3 * length:.4g}" for length in results.size)
-    fastest = max(float(read_frame(path).speeds.max()) for path in chosen)
+    fastest = max(float(read_frame(path).speeds.max(initial=0.0)) for path in chosen)
     beyond = f"; scale up to the speed of {BUSY:g} of 100 particles" if fastest > scales.speed else ""
     note = f"box {box} mm{beyond}"
     return compose(results, pictures, names, scales, HEIGHT, note)[0]
@@ -91,7 +91,8 @@ def find_scales(paths: Sequence[Path]) -> Scales:
         speeds.append(frame.speeds)
         if frame.gas_velocity is not None:
             fastest = max(fastest, float(np.nanmax(np.linalg.norm(frame.gas_velocity, axis=0))))
-    return Scales(float(np.percentile(np.concatenate(speeds), BUSY)) or 1.0, fastest, find_warmth(chosen))
+    known = np.concatenate(speeds)
+    return Scales(float(np.percentile(known, BUSY)) if known.any() else 1.0, fastest, find_warmth(chosen))
 
 
 def find_warmth(paths: Sequence[Path]) -> tuple[float, float] | None:

@@ -114,11 +114,12 @@ def _write_frames(folder: Path, results: Results, frames: list[Path]) -> list[Pa
     for path in frames:
         frame, number = read_frame(path), number_of(path)
         cloud = PolyData(frame.positions)
-        cloud.point_data["velocity"], cloud.point_data["diameter"] = frame.velocities, frame.diameters
+        columns: dict[str, np.ndarray | None] = {"velocity": frame.velocities, "diameter": frame.diameters}
         if frame.grain_diameters is not None:  # as the frame files have them
-            cloud.point_data["diameter"], cloud.point_data["parcel_diameter"] = frame.grain_diameters, frame.diameters
-        for name, column in (("species", frame.species), ("feed", frame.feeds), ("temperature", frame.temperatures)):
-            if column is not None:
+            columns |= {"diameter": frame.grain_diameters, "parcel_diameter": frame.diameters}
+        columns |= {"species": frame.species, "feed": frame.feeds, "temperature": frame.temperatures}
+        for name, column in columns.items():
+            if column is not None and len(frame.positions):  # a bed that drained has no points, and no columns
                 cloud.point_data[name] = column
         _save(cloud, folder / f"particles-{number:06d}.vtp")
         rows["particles"].append((frame.time, f"particles-{number:06d}.vtp"))

@@ -125,6 +125,15 @@ def test_steps_on_the_clock_are_those_of_the_case():
     assert 1e8 < costs.memory < 1e9 and costs.setting_up > 0.1
 
 
+def test_damaged_costs_are_measured_anew(tmp_path, monkeypatch):
+    monkeypatch.setenv("FBCOUPLE_CACHE", str(tmp_path))
+    find_file().write_text('{"format": 1}')
+    monkeypatch.setattr("fbcouple.bench.calibrate.calibrate", lambda say: (replace(MACHINE, measured="now"), []))
+    done = CliRunner().invoke(cli, ["bench", "calibrate"])
+    assert done.exit_code == 0 and "It is written anew." in done.stderr, done.output
+    assert load_coefficients().measured == "now"
+
+
 def test_a_machine_that_was_measured_is_not_measured_again(tmp_path, monkeypatch):
     monkeypatch.setenv("FBCOUPLE_CACHE", str(tmp_path))
     save_coefficients(replace(MACHINE, measured="this host, once"), {})

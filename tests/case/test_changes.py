@@ -28,6 +28,13 @@ def test_an_option_that_was_changed_is_named(before, setting, words):
     assert words in str(change)
 
 
+def test_of_a_table_the_option_in_it_is_named():
+    feed = "particles.feeds=[{{low=[0.0,0.0,0.2],high=[0.04,0.008,0.3],rate={rate}}}]"
+    held = list_values(load_case(NAME, [feed.format(rate=10.0)]))
+    (change,) = list_changes(held, load_case(NAME, [feed.format(rate=5.0)]))
+    assert str(change) == "particles.feeds.1.rate was 10.0 and is 5.0 now"
+
+
 @pytest.mark.parametrize(
     "setting", ["output.save_every=5.0", "checkpoint.wall_every=60.0", "end_time=50.0", "monitors.overlap=0.5"]
 )

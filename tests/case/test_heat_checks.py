@@ -150,6 +150,12 @@ def test_a_modulus_is_brought_in_by_a_bed_that_is_there(few):
     assert any("force of the bed at rest, and there are no particles at the start" in problem for problem in problems)
 
 
+def test_a_modulus_is_not_brought_in_by_a_bed_that_feeds_make():
+    feed = "particles.feeds=[{low=[0.0,0.0,0.08],high=[0.044,0.01,0.1],rate=1e5}]"
+    problems = problems_of(CONDUCTING | {"conduction_modulus": 2e11}, [feed])
+    assert any("feeds bring" in problem and "more than the" in problem for problem in problems), problems
+
+
 def test_a_surface_has_one_temperature_for_contacts():
     sets = ["domain.shape='cylinder'", "domain.size=[0.044,0.044,0.1]", "domain.cells=[17,17,40]"]
     problems = problems_of(CONDUCTING, [*sets, "heat.walls=[{face='top',temperature=300.0}]"])

@@ -128,6 +128,17 @@ def test_step_is_short_enough_for_the_thinnest_outlet():
     assert find_longest_step(load_case("patil/c2")) == float("inf")
 
 
+def test_what_feeds_bring_counts_for_the_settled_height_and_late_ones_are_told():
+    feed = "particles.feeds=[{{low=[0.0,0.0,0.1],high=[0.12,0.0056,0.15],rate={},start={}}}]"
+    numbers = {one.name: one for one in estimate(load_case(HOPPER, [feed.format(1e6, 0.0)]))}
+    assert numbers["settled height"].value > 0.162 and numbers["settled height"].verdict is None, "it has an outlet"
+    assert "overlap at rest" not in numbers and "start of particles.feeds 1" not in numbers
+    closed = estimate(load_case(HOPPER, [feed.format(1e6, 0.0), "particles.outlets=[]"]))
+    assert next(one for one in closed if one.name == "settled height").verdict == "warn"
+    late = estimate(load_case(HOPPER, [feed.format(10.0, 99.0)]))
+    assert next(one for one in late if one.name == "start of particles.feeds 1").verdict == "warn"
+
+
 @pytest.mark.parametrize("shape", ["box", "cylinder"])
 def test_particles_in_an_opening_are_about_to_leave_and_those_at_its_wall_are_not(shape):
     """0.2 mm over the floor, which the margin of 0.4 mm forbids: over the opening, beside it, below the floor."""

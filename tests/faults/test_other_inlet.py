@@ -251,3 +251,5 @@ def test_a_run_may_end_where_it_is(stopped):
     launch(stopped, 1, lambda row: None, resume=True, sets=[f"end_time={reached!r}"])
     results = read(stopped)
     assert results.attrs["complete"] and float(results["time"][-1]) == pytest.approx(reached, rel=1e-9)
+    with pytest.raises(CaseError, match=r"has come to its end, .*; give a later end_time, too"):
+        launch(stopped, 1, lambda row: None, resume=True, sets=["monitors.overlap=0.2"])

@@ -20,12 +20,13 @@ def write_frames(
     cells: tuple[int, int, int] = (8, 3, 25),
     heat: bool = False,
     grain: float | None = None,
+    drained: bool = False,
 ) -> None:
     """RUN/frames: a layer of 4000 particles at rest in the left half and one of as many at 1 m/s in the right half.
 
     Each frame they are 5 mm higher. The gas rises at 2 m/s, at voidage 0.4 in the lower half and 1 above. With `heat`
     those in the left half have 300 K and those in the right half 360 K, the gas 310 K. With
-    `grain` they are parcels of grains of this diameter [m].
+    `grain` they are parcels of grains of this diameter [m], `drained` they have all left in one more frame.
     """
     grid = Grid(cells, size)
     owned = np.stack(np.meshgrid(*(np.arange(n) for n in cells), indexing="ij"), axis=-1).reshape(-1, 3)
@@ -49,3 +50,7 @@ def write_frames(
         if grain:
             particles["parcel_diameter"] = np.full(len(places), 1e-3)
         frames.write(0.1 * number, np.arange(1, 8001), particles | marks, fields)
+    if drained:
+        frames.write(
+            0.1 * count, np.arange(0), {name: values[:0] for name, values in (particles | marks).items()}, fields
+        )

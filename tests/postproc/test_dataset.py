@@ -69,6 +69,20 @@ def test_weight_as_the_run_wrote_it_down(dataset, write):
     assert open_results(write(dataset)).weight_per_area == pytest.approx(expected, rel=1e-12)
 
 
+def test_weight_follows_what_comes_and_goes(dataset, write):
+    """60 g at the end, of which 20 g came in between the two rows and 10 g left; the window is later than both."""
+    dataset.attrs |= {"solids_mass": 0.06, "solids_volume": 2.4e-5, "averaging_start": 0.0, "averaging_end": 1.0}
+    traffic = {"mass_fed": ("time", [0.01, 0.03]), "mass_removed": ("time", [0.0, 0.01])}
+    results = open_results(write(dataset.assign(traffic)))
+    each = np.array([0.05, 0.06]) * (1.0 - 1.165 / 2500.0) * 9.81 / (0.08 * 0.015)
+    assert results.weight_history == pytest.approx(each) and results.weight_per_area == pytest.approx(each.mean())
+
+
+def test_a_bed_that_drained_has_no_weight(dataset, write):
+    dataset.attrs |= {"solids_mass": 0.0, "solids_volume": 0.0}
+    assert open_results(write(dataset)).weight_per_area is None
+
+
 def test_fluxes_stay_in_si_units_without_inlet_flow(dataset, write):
     dataset.attrs["case"] = dataset.attrs["case"].replace("inlet_velocity = 1.2", "inlet_velocity = 0.0")
     scale, symbol, unit = flux_scale(open_results(write(dataset)))

@@ -132,6 +132,12 @@ def test_temperatures_have_a_picture_and_a_part_of_the_film_of_their_own(tmp_pat
     assert known.shape == (256, 3) and colours <= {tuple(colour) for colour in known.tolist()}
 
 
+def test_a_bed_that_drains_is_drawn_to_its_end(tmp_path):
+    run = write_whole(tmp_path / "run")
+    write_frames(run, SIZE, count=1, gas=False, heat=True, drained=True)
+    assert len(bed_views(open_results(run)).axes) >= 2
+
+
 def test_scales_are_common_to_all_frames(run):
     scales = find_scales(list_frames(open_results(run)))
     assert scales.speed == pytest.approx(1.0) and scales.gas == pytest.approx(2.0) and scales.temperature is None

@@ -61,6 +61,14 @@ def test_diameters_of_parcels_and_of_their_grains_are_told_apart(tmp_path):
     assert np.allclose(frame.diameters, 1e-3) and np.allclose(frame.grain_diameters, 0.5e-3)
 
 
+def test_a_frame_without_particles_is_a_cloud_of_no_points(tmp_path):
+    run = write_whole(tmp_path / "run")
+    write_frames(run, SIZE, count=1, heat=True, drained=True)
+    export(run)
+    assert pyvista.read(run / "vtk/particles-000000.vtp").n_points == 8000
+    assert pyvista.read(run / "vtk/particles-000001.vtp").n_points == 0
+
+
 def test_temperatures_stand_beside_what_they_are_of(tmp_path):
     run = write_whole(tmp_path / "run")
     write_frames(run, SIZE, count=1, heat=True)

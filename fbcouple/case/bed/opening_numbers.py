@@ -59,9 +59,16 @@ def describe_openings(case: Case, region: Region, folder: Path) -> Iterator[Numb
             yield _measure_outlet(f"area of outlet {number}", outlet, openings.mesh.find_area(patch))
 
 
-def describe_ways_out(case: Case, folder: Path) -> Iterator[Number]:
-    """The area of each opening in the walls of a region that is no box, by which particles leave."""
+def describe_traffic(case: Case, folder: Path) -> Iterator[Number]:
+    """Feeds and outlets of particles that never begin, and the area of each opening in the walls of a region that is no
+    box, by which particles leave."""
     assert case.particles is not None
+    for key in ("feeds", "outlets"):
+        for number, one in enumerate(getattr(case.particles, key), start=1):
+            if one.start >= case.end_time:
+                limit = f"below {case.end_time:g}"
+                meaning = "It begins after the end of the run and does nothing."
+                yield Number(f"start of particles.{key} {number}", one.start, "s", limit, "warn", meaning)
     if case.domain.shape == "box" or not list_openings(case):
         return  # a box is cut as the case has it
     mesh = read_wall_mesh(case, folder)

@@ -18,6 +18,9 @@ CONTACTS = 6.0
 
 def estimate_rest_overlap(case: Case, region: Region) -> Iterator[Number]:
     """How deep the lowest particles of a bed at rest are in each other."""
+    assert case.particles is not None
+    if not solids_volume(case.particles):
+        return  # feeds fill it, and nobody knows how far
     overlap = find_rest_overlap(case, region)
     meaning = "Overlap over diameter at the bottom of the bed at rest, under the weight of it all; as above."
     yield Number("overlap at rest", overlap, "d", f"at most {FIT_OVERLAP:g}", judge(overlap <= FIT_OVERLAP), meaning)

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from fbcouple.case.alternatives import word_removal
 from fbcouple.case.bed.derived import dem_step, effective
+from fbcouple.case.bed.feeds import count_fed
 from fbcouple.case.bed.gas_heat import has_hot_walls
 from fbcouple.case.bed.particle_types import Kind, list_kinds, particle_count
 from fbcouple.case.bed.streams import list_streams
@@ -200,9 +201,13 @@ def check_conduction_modulus(case: Case, folder: Path) -> Iterator[Problem]:
     heat, contact, particles = case.heat, case.contact, case.particles
     if heat is None or heat.conduction_modulus is None or contact is None or particles is None:
         return
+    fed = count_fed(case)
+    is_filled = has_bed(case) and fed > particle_count(particles)
     is_empty = has_bed(case) and not particle_count(particles)
-    if contact.model == "hooke" and (case.gravity == 0.0 or is_empty):
+    if contact.model == "hooke" and (case.gravity == 0.0 or is_empty or is_filled):
         missing = "gravity is 0" if case.gravity == 0.0 else "there are no particles at the start"
+        if is_filled and not is_empty and case.gravity:
+            missing = f"feeds bring {fed:.6g} particles, more than the {particle_count(particles)} that it starts with"
         text = f'{heat.conduction_modulus:g} Pa is given, contact.model = "hooke", whose contacts are corrected at the'
         yield Problem(
             "heat.conduction_modulus", f'{text} force of the bed at rest, and {missing}; give contact.model = "hertz".'

@@ -71,7 +71,7 @@ def list_problems(case: Case, folder: Path, spoiled: Collection[str]) -> list[Pr
         except (OverflowError, ZeroDivisionError):
             text = "the values are too large or too small to calculate with; give every one in SI units."
             incalculable.append(Problem(needs[0].split(".")[0], text))
-    return problems + incalculable[:1]
+    return problems or incalculable[:1]  # a mistake that is told may be why
 
 
 def machine_memory() -> int:

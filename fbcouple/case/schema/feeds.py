@@ -49,7 +49,9 @@ class Feed(Section):
         **Temperature,
     )
     start: float = option("Time from which it feeds.", "s", 0.0, **NonNegative)
-    end: float | None = option("Time until which it feeds; absent: to the end.", "s", None, **Positive)
+    end: float | None = option(
+        "Time until which its rate counts; absent: to the end. What is owed then comes later.", "s", None, **Positive
+    )
     seed: int = option("Seed of the random places.", default=1, ge=0, le=2**63 - 1)
 
 
