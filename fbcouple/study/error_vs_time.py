@@ -16,7 +16,7 @@ from fbcouple.case.source import find_case
 from fbcouple.errors import CaseError
 from fbcouple.launcher.stop_signals import Requests
 from fbcouple.results.reader import open_results
-from fbcouple.study.measures import MEASURES, Error, Finished, check_measures, find_error
+from fbcouple.study.measures import MEASURES, Error, Finished, check_measures, check_needs, find_error
 from fbcouple.study.members import REFERENCE, Member, list_members
 from fbcouple.study.pareto import find_excess, mark_pareto, tabulate_knobs
 from fbcouple.study.runs import Ending, look_up_case, require_uninterrupted, run_case
@@ -49,6 +49,9 @@ def plan_members(study: Study, source: Source) -> list[Member]:
         members = list_members(study, source)
     except CaseError as error:
         raise CaseError([*problems, *error.problems]) from None
+    if not problems and members:
+        case = load_case(source.find_base(study.base), format_settings(members[0].settings))
+        problems = [f"{source.label}: {problem}" for problem in check_needs(study.measures, case)]
     if problems:
         raise CaseError(problems)
     return members

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
 
@@ -12,7 +13,7 @@ import xarray as xr
 from fbcouple.case.load import load_case
 from fbcouple.errors import CaseError
 from fbcouple.results.reader import Results
-from fbcouple.study.measures import Finished, find_error
+from fbcouple.study.measures import Finished, check_needs, find_error
 
 CASE = load_case("mueller/0.9")
 
@@ -100,3 +101,21 @@ def test_over_the_map_is_over_its_root_mean_square():
     scale = float(np.sqrt(np.mean(((np.arange(8) + 0.5) / 8) ** 2)))
     assert found.error == pytest.approx(0.03 / scale) and found.stderr == pytest.approx(0.05 / scale)
     assert over_range.error * (7 / 8) == pytest.approx(found.error * scale)
+
+
+@pytest.mark.parametrize(
+    ("text", "key"),
+    [
+        ("maps:solids_flux", "[averages]"),
+        ("experiment:solids_velocity", "output.references"),
+        ("mixing:right", "output.particles_every"),
+        ("bubbles:number", "output.snapshots_every"),
+    ],
+)
+def test_what_the_runs_would_lack_is_told_before_they_are_run(text, key):
+    case = load_case("patil/demo")
+    output = case.output.model_copy(update={"particles_every": None, "snapshots_every": None, "references": ()})
+    bare = case.model_copy(update={"averages": None, "output": output})
+    problems = [str(problem) for problem in check_needs([text, "history-mean:bed_height"], bare)]
+    assert any(f"measures: {json.dumps(text)} is given and the case has no {key}; give it" in one for one in problems)
+    assert not list(check_needs(["maps:solids_flux"], case))

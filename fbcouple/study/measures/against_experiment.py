@@ -12,7 +12,7 @@ from fbcouple.postproc.experiment import read_run
 from fbcouple.study.measures.registry import Error, Finished, measure
 
 
-@measure("experiment", arguments=tuple(QUANTITIES))
+@measure("experiment", arguments=tuple(QUANTITIES), needs=("[averages]", "output.references"))
 def compare_experiment(run: Finished, argument: str, reference: Finished | None) -> Error:
     """Root mean square distance of the time means from the measured points of a quantity, over the points' range."""
     means, errors, wanted = np.concatenate(_read_lines(run, "experiment", argument), axis=1)
@@ -21,7 +21,7 @@ def compare_experiment(run: Finished, argument: str, reference: Finished | None)
     return Error(float(means.mean()), float(wanted.mean()), QUANTITIES[argument], *found)
 
 
-@measure("amplitude", arguments=tuple(QUANTITIES))
+@measure("amplitude", arguments=tuple(QUANTITIES), needs=("[averages]", "output.references"))
 def compare_amplitude(run: Finished, argument: str, reference: Finished | None) -> Error:
     """How far the time means of a quantity vary along its measured lines, over what the measured points do: largest
     less smallest value, the mean over the lines; its `error` is the distance from 1, root mean square over them."""

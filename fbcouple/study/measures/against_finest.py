@@ -43,7 +43,7 @@ def compare_history_mean(run: Finished, argument: str, reference: Finished | Non
     return Error(here.value, there.value, HISTORIES[argument][0], error, chance)
 
 
-@measure("means", arguments=tuple(QUANTITIES), needs_reference=True)
+@measure("means", arguments=tuple(QUANTITIES), needs_reference=True, needs=("[averages]",))
 def compare_means(run: Finished, argument: str, reference: Finished | None) -> Error:
     """Root mean square distance of a time mean over width and height from the finest member's, depth means both, on the
     coarser of their meshes, over the range of the finest member's; `stderr` is the distance that the block errors of
@@ -51,7 +51,7 @@ def compare_means(run: Finished, argument: str, reference: Finished | None) -> E
     return _compare_maps(run, "means", argument, reference, lambda there: float(there.max() - there.min()))
 
 
-@measure("maps", arguments=tuple(QUANTITIES), needs_reference=True)
+@measure("maps", arguments=tuple(QUANTITIES), needs_reference=True, needs=("[averages]",))
 def compare_maps(run: Finished, argument: str, reference: Finished | None) -> Error:
     """As `means`, over the root mean square of the finest member's map in place of its range: so the standard error of
     a map is told, `averages.until_error`."""

@@ -61,13 +61,13 @@ def compare_frequency(run: Finished, argument: str, reference: Finished | None) 
     return _compare(f"frequency:{argument}", "Hz", find_peak, run, reference)
 
 
-@measure("agitation", needs_reference=True)
+@measure("agitation", needs_reference=True, needs=("[averages]",))
 def compare_agitation(run: Finished, argument: str, reference: Finished | None) -> Error:
     """Mean agitation per mass of the dense bed; its standard error by blocks left out."""
     return _compare("agitation", "m2 s-2", bed_agitation, run, reference)
 
 
-@measure("bubbles", arguments=("number", "diameter"), needs_reference=True)
+@measure("bubbles", arguments=("number", "diameter"), needs_reference=True, needs=("output.snapshots_every",))
 def compare_bubbles(run: Finished, argument: str, reference: Finished | None) -> Error:
     """Mean number at a time, or mean equivalent diameter [m], of the bubbles in the snapshots of the depth mean."""
     number = argument == "number"
@@ -105,7 +105,7 @@ def _find_ratio(above: np.ndarray, below: np.ndarray) -> Measured:
     return Measured(ratio, math.sqrt(float((apart**2).sum()) * count / (count - 1)) / float(below.sum()))
 
 
-@measure("mixing", arguments=tuple(HALVES), needs_reference=True)
+@measure("mixing", arguments=tuple(HALVES), needs_reference=True, needs=("output.particles_every",))
 def compare_mixing(run: Finished, argument: str, reference: Finished | None) -> Error:
     """Time [s] until a half of the bed as it began is mixed with the other (Lacey's index 0.9), in samples of one size
     for both, three of the larger of both their largest diameters; its standard error is not known, as each bed mixes

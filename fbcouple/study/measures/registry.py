@@ -39,25 +39,44 @@ Function = Callable[[Finished, str, Finished | None], Error]
 
 @dataclass(frozen=True)
 class Measure:
-    """A measure: its function, the arguments that it takes (none: it takes no argument), and what it compares with."""
+    """A measure: its function, the arguments that it takes (none: it takes no argument), what it compares with, and
+    what of `NEEDS` the case of its runs has to have."""
 
     name: str
     function: Function
     arguments: tuple[str, ...]
     needs_reference: bool
+    needs: tuple[str, ...]
 
 
 MEASURES: dict[str, Measure] = {}
+NEEDS: dict[str, Callable[[Case], bool]] = {
+    "[averages]": lambda case: case.averages is not None,
+    "output.snapshots_every": lambda case: case.output.snapshots_every is not None,
+    "output.particles_every": lambda case: case.output.particles_every is not None,
+    "output.references": lambda case: bool(case.output.references),
+}
+"""What a case may have, by its key."""
 
 
-def measure(name: str, arguments: Sequence[str] = (), needs_reference: bool = False) -> Callable[[Function], Function]:
+def measure(
+    name: str, arguments: Sequence[str] = (), needs_reference: bool = False, needs: Sequence[str] = ()
+) -> Callable[[Function], Function]:
     """Register a measure under the name by which a study calls it."""
 
     def register(function: Function) -> Function:
-        MEASURES[name] = Measure(name, function, tuple(arguments), needs_reference)
+        MEASURES[name] = Measure(name, function, tuple(arguments), needs_reference, tuple(needs))
         return function
 
     return register
+
+
+def check_needs(texts: Sequence[str], case: Case) -> Iterator[Problem]:
+    """The runs of `case` have what the measures are of."""
+    for text in texts:
+        for key in MEASURES[text.partition(":")[0]].needs:
+            if not NEEDS[key](case):
+                yield Problem("measures", f"{show(text)} is given and the case has no {key}; give it that, by [set].")
 
 
 def check_measures(texts: Sequence[str], has_reference: bool) -> Iterator[Problem]:
