@@ -410,6 +410,7 @@ def test_name_that_is_none_is_refused(runs, option, name):
 @pytest.mark.parametrize("name", ["a b", "$(x)", "a\nb", "a;b", "a%j", "ü", "a'b"])
 def test_path_that_a_script_would_misread_is_refused(tmp_path, name):
     (tmp_path / name).mkdir()
+    (tmp_path / name / "manifest.json").touch()
     write_case(load_case("patil/c2"), tmp_path / name / "case.toml")
     with pytest.raises(CaseError, match="move it to a path"):
         write_job(tmp_path / name, "slurm", request_of("slurm"))
@@ -441,6 +442,7 @@ def test_command_line_writes_both_scripts(runs: Path, scheduler: str) -> None:
 def test_more_ranks_than_there_is_work_for_are_told(tmp_path, ranks, warned):
     """2805 cells and 57 296 particles: 64 ranks have 43 cells and 895 particles each."""
     (tmp_path / "a").mkdir()
+    (tmp_path / "a/manifest.json").touch()
     write_case(load_case("patil/c1"), tmp_path / "a" / "case.toml")
     done = batch(tmp_path / "a", "--scheduler", "slurm", "--time", "24:00:00", "-n", ranks)
     assert done.exit_code == 0, done.stderr
@@ -451,6 +453,7 @@ def test_more_ranks_than_there_is_work_for_are_told(tmp_path, ranks, warned):
 @pytest.mark.parametrize(("memory", "warned"), [(4, True), (100_000, False)])
 def test_less_memory_than_is_predicted_is_told(tmp_path, memory, warned):
     (tmp_path / "a").mkdir()
+    (tmp_path / "a/manifest.json").touch()
     write_case(load_case("patil/c1"), tmp_path / "a" / "case.toml")
     done = batch(tmp_path / "a", "--scheduler", "slurm", "--time", "24:00:00", "-n", 2, "--memory", memory)
     assert done.exit_code == 0, done.stderr
