@@ -46,7 +46,7 @@ def make_picture(
 def encode(figure: Figure) -> bytes:
     """PNG data of a figure; one that shows views of the bed has 256 colours, a fourth of the data."""
     stream = io.BytesIO()
-    figure.savefig(stream, format="png", dpi=DPI)
+    figure.savefig(stream, format="png", dpi=DPI, pil_kwargs={"optimize": True})
     if any(axes.images for axes in figure.axes):
         drawn = Image.open(stream).convert("RGB")
         stream = io.BytesIO()
