@@ -9,7 +9,7 @@ from fbcouple.errors import CaseError
 _LOOKED_AT = 4096
 _REWRITE = "`gmsh OLD.msh -save -format msh41 -o NEW.msh` rewrites it"
 _FLUENT = "`fluent3DMeshToFoam FILE` (or `fluentMeshToFoam`) makes a polyMesh folder of it"
-_MESHIO = "`meshio convert -o gmsh22 FILE NEW.msh` makes a gmsh file of it (its groups may be numbers then)"
+_MESHIO = "`meshio convert --output-format gmsh22 FILE NEW.msh` makes a gmsh file of it (groups may become numbers)"
 STARTS: dict[bytes, tuple[str, str]] = {
     b"(": ("a mesh of Fluent", _FLUENT),
     b"\x89HDF": ("an HDF5 file (Fluent's .msh.h5, CGNS or MED)", f"save it as text, then {_FLUENT}"),
