@@ -40,18 +40,17 @@ class Change:
 
     def _list_parts(self) -> Iterator[tuple[str, Any, Any]]:
         """Of as many tables as before what is another in each, counted from 1; else the option as a whole."""
-        both = [value if isinstance(value, list | tuple) else () for value in (self.before, self.now)]
-        if (
-            len(both[0]) != len(both[1])
-            or not all(isinstance(one, dict) for one in (*both[0], *both[1]))
-            or not both[0]
-        ):
+        if not (_are_tables(self.before) and _are_tables(self.now) and len(self.before) == len(self.now)):
             yield self.key, self.before, self.now
             return
-        for number, (before, now) in enumerate(zip(*both, strict=True), start=1):
+        for number, (before, now) in enumerate(zip(self.before, self.now, strict=True), start=1):
             for name in before | now:
                 if before.get(name) != now.get(name):
                     yield f"{self.key}.{number}.{name}", before.get(name), now.get(name)
+
+
+def _are_tables(value: Any) -> bool:
+    return isinstance(value, list | tuple) and bool(value) and all(isinstance(one, dict) for one in value)
 
 
 def list_values(case: Case) -> Values:

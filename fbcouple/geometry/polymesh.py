@@ -76,7 +76,11 @@ class PolyMesh:
 
     def find_area(self, name: str) -> float:
         """Area [m2] of the patch `name`: the sum over its faces, also where it is curved."""
-        return float(np.linalg.norm(self.find_vectors(self.list_patch(name)), axis=1).sum())
+        return self.sum_areas(self.list_patch(name))
+
+    def sum_areas(self, faces: np.ndarray) -> float:
+        """Area [m2] of `faces` together."""
+        return float(np.linalg.norm(self.find_vectors(faces), axis=1).sum())
 
     @cached_property
     def is_rectilinear(self) -> bool:

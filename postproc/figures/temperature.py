@@ -24,10 +24,10 @@ def temperature(results: Results) -> Figure:
     fields = {name: find(results) for name, find in _FIELDS.items() if f"{name}_temperature" in results.data}
     if not fields:
         raise NotMeantError([f"{results.path} has no mean temperatures."])
-    if not any(bool(np.isfinite(field).any()) for field in fields.values()):
+    values = np.concatenate([field.values.ravel() for field in fields.values()])
+    if not np.isfinite(values).any():
         raise NotDrawableError([f"{results.path} has mean temperatures nowhere: no particles were there."])
     panels = [Panel(results, field, _TITLES[name], None) for name, field in fields.items()]
-    values = np.concatenate([field.values.ravel() for field in fields.values()])
     least, largest = float(np.nanmin(values)), float(np.nanmax(values))
     empty = f"hardly any particles, solids fraction below {HARDLY_ANY:g}"
     limits = least, max(largest, least + _LEAST)

@@ -92,7 +92,8 @@ def find_scales(paths: Sequence[Path]) -> Scales:
         if frame.gas_velocity is not None:
             fastest = max(fastest, float(np.nanmax(np.linalg.norm(frame.gas_velocity, axis=0))))
     known = np.concatenate(speeds)
-    return Scales(float(np.percentile(known, BUSY)) if known.any() else 1.0, fastest, find_warmth(chosen))
+    busy = float(np.percentile(known, BUSY)) if known.size else 0.0
+    return Scales(busy or 1.0, fastest, find_warmth(chosen))
 
 
 def find_warmth(paths: Sequence[Path]) -> tuple[float, float] | None:

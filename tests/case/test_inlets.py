@@ -11,7 +11,7 @@ import pytest
 
 from fbcouple.case.bed import adopt_inlets, derived
 from fbcouple.case.bed.gas_heat import is_inlet_closed
-from fbcouple.case.bed.openings import find_outlet_faces
+from fbcouple.case.bed.openings import _list_outlet_faces, find_outlet_faces
 from fbcouple.case.bed.streams import Opening
 from fbcouple.case.cost.work import count_fluid_steps
 from fbcouple.case.load import load_case, write_case
@@ -291,9 +291,9 @@ def test_what_an_outlet_lacks_names_the_outlet_and_the_option(tmp_path):
     found = SimpleNamespace(surfaces=mesh, inner={}, loose={}, others=())
     given, usual = Opening(patches=("outlet",)), Opening(patches=("outlet",), key="domain.outlet")
     with pytest.raises(CaseError, match=r"outlet 2: there is no patch outlet with faces; give patches = one of: Inlet"):
-        find_outlet_faces(None, given, 2, found)
+        _list_outlet_faces(None, (Opening(patches=("OUTLET",)), given), found)
     with pytest.raises(CaseError, match=r"give domain\.outlet = one of: Inlet, OUTLET, walls"):
-        find_outlet_faces(None, usual, 1, found)
+        find_outlet_faces(None, usual, found)
 
 
 @pytest.mark.parametrize("shift", [0.0, 3.0, 1.99])

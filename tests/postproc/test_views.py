@@ -3,6 +3,8 @@
 import json
 import subprocess
 import sys
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -130,6 +132,13 @@ def test_temperatures_have_a_picture_and_a_part_of_the_film_of_their_own(tmp_pat
         colours = {tuple(colour) for colour in np.asarray(film.convert("RGB")).reshape(-1, 3).tolist()}
     known = list_colours(has_heat=True)
     assert known.shape == (256, 3) and colours <= {tuple(colour) for colour in known.tolist()}
+
+
+@pytest.mark.parametrize(("speeds", "scale"), [([0.0] * 199 + [2.0], 1.0), ([], 1.0), ([0.5] * 200, 0.5)])
+def test_where_hardly_anything_moves_the_scale_is_one(monkeypatch, speeds, scale):
+    frame = SimpleNamespace(speeds=np.array(speeds), gas_velocity=None, temperatures=None)
+    monkeypatch.setitem(find_scales.__globals__, "read_frame", lambda path: frame)
+    assert find_scales([Path("frame")]).speed == scale
 
 
 def test_a_bed_that_drains_is_drawn_to_its_end(tmp_path):

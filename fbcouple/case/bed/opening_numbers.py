@@ -38,8 +38,7 @@ def describe_openings(case: Case, region: Region, folder: Path) -> Iterator[Numb
         velocity = float(velocities[np.abs(velocities).argmax()])
         when = f"at most, over {len(times)} rows of time" if len(times) > 1 else "all the time"
         warm = "" if stream.temperature is None else f", {stream.temperature:g} K"
-        where = describe(stream.opening)
-        meaning = f"{where[0].upper()}{where[1:]}: {area:.7g} m2 of the mesh, {velocity:g} m s-1 {when}{warm}."
+        meaning = f"{describe(stream.opening)}: {area:.7g} m2 of the mesh, {velocity:g} m s-1 {when}{warm}."
         yield Number(f"inlet {number}", area * velocity, "m3 s-1", None, None, meaning)
         beyond = 0.0 if isinstance(stream.profile, str) else stream.profile.beyond
         if stream.opening.shape is not None and not stream.is_closed:
@@ -74,16 +73,15 @@ def describe_traffic(case: Case, folder: Path) -> Iterator[Number]:
     mesh = read_wall_mesh(case, folder)
     for number, outlet in enumerate(case.particles.outlets, start=1):
         if is_opening(outlet):
-            area = float(np.linalg.norm(mesh.find_vectors(find_open_faces(case, [outlet], folder)), axis=1).sum())
+            area = mesh.sum_areas(find_open_faces(case, [outlet], folder))
             yield _measure_outlet(f"area of particles.outlets {number}", find_opening(outlet), area)
 
 
 def _measure_outlet(name: str, outlet: Opening, area: float) -> Number:
     """What the whole faces that an outlet has are together, beside what its shape is."""
-    where = describe(outlet)
     if outlet.shape is None:
-        return Number(name, area, "m2", None, None, f"{where[0].upper()}{where[1:]}: whole faces of the mesh.")
-    meaning = f"{where[0].upper()}{where[1:]}, opened by the whole faces whose centres lie in it: smaller cells, or "
+        return Number(name, area, "m2", None, None, f"{describe(outlet)}: whole faces of the mesh.")
+    meaning = f"{describe(outlet)}, opened by the whole faces whose centres lie in it: smaller cells, or "
     meaning += "edges where faces have theirs, make it the one that is given."
     asked, away = outlet.shape.area, abs(area / outlet.shape.area - 1.0)
     return Number(name, area, "m2", f"{asked:.4g} within {100 * _AWAY:g} %", judge(away <= _AWAY), meaning)

@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 
 from fbcouple.case.bed.streams import Opening, Stream, list_above
+from fbcouple.case.problems import naming
 from fbcouple.errors import CaseError
 from fbcouple.geometry.imported import ImportedMesh, arrange_patches, take_surfaces
 from fbcouple.geometry.plane_cover import integrate_parabola
@@ -63,7 +64,8 @@ def _cover(
     """Faces on the side of stream `number`, or of its patches, and its part of each."""
     stream, opening = streams[number], streams[number].opening
     if found is not None:
-        faces = _take_patches(found, opening, f"inlet {number + 1}")
+        with naming(f"inlet {number + 1}"):
+            faces = take_surfaces(found, opening.key, opening.patches)
         return faces, np.ones(len(faces))
     faces = list_side(mesh, opening.face)
     polygons = list_polygons(mesh, faces, opening.face)
@@ -85,37 +87,30 @@ def _list_outlet_faces(mesh: PolyMesh, outlets: tuple[Opening, ...], found: Impo
     """Faces of each outlet that no earlier one has; one of none where there are no outlets."""
     parts: list[np.ndarray] = []
     for number, outlet in enumerate(outlets, start=1):
-        faces = np.setdiff1d(find_outlet_faces(mesh, outlet, number, found), np.concatenate([_NONE, *parts]))
-        if not len(faces):
-            raise CaseError([f"outlet {number}: it has no face that earlier ones have not; remove it, or move it."])
+        with naming(f"outlet {number}"):
+            faces = np.setdiff1d(find_outlet_faces(mesh, outlet, found), np.concatenate([_NONE, *parts]))
+            if not len(faces):
+                raise CaseError(["it has no face that earlier ones have not; remove it, or move it."])
         parts.append(faces)
     return parts or [_NONE]
 
 
-def find_outlet_faces(mesh: PolyMesh, outlet: Opening, number: int, found: ImportedMesh | None = None) -> np.ndarray:
-    """Faces of outlet `number`, of a mesh from the file `found` if it is by patches; of a shape those whose centre it
+def find_outlet_faces(mesh: PolyMesh, outlet: Opening, found: ImportedMesh | None = None) -> np.ndarray:
+    """Faces of an outlet, of a mesh from the file `found` if it is by patches; of a shape those whose centre it
     holds: pressure is 0 on all of a face or nowhere on it.
 
     Raises: CaseError (one text) if there are none.
     """
     if found is not None and outlet.patches:
-        return _take_patches(found, outlet, f"outlet {number}")
+        return take_surfaces(found, outlet.key, outlet.patches)
     faces = list_side(mesh, outlet.face)
     if outlet.shape is not None:
         centres = np.array([polygon.mean(axis=0) for polygon in list_polygons(mesh, faces, outlet.face)])
         faces = faces[outlet.shape.has(centres.reshape(-1, 2))]
     if not len(faces):
-        text = f"outlet {number}: it holds the centre of no face of the mesh on {outlet.face}"
+        text = f"it holds the centre of no face of the mesh on {outlet.face}"
         raise CaseError([f"{text}; make it larger, or the cells smaller."])
     return faces
-
-
-def _take_patches(found: ImportedMesh, opening: Opening, name: str) -> np.ndarray:
-    """Faces of the patches of an opening. Raises: CaseError (one text that begins with its `name`)."""
-    try:
-        return take_surfaces(found, opening.key, opening.patches)
-    except CaseError as error:
-        raise CaseError([f"{name}: {problem}" for problem in error.problems]) from None
 
 
 def find_stream_areas(openings: Openings) -> np.ndarray:
@@ -125,9 +120,9 @@ def find_stream_areas(openings: Openings) -> np.ndarray:
 
 
 def describe(opening: Opening) -> str:
-    """Where an opening is, in words."""
+    """Where an opening is, in words that begin a sentence."""
     if opening.patches:
-        return f"patches {', '.join(opening.patches)}"
+        return f"Patches {', '.join(opening.patches)}"
     if opening.shape is None:
-        return f"all of the {opening.face}"
-    return f"{type(opening.shape).__name__.lower()} on {opening.face}"
+        return f"All of the {opening.face}"
+    return f"{type(opening.shape).__name__} on {opening.face}"

@@ -103,8 +103,7 @@ def find_open_faces(case: Case, outlets: Sequence[Outlet], folder: Path = Path()
     mesh, found = read_wall_mesh(case, folder), None
     if case.domain.shape == "file":
         found = find_imported(case.domain, case.find_folder(folder, case.domain.mesh))
-    numbered = [(number, one) for number, one in enumerate(case.particles.outlets, start=1) if one in outlets]
-    faces = [find_outlet_faces(mesh, find_opening(outlet), number, found) for number, outlet in numbered]
+    faces = [find_outlet_faces(mesh, find_opening(outlet), found) for outlet in outlets]
     opened = np.unique(np.concatenate([np.empty(0, np.int64), *faces]))
     if found and (inner := int(np.isin(opened, found.baffles).sum())):
         text = f"{inner} faces are of baffles, walls inside of the mesh, behind which no particle is out"

@@ -201,13 +201,14 @@ def check_conduction_modulus(case: Case, folder: Path) -> Iterator[Problem]:
     heat, contact, particles = case.heat, case.contact, case.particles
     if heat is None or heat.conduction_modulus is None or contact is None or particles is None:
         return
-    fed = count_fed(case)
-    is_filled = has_bed(case) and fed > particle_count(particles)
-    is_empty = has_bed(case) and not particle_count(particles)
-    if contact.model == "hooke" and (case.gravity == 0.0 or is_empty or is_filled):
-        missing = "gravity is 0" if case.gravity == 0.0 else "there are no particles at the start"
-        if is_filled and not is_empty and case.gravity:
-            missing = f"feeds bring {fed:.6g} particles, more than the {particle_count(particles)} that it starts with"
+    missing = "gravity is 0" if case.gravity == 0.0 else ""
+    if not missing and has_bed(case):
+        count, fed = particle_count(particles), count_fed(case)
+        if not count:
+            missing = "there are no particles at the start"
+        elif fed > count:
+            missing = f"feeds bring {fed:.6g} particles, more than the {count} that it starts with"
+    if contact.model == "hooke" and missing:
         text = f'{heat.conduction_modulus:g} Pa is given, contact.model = "hooke", whose contacts are corrected at the'
         yield Problem(
             "heat.conduction_modulus", f'{text} force of the bed at rest, and {missing}; give contact.model = "hertz".'

@@ -33,7 +33,7 @@ def check_outlets(case: Case, folder: Path) -> Iterator[Problem]:
         return
     outlets = list(enumerate(case.particles.outlets, start=1))
     problems = [
-        Problem(_OUTLETS, text if text.startswith("outlet ") else f"outlet {number}: {text}")
+        Problem(_OUTLETS, f"outlet {number}: {text}")
         for number, outlet in outlets
         for text in _examine_outlet(case, folder, outlet)
     ]
